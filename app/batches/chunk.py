@@ -1,6 +1,6 @@
-"""What a worker does with a chunk of a batch: from rows as they were sent to items as they are stored.
+"""Worker side of a batch: turns a chunk of rows as sent into items ready to be stored.
 
-All of it happens in the worker, so that the service's own process has nothing left to do but to store.
+Parsing, solving and encoding all run in the worker; the service process only commits the result.
 """
 
 from __future__ import annotations
@@ -34,28 +34,28 @@ from app.store.batch_items import encoded, packed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
-_REMEMBERED = 4000
-_LONGEST_REFUSED = 20_000
-_SECONDS = 7
-"""Digits of a second that a stored time keeps."""
+_MAX_CACHED_ANSWERS = 4000
+_MAX_REFUSED_BYTES = 20_000
+_TIMING_DECIMALS = 7
+"""Decimal places of a stored time in seconds."""
 
 
-_remembered: OrderedDict[bytes, Answer] = OrderedDict()
-"""Answers of this worker by what was asked, the newest last."""
+_answer_cache: OrderedDict[bytes, Answer] = OrderedDict()
+"""Answers of this worker by request hash, the newest last."""
 
 
 def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Needs:
     """Solve the chunk of a pickled Task."""
     asked: Task = pickle.loads(payload)
     began = time.perf_counter()
-    with _uncollected():
+    with _gc_paused():
         found = _Chunk(slug, Mode(mode), asked).solved()
     return found if isinstance(found, Needs) else Solved(found, time.perf_counter() - began)
 
 
 @dataclass(frozen=True, slots=True)
-class _Asked:
-    """A request, its spec as JSON, what it asks, which is that without the name, and the hash of this."""
+class _Request:
+    """A request, its spec as JSON, the spec without the name (``plain``), and the hash of the latter (``key``)."""
 
     request: BaseModel
     spec: bytes
@@ -64,21 +64,21 @@ class _Asked:
 
     @property
     def number(self) -> int:
-        """A part of the hash as databases keep numbers."""
+        """The first 64 bits of the hash as a signed integer, the form in which databases store it."""
         return int.from_bytes(self.key[:8], "big", signed=True)
 
 
 @dataclass(frozen=True, slots=True)
 class _Refused:
-    """The answer to a row that is no request that can be solved; its spec as JSON, where it has one."""
+    """The answer to a row that is not a solvable request, and its spec as JSON if it has one."""
 
     answer: Answer
     spec: bytes | None
 
 
 @contextmanager
-def _uncollected() -> Iterator[None]:
-    """Without a search for cycles meanwhile: it goes through all answers again and again, and finds nothing."""
+def _gc_paused() -> Iterator[None]:
+    """Disable the cyclic garbage collector: its passes over all answers are expensive and free nothing."""
     gc.disable()
     try:
         yield
@@ -95,14 +95,14 @@ class _Chunk:
         self.needed: set[str] = set()
         self.looks_up = task.looks_up and self.job.repeatable
         self.told: set[bytes] = set()
-        """The keys that some item has been answered for."""
+        """Keys for which an item has already been answered."""
 
     def solved(self) -> list[Item] | Needs:
         task, source = self.task, Source.from_json(self.task.source)
         read = [self._read(source, row) for row in unpacked_rows(task.block, task.start, task.end)]
         if self.needed:
             return Needs(frozenset(self.needed))
-        requests = [asked for _, asked in read if isinstance(asked, _Asked)]
+        requests = [asked for _, asked in read if isinstance(asked, _Request)]
         if self.looks_up and task.known is None and requests:
             return Needs(frozenset(), frozenset(each.number for each in requests))
         answers = self._answers(requests)
@@ -113,12 +113,12 @@ class _Chunk:
                 continue
             found, repeated = answers[asked.key], asked.key in self.told
             self.told.add(asked.key)
-            found_by = asked.number if self.looks_up and not repeated and _will_do_again(found) else None
+            found_by = asked.number if self.looks_up and not repeated and _is_reusable(found) else None
             items.append(self._item(index, line, asked.spec, found, repeated, found_by))
         return items
 
-    def _read(self, source: Source, row: Row) -> tuple[int | None, _Asked | _Refused]:
-        """The line of a row, and what it asks or why that is refused."""
+    def _read(self, source: Source, row: Row) -> tuple[int | None, _Request | _Refused]:
+        """The line of a row, and its request or its refusal."""
         try:
             body = source.body(row)
         except UnreadableRow as unreadable:
@@ -129,21 +129,21 @@ class _Chunk:
         request, refused = validated(self.job, body)
         if request is None:
             assert refused is not None
-            return row.line, _Refused(refused, _sendable(body))
+            return row.line, _Refused(refused, _storable_spec(body))
         filled = self._filled(request)
         if isinstance(filled, Answer):
             return row.line, _Refused(filled, request.model_dump_json().encode())
         return row.line, self._asked(filled)
 
-    def _asked(self, request: BaseModel) -> _Asked:
+    def _asked(self, request: BaseModel) -> _Request:
         plain = request.model_dump_json(exclude={"name"}).encode()
         key = hashlib.sha256(self.subject + plain).digest()
         name = getattr(request, "name", None)
         spec = plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:]
-        return _Asked(request, spec, plain, key)
+        return _Request(request, spec, plain, key)
 
     def _filled(self, request: BaseModel) -> BaseModel | Answer:
-        """The request with the runs that it names filled in and with a time budget that the service can give."""
+        """The request with its run references resolved, or a refusal; checks its time budget against the service's."""
         asked = request.time_budget_s if isinstance(request, DesignSettings) else None
         if asked is not None and asked > self.task.solve_budget_s:
             most = f"at most {self.task.solve_budget_s:g}"
@@ -162,9 +162,9 @@ class _Chunk:
                 return _refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
         return request
 
-    def _answers(self, asked: Sequence[_Asked]) -> dict[bytes, Answer]:
-        """The answers by key; each of equal requests is solved once."""
-        known = {each.key: _remembered[each.key] for each in asked if each.key in _remembered}
+    def _answers(self, asked: Sequence[_Request]) -> dict[bytes, Answer]:
+        """The answers by key; equal requests are solved once."""
+        known = {each.key: _answer_cache[each.key] for each in asked if each.key in _answer_cache}
         for each in asked:
             stored = (self.task.known or {}).get(each.number)
             if stored is not None and (found := self._stored(each, stored)) is not None:
@@ -174,11 +174,11 @@ class _Chunk:
         timed = [self._timed(request) for request in new.values()]
         found = dict(zip(new, answers_of(self.slug, self.mode, timed, self.detail), strict=True))
         if self.detail is Detail.SCALARS and self.job.repeatable:
-            self._remember(found)
+            self._cache_answers(found)
         return known | found
 
-    def _stored(self, asked: _Asked, item: Item) -> Answer | None:
-        """The answer that a stored item got, if that asks the same."""
+    def _stored(self, asked: _Request, item: Item) -> Answer | None:
+        """The answer of a stored item, if its request is the same (guards against hash collisions)."""
         parts = unpacked(item.content, self.task.dictionary)
         same = json.loads(asked.plain)
         if {name: value for name, value in parts["spec"].items() if name != "name"} != same:
@@ -186,10 +186,10 @@ class _Chunk:
         told = [parts.get(name, empty) for name, empty in (("result", None), ("effects", []), ("accuracy", None))]
         return Answer(item.status, *told, parts.get("timing", {}), None, parts.get("verdict"))
 
-    def _remember(self, found: Mapping[bytes, Answer]) -> None:
-        _remembered.update((key, answer) for key, answer in found.items() if _will_do_again(answer))
-        while len(_remembered) > _REMEMBERED:
-            _remembered.popitem(last=False)
+    def _cache_answers(self, found: Mapping[bytes, Answer]) -> None:
+        _answer_cache.update((key, answer) for key, answer in found.items() if _is_reusable(answer))
+        while len(_answer_cache) > _MAX_CACHED_ANSWERS:
+            _answer_cache.popitem(last=False)
 
     def _timed(self, request: BaseModel) -> BaseModel:
         if not isinstance(request, DesignSettings):
@@ -204,7 +204,7 @@ class _Chunk:
     ) -> Item:  # fmt: skip
         parts = parts_of(self.slug, self.mode, found)
         content = encoded(spec, parts, repeated)
-        # Numbers that are not finite have these names in the text, which other text may have as well.
+        # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text.
         if (b"NaN" in content or b"Infinity" in content) and not finite(parts):
             found = _failure("The result is not finite", "the solver gave a number that is not finite")
             parts = parts_of(self.slug, self.mode, found)
@@ -214,20 +214,20 @@ class _Chunk:
         return Item(index, line, found.status, holds, parts.get("figure"), text, found_by)
 
 
-def _will_do_again(answer: Answer) -> bool:
-    """Whether an equal request need not be solved."""
+def _is_reusable(answer: Answer) -> bool:
+    """Whether the answer may be reused for an equal request."""
     return answer.status in ("succeeded", "infeasible") and (answer.accuracy or {}).get("met", True)
 
 
 def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
-    """What is kept of an answer beside its spec, by name; what is empty is not kept."""
+    """The stored parts of an answer, besides its spec, by name; empty parts are omitted."""
     parts = {
         "result": found.result,
         "problem": found.problem,
         "effects": found.effects or None,
         "accuracy": found.accuracy,
         "verdict": found.verdict,
-        "timing": {name: round(seconds, _SECONDS) for name, seconds in found.timing.items()} or None,
+        "timing": {name: round(seconds, _TIMING_DECIMALS) for name, seconds in found.timing.items()} or None,
     }
     if found.status == "succeeded" and found.result is not None:
         name, value = KINDS[slug].figure(mode, found.result)
@@ -236,12 +236,12 @@ def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
     return {name: part for name, part in parts.items() if part is not None}
 
 
-def _sendable(body: Any) -> bytes | None:
-    """A refused body as the spec of its run, where it can be one."""
+def _storable_spec(body: Any) -> bytes | None:
+    """A refused body as the spec of its run; None if it cannot be stored."""
     try:
         text = canonical_json(body)
-        return text if len(text) < _LONGEST_REFUSED else None
-    except (ValueError, RecursionError):  # numbers or text that JSON cannot carry
+        return text if len(text) < _MAX_REFUSED_BYTES else None
+    except (ValueError, RecursionError):  # numbers or text that JSON cannot represent
         return None
 
 
@@ -254,9 +254,9 @@ def _failure(title: str, detail: str, status: int = 500) -> Answer:
 
 
 def failed_item(index: int, row: Row, source: Source, dictionary: bytes, status: int, title: str, detail: str) -> Item:
-    """An item that brings its worker down, as it is stored."""
+    """The stored form of an item that crashed its worker."""
     try:
-        spec = _sendable(source.body(row))
+        spec = _storable_spec(source.body(row))
     except UnreadableRow:
         spec = None
     problem = _failure(title, detail, status).problem

@@ -1,7 +1,7 @@
-"""The engine: leases chunks of the active batches, has them solved, and stores every answer exactly once.
+"""Batch engine: leases chunks of the active batches, dispatches them to workers, stores every answer exactly once.
 
-It may lose anything at any moment: what it holds is leased for a short time only, and what it has stored is stored in
-one transaction with the chunk's mark.
+The engine tolerates a crash at any point: leases expire, and the items of a chunk are committed in the same transaction
+as its state.
 """
 
 from __future__ import annotations
@@ -38,25 +38,25 @@ from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-_CHUNK_S = 0.5
-"""What a chunk is to take: long against storing it, short against a person's patience."""
-_FIRST_GUESS_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
-_LOOK_S = 0.5
-_MOST_CRASHES = 3
-"""So often a chunk of several items may come to no end before it is split."""
-_MOST_CRASHES_ALONE = 6
-"""So often one item; the death of a service that had leased it counts too."""
-_MOST_ATTEMPTS = 20
-"""So often a chunk may be leased, as often as an accepted run: who leases it may be killed through no fault of it."""
-_BLOCKS_KEPT = 8
-_WORTH_A_LOOK_S = 5e-3
-"""Items that take longer than this are looked for among those of other chunks before they are solved."""
-_LONGEST_DICTIONARY = 32_000
-"""More a deflated text cannot look back."""
+_CHUNK_TARGET_S = 0.5
+"""Target solve time of a chunk [s]: long compared with its commit, short compared with a user's patience."""
+_INITIAL_ITEM_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
+_POLL_INTERVAL_S = 0.5
+_MAX_CRASHES = 3
+"""Maximum attempts of a chunk of several items before it is split."""
+_MAX_ITEM_CRASHES = 6
+"""Maximum attempts of a single item that crashes its worker; the death of a service that held its lease counts too."""
+_MAX_ATTEMPTS = 20
+"""Maximum leases of a chunk, as for an accepted run: the lease holder may be killed through no fault of the chunk."""
+_MAX_CACHED_BLOCKS = 8
+_LOOKUP_THRESHOLD_S = 5e-3
+"""Item solve time [s] above which equal items of other chunks are looked up before solving."""
+_MAX_DICTIONARY_BYTES = 32_000
+"""The window of DEFLATE [bytes]."""
 
 
 class BatchEngine:
-    """Works on the batches of one store until it is closed; several processes may do so at once."""
+    """Processes the batches of one store until closed; several processes may share a store."""
 
     def __init__(self, store: RunStore, executor: Executor, solve_budget_s: float, lease_s: float = LEASE_S) -> None:
         self._store, self._executor, self._solve_budget_s = store, executor, solve_budget_s
@@ -65,7 +65,7 @@ class BatchEngine:
         self._wake = asyncio.Event()
         self._tasks: dict[asyncio.Task[None], int] = {}
         self._solving: dict[tuple[int, int], asyncio.Task[None]] = {}
-        """Which task solves what is asked, of batches whose items are worth a look for equal ones."""
+        """The task that solves each (batch, request number), for batches whose equal items are looked up."""
         self._item_s: dict[tuple[str, str, str], float] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
@@ -73,22 +73,22 @@ class BatchEngine:
         self._loop: asyncio.Task[None] | None = None
 
     def start(self) -> None:
-        """Begin; returns at once."""
+        """Start the background loop; does not block."""
         if self._executor.background_workers:
             self._loop = asyncio.create_task(self._run())
 
     def look(self) -> None:
-        """There may be something new to do."""
+        """Wake the loop: new work may be available."""
         self._wake.set()
 
     def cancel(self, number: int) -> None:
-        """End what is being solved of a batch that was cancelled in the store."""
+        """Cancel the running solves of a batch already cancelled in the store."""
         for task, batch in list(self._tasks.items()):
             if batch == number:
                 task.cancel()
 
     async def close(self) -> None:
-        """End every solve and give back what is leased."""
+        """Cancel every solve and release all leases."""
         if self._loop is None:
             return
         tasks = [self._loop, *self._tasks]
@@ -97,15 +97,15 @@ class BatchEngine:
         await asyncio.gather(*tasks, return_exceptions=True)
         try:
             await self._store.write(Release(self.owner))
-        except StoreError as error:  # the leases run out by themselves
+        except StoreError as error:  # the leases expire on their own
             logger.warning("leases_not_released", reason=str(error))
 
     async def dictionary(self, kind: str, mode: str, detail: str) -> bytes:
-        """Text that the items of such a batch resemble; empty where it cannot be had soon, which only costs room."""
+        """Compression dictionary for the items of such a batch; empty if unavailable, which only costs space."""
         key = (kind, mode, detail)
         if key not in self._dictionaries:
             wing, example = KINDS[kind], example_of(KINDS[kind], Mode(mode))
-            if mode == Mode.ACCURACY:  # a study takes longer than its answer is worth here
+            if mode == Mode.ACCURACY:  # a study is too expensive for a dictionary
                 return canonical_json(example)
             try:
                 payload = canonical_json(example)
@@ -115,7 +115,7 @@ class BatchEngine:
             kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))
             spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
             text = encoded(spec, parts_of(kind, Mode(mode), kept))
-            self._dictionaries[key] = text[:_LONGEST_DICTIONARY]
+            self._dictionaries[key] = text[:_MAX_DICTIONARY_BYTES]
         return self._dictionaries[key]
 
     async def _run(self) -> None:
@@ -132,34 +132,34 @@ class BatchEngine:
                 claimed = await self._claim()
             except asyncio.CancelledError:
                 raise
-            except Exception:  # a database in trouble: everything waits until it is well again
+            except Exception:  # database failure: retry until it recovers
                 logger.exception("batch_engine_stumbled")
                 claimed = False
             if not claimed:
                 self._wake.clear()
                 try:
-                    await asyncio.wait_for(self._wake.wait(), min(_LOOK_S, self._lease_s / 4))
+                    await asyncio.wait_for(self._wake.wait(), min(_POLL_INTERVAL_S, self._lease_s / 4))
                 except TimeoutError:
                     continue
 
     @property
-    def _room(self) -> int:
-        """How many chunks more to hold: for every worker one that runs and one that follows it at once."""
+    def _capacity(self) -> int:
+        """Number of further chunks to lease: per worker, one running and one queued behind it."""
         return 2 * self._executor.background_workers - len(self._tasks)
 
     async def _claim(self) -> bool:
-        """Lease chunks of one batch, the batches taking turns; whether there were any."""
-        if self._room <= 0:
+        """Lease chunks of one batch, round-robin over the active ones; False if none was available."""
+        if self._capacity <= 0:
             return False
         active = await self._store.query(active_batches)
         for offset in range(len(active)):
             self._turn += 1
             batch = active[(self._turn + offset) % len(active)]
-            share = self._room if len(active) == 1 else 1
+            share = self._capacity if len(active) == 1 else 1
             claim = Claim(batch.number, self.owner, self._lease_s, share, self._items_of(batch))
             chunks = await self._store.write(claim)
             for chunk in chunks:
-                self._begin(batch, chunk)
+                self._launch(batch, chunk)
             if chunks:
                 return True
         return False
@@ -167,38 +167,38 @@ class BatchEngine:
     def _items_of(self, batch: BatchRecord) -> int:
         """Items of a chunk; a small batch still has a chunk for each worker."""
         share = math.ceil(batch.total / max(1, self._executor.background_workers))
-        return max(1, min(int(_CHUNK_S / self._guess(batch)), share))
+        return max(1, min(int(_CHUNK_TARGET_S / self._estimated_item_s(batch)), share))
 
-    def _guess(self, batch: BatchRecord) -> float:
-        """About how long an item takes [s]."""
-        return self._item_s.get((batch.kind, batch.mode, batch.detail), _FIRST_GUESS_S[Mode(batch.mode)])
+    def _estimated_item_s(self, batch: BatchRecord) -> float:
+        """Estimated solve time of an item [s]."""
+        return self._item_s.get((batch.kind, batch.mode, batch.detail), _INITIAL_ITEM_S[Mode(batch.mode)])
 
-    def _begin(self, batch: BatchRecord, chunk: Chunk) -> None:
-        task = asyncio.create_task(self._do(batch, chunk))
+    def _launch(self, batch: BatchRecord, chunk: Chunk) -> None:
+        task = asyncio.create_task(self._process(batch, chunk))
         self._tasks[task] = batch.number
-        task.add_done_callback(self._ended)
+        task.add_done_callback(self._on_done)
 
-    def _ended(self, task: asyncio.Task[None]) -> None:
+    def _on_done(self, task: asyncio.Task[None]) -> None:
         self._tasks.pop(task, None)
         self._solving = {asked: other for asked, other in self._solving.items() if other is not task}
         self._wake.set()
         if not task.cancelled() and task.exception() is not None:
-            # The lease runs out, and the chunk is taken again.
+            # The lease expires, and the chunk is claimed again.
             logger.error("batch_chunk_lost", reason=repr(task.exception()))
 
-    async def _do(self, batch: BatchRecord, chunk: Chunk) -> None:
-        if chunk.attempts > _MOST_CRASHES and chunk.count > 1:
+    async def _process(self, batch: BatchRecord, chunk: Chunk) -> None:
+        if chunk.attempts > _MAX_CRASHES and chunk.count > 1:
             await self._store.write(Split(chunk, self.owner))
             return
-        if chunk.attempts > _MOST_ATTEMPTS:
-            await self._give_up(batch, chunk, 500, "The solver failed", f"{_MOST_ATTEMPTS} attempts came to no end")
+        if chunk.attempts > _MAX_ATTEMPTS:
+            await self._give_up(batch, chunk, 500, "The solver failed", f"{_MAX_ATTEMPTS} attempts came to no end")
             return
         try:
             items = await self._solve(batch, chunk)
         except ExecutorClosed:
             return
         except Busy:
-            await asyncio.sleep(_LOOK_S)
+            await asyncio.sleep(_POLL_INTERVAL_S)
             await self._store.write(Return(chunk, self.owner, in_vain=False))
         except JobError as error:
             await self._recover(batch, chunk, error)
@@ -217,25 +217,25 @@ class BatchEngine:
             batch.detail,
             batch.dictionary,
             self._solve_budget_s,
-            self._guess(batch) > _WORTH_A_LOOK_S,
+            self._estimated_item_s(batch) > _LOOKUP_THRESHOLD_S,
         )
-        kill_s = self._solve_budget_s + 10 * self._guess(batch) * chunk.count
+        kill_s = self._solve_budget_s + 10 * self._estimated_item_s(batch) * chunk.count
         if batch.mode == Mode.ACCURACY:
             kill_s += MAX_BUDGET_S * chunk.count
         while True:
             found = await self._executor.run_in_background(batch.kind, batch.mode, pickle.dumps(task), kill_s)
             if not isinstance(found, Needs):
-                self._learn(batch, found.seconds / chunk.count)
+                self._update_estimate(batch, found.seconds / chunk.count)
                 return found.items
             if found.run_ids:
                 task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
             else:
-                task = replace(task, known=await self._equal(batch, found.asked))
+                task = replace(task, known=await self._equal_items(batch, found.asked))
 
-    async def _equal(self, batch: BatchRecord, asked: frozenset[int]) -> dict[int, Item]:
-        """Stored items of a batch that ask one of these, after those that are being solved here have ended.
+    async def _equal_items(self, batch: BatchRecord, asked: frozenset[int]) -> dict[int, Item]:
+        """Stored items of a batch equal to the requested ones, after the local solves of such items have finished.
 
-        Whoever waits has not yet said what it solves itself, so no two wait for each other.
+        Deadlock-free: a task registers its own requests only after its wait.
         """
         while others := {self._solving[batch.number, each] for each in asked if (batch.number, each) in self._solving}:
             await asyncio.wait(others)
@@ -244,7 +244,7 @@ class BatchEngine:
         self._solving.update(((batch.number, each), own) for each in asked)
         return await self._store.query(lambda connection: items_asking(connection, batch.number, asked))
 
-    def _learn(self, batch: BatchRecord, seconds: float) -> None:
+    def _update_estimate(self, batch: BatchRecord, seconds: float) -> None:
         key = (batch.kind, batch.mode, batch.detail)
         self._item_s[key] = 0.5 * self._item_s.get(key, seconds) + 0.5 * max(seconds, 1e-6)
 
@@ -262,24 +262,24 @@ class BatchEngine:
         key = (chunk.batch, chunk.block)
         if key not in self._blocks:
             self._blocks[key] = await self._store.query(lambda connection: block_of(connection, *key))
-            while len(self._blocks) > _BLOCKS_KEPT:
+            while len(self._blocks) > _MAX_CACHED_BLOCKS:
                 self._blocks.popitem(last=False)
         return self._blocks[key]
 
     async def _recover(self, batch: BatchRecord, chunk: Chunk, error: JobError) -> None:
-        """The chunk brought its worker down, or took too long."""
+        """Handle a chunk that crashed its worker or exceeded its budget: split, retry or fail it."""
         logger.warning("batch_chunk_failed", batch=batch.id, first=chunk.first, count=chunk.count, reason=str(error))
         if isinstance(error, BudgetExceeded):
-            self._item_s[batch.kind, batch.mode, batch.detail] = 4 * self._guess(batch)
+            self._item_s[batch.kind, batch.mode, batch.detail] = 4 * self._estimated_item_s(batch)
         if chunk.count > 1:
             await self._store.write(Split(chunk, self.owner))
-        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MOST_CRASHES_ALONE:
+        elif isinstance(error, WorkerCrashed) and chunk.attempts < _MAX_ITEM_CRASHES:
             await self._store.write(Return(chunk, self.owner, in_vain=True))
         else:
-            await self._give_up(batch, chunk, *_words(error))
+            await self._give_up(batch, chunk, *_problem_of(error))
 
     async def _give_up(self, batch: BatchRecord, chunk: Chunk, status: int, title: str, detail: str) -> None:
-        """Store the only item of the chunk as failed."""
+        """Store the single item of the chunk as failed."""
         start = chunk.first - chunk.block
         source = Source.from_json(batch.source)
         rows = unpacked_rows(await self._block(chunk), start, start + chunk.count)
@@ -290,7 +290,7 @@ class BatchEngine:
         await self._store.write(Finish(chunk, self.owner, tuple(items)))
 
 
-def _words(error: JobError) -> tuple[int, str, str]:
+def _problem_of(error: JobError) -> tuple[int, str, str]:
     if isinstance(error, BudgetExceeded):
         return 504, OUT_OF_TIME, str(error)
     if isinstance(error, MemoryExceeded):

@@ -1,4 +1,4 @@
-"""Dotted names against a request's schema: whether a field can be meant, and whether its cells are text."""
+"""Resolves dotted field names against the JSON schema of a request or result."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def _schema(kind: str, mode: str) -> dict[str, Any]:
 
 
 def _forms(root: dict[str, Any], node: dict[str, Any], depth: int = 0) -> Iterator[dict[str, Any]]:
-    """Every form that a value there can have."""
+    """The alternative subschemas of a node, with references resolved."""
     if depth > 20:
         return
     if "$ref" in node:
@@ -43,7 +43,7 @@ def _inner(root: dict[str, Any], node: dict[str, Any], step: str) -> Iterator[di
 
 
 def forms_of(kind: str, mode: str, name: str) -> list[dict[str, Any]]:
-    """What the schema says of the field with that dotted name; empty where there is no such field."""
+    """The subschemas of the field with a dotted name; empty if there is no such field."""
     root = _schema(kind, mode)
     nodes = list(_forms(root, root))
     for step in name.split(".")[:50]:
@@ -52,12 +52,12 @@ def forms_of(kind: str, mode: str, name: str) -> list[dict[str, Any]]:
 
 
 def unknown(kind: str, mode: str, names: Iterable[str]) -> list[str]:
-    """Those of the names that are no field."""
+    """The names that are not fields of the request."""
     return [name for name in names if not forms_of(kind, mode, name)]
 
 
 def texts(kind: str, mode: str, names: Iterable[str]) -> frozenset[str]:
-    """Those of the fields that hold nothing but text, so that a cell that looks like a number is none."""
+    """The text-only fields, whose cells are never parsed as numbers."""
     return frozenset(name for name in names if all(_is_text(form) for form in forms_of(kind, mode, name)))
 
 
@@ -67,7 +67,7 @@ def _is_text(form: dict[str, Any]) -> bool:
 
 @cache
 def result_columns(kind: str, mode: str) -> dict[str, type]:
-    """The dotted names of all scalars that a result of that kind and mode can have, with the types of their values."""
+    """The dotted names and types of all scalars that a result of this kind and mode may contain."""
     job = job_of(KINDS[kind], Mode(mode))
     found: dict[str, type] = {}
 
@@ -77,7 +77,7 @@ def result_columns(kind: str, mode: str) -> dict[str, type]:
             if kind_of is not None and path:
                 name = ".".join(path)
                 found[name] = wider(found.get(name, kind_of), kind_of)
-            if len(path) < _DEEPEST:
+            if len(path) < _MAX_DEPTH:
                 for name, inner in form.get("properties", {}).items():
                     walk(root, inner, (*path, name))
 
@@ -87,11 +87,11 @@ def result_columns(kind: str, mode: str) -> dict[str, type]:
 
 
 _TYPES: dict[str, type] = {"number": float, "integer": int, "boolean": bool, "string": str}
-_DEEPEST = 5
+_MAX_DEPTH = 5
 
 
 def wider(one: type, other: type) -> type:
-    """A type that holds the values of both."""
+    """The common type of two column types; ``NoneType`` is neutral."""
     if one is other or other is type(None):
         return one
     if one is type(None):
@@ -100,7 +100,7 @@ def wider(one: type, other: type) -> type:
 
 
 def numbers(kind: str, mode: str) -> list[str]:
-    """The dotted names of all numeric fields that can be varied, in the order of the schema."""
+    """The dotted names of all numeric fields that can be varied, in schema order."""
     root = _schema(kind, mode)
     found: dict[str, None] = {}
 

@@ -1,4 +1,4 @@
-"""What is sent, as it comes in: cut into rows without looking into them, and packed into blocks."""
+"""Streaming intake of batches: split the body into rows without parsing them, and pack the rows into blocks."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from app.store.repository import RunStore
 
 LONGEST_ROW = 1_000_000
 _BLOCK_ROWS, _BLOCK_BYTES = 5000, 2 * 2**20
-"""A chunk lies in one block: enough rows for what a worker solves at once of the quickest kind."""
-_BLOCKS_AT_ONCE = 4
+"""Block limits [rows, bytes]. A chunk lies in one block, so a block must hold a chunk of the fastest kind."""
+_BLOCKS_PER_WRITE = 4
 _TOO_LONG = f"is longer than {LONGEST_ROW} bytes"
 _BOM = b"\xef\xbb\xbf"
 
 
 class Lines:
-    """Cuts bytes into lines, with their numbers from 1. Of a line that is too long nothing is kept.
+    """Splits a byte stream into lines numbered from 1; the content of an overlong line is discarded.
 
-    ``quotes`` is for CSV, where a line break between quotes does not end a record.
+    ``quotes`` enables CSV quoting, where a line break between quotes does not end a record.
     """
 
     def __init__(self, quotes: bool) -> None:
@@ -34,7 +34,7 @@ class Lines:
         self._size, self._line, self._first, self._open = 0, 1, 1, False
 
     def feed(self, data: bytes) -> Iterator[Row]:
-        """The rows that end in the data."""
+        """The rows completed by ``data``."""
         if self._line == 1 and not self._parts and data.startswith(_BOM):
             data = data[len(_BOM) :]
         pieces = data.split(b"\n")
@@ -50,7 +50,7 @@ class Lines:
             self._keep(pieces[-1])
 
     def end(self) -> Row | None:
-        """The last row, where no line break follows it."""
+        """The last row if it has no trailing line break."""
         return self._row() if self._parts or self._size else None
 
     def _keep(self, piece: bytes) -> None:
@@ -78,7 +78,7 @@ def header_of(row: Row) -> tuple[str, ...]:
 
 
 class Receiver:
-    """Stores rows as blocks of one batch, a few blocks a transaction; only they are ever in memory."""
+    """Stores rows as blocks of one batch, a few blocks per transaction, with memory bounded by these blocks."""
 
     def __init__(self, store: RunStore, number: int) -> None:
         self._store, self._number = store, number
@@ -90,7 +90,7 @@ class Receiver:
         self.total = 0
 
     async def add(self, rows: Sequence[Row]) -> None:
-        """Take rows; some may be stored when this returns."""
+        """Append rows; may store full blocks."""
         for row in rows:
             self._rows.append(row)
             self._bytes += len(row.content)
@@ -101,7 +101,7 @@ class Receiver:
             await self.finish()
 
     async def finish(self) -> None:
-        """Store what is left."""
+        """Store the remaining rows."""
         await self._pack()
         await self._write()
         self.total = self._packed
@@ -113,7 +113,7 @@ class Receiver:
         content = await asyncio.to_thread(packed_rows, rows)
         self._blocks.append(Block(self._packed, len(rows), content))
         self._packed += len(rows)
-        if len(self._blocks) >= _BLOCKS_AT_ONCE:
+        if len(self._blocks) >= _BLOCKS_PER_WRITE:
             await self._write()
 
     async def _write(self) -> None:
@@ -123,7 +123,7 @@ class Receiver:
 
 
 async def in_slices(rows: Iterator[Row], count: int = 1000) -> AsyncIterator[list[Row]]:
-    """Rows that are computed, a slice at a time, on a thread beside the event loop."""
+    """Generated rows in slices of ``count``, produced on a worker thread."""
 
     def some() -> list[Row]:
         return list(islice(rows, count))

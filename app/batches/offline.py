@@ -1,4 +1,4 @@
-"""A batch on the command line: by a running service, or with workers of its own. The same command again goes on."""
+"""Command-line batches, on a running service or with local workers. Repeating a command resumes its batch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from app.store.migrate import upgrade
 from app.store.repository import RunStore
 
 Told = Callable[[dict[str, Any]], None]
-_PART = 1 << 20
+_READ_BYTES = 1 << 20
 _TYPES = {
     ".csv": "text/csv",
     ".ndjson": "application/x-ndjson",
@@ -36,21 +36,21 @@ FORMATS = {".csv": Format.CSV, ".ndjson": Format.NDJSON, ".jsonl": Format.NDJSON
 
 
 def form_of(file: Path) -> str | None:
-    """The media type of a file of cases by its name, None where it tells none."""
+    """The media type of a case file by its extension; None if unknown."""
     return _TYPES.get(file.suffix.lower())
 
 
 def key_of(file: Path, *asked: str) -> str:
-    """The idempotency key of a command: the same for the same cases asked the same way."""
+    """The idempotency key of a command: a hash of the case file and the options."""
     digest = hashlib.sha256("\0".join(asked).encode() + b"\0")
     with file.open("rb") as source:
-        while part := source.read(_PART):
+        while part := source.read(_READ_BYTES):
             digest.update(part)
     return f"cli-{digest.hexdigest()[:40]}"
 
 
 def swept(file: Path, kind: str, mode: str, detail: str) -> bytes:
-    """The sweep in a file, of the kind and mode of the command. Raises ValueError."""
+    """The sweep in a file, with the kind and mode of the command. Raises ValueError."""
     told = json.loads(file.read_bytes())
     if not isinstance(told, dict):
         raise ValueError("a sweep is a JSON object")
@@ -60,7 +60,7 @@ def swept(file: Path, kind: str, mode: str, detail: str) -> bytes:
 async def here(
     file: Path, kind: str, mode: str, detail: str, output: Path, database_url: str, workers: int, told: Told
 ) -> dict[str, Any]:
-    """The batch at its end, solved by workers of this process; results are in ``output``. Raises Problem."""
+    """Solve a batch with local workers and write ``output``; returns the finished batch. Raises Problem."""
     key, form = key_of(file, kind, mode, detail), form_of(file)
     lanes = PoolSettings(workers=1, background_workers=workers, background_entry=chunk.answer)
     pool = ProcessPool(lanes)
@@ -86,7 +86,7 @@ async def here(
                 batch_id = json.loads(answer)["id"]
                 async for batch in service.progress(batch_id, lambda: False):
                     told(batch_json(batch))
-                with _replacing(output) as sink:
+                with _AtomicFile(output) as sink:
                     async for part in service.results(batch, Wanted(), FORMATS[output.suffix.lower()]):
                         sink.write(part)
                 return batch_json(batch)
@@ -98,12 +98,12 @@ async def here(
 
 async def _parts(file: Path) -> AsyncIterator[bytes]:
     with file.open("rb") as source:
-        while part := await asyncio.to_thread(source.read, _PART):
+        while part := await asyncio.to_thread(source.read, _READ_BYTES):
             yield part
 
 
 def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail: str, output: Path, told: Told) -> Any:
-    """The same by the service at ``url``. Raises OSError; an HTTPError has the service's problem for its body."""
+    """As ``here``, on the service at ``url``. Raises OSError; an HTTPError carries the problem as its body."""
     form = form_of(file)
     headers = {"Content-Type": str(form), "Idempotency-Key": key_of(file, kind, mode, detail)}
     authorization = {"Authorization": f"Bearer {token}"} if token else {}
@@ -128,14 +128,14 @@ def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail
             break
         time.sleep(0.5)
     place = f"{base}{batch['links']['results']}?format={FORMATS[output.suffix.lower()]}"
-    with urlopen(Request(place, headers=authorization)) as response, _replacing(output) as sink:
-        while part := response.read(_PART):
+    with urlopen(Request(place, headers=authorization)) as response, _AtomicFile(output) as sink:
+        while part := response.read(_READ_BYTES):
             sink.write(part)
     return batch
 
 
-class _replacing:
-    """A file that takes its name only when it is whole."""
+class _AtomicFile:
+    """Atomic file replacement: the target appears only once it is complete."""
 
     def __init__(self, path: Path) -> None:
         self._path, self._part = path, path.with_name(path.name + ".part")

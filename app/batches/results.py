@@ -1,4 +1,4 @@
-"""What came out of a batch as a table, streamed: lines of JSON, CSV, or Parquet."""
+"""Streamed result table of a batch as NDJSON, CSV or Parquet."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
 from app.store.repository import RunStore
 
 _PAGE = 500
-_LOOKED_AT = 2000
+_SAMPLE_SIZE = 2000
 _PARQUET_ROWS = 20_000
 _HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
 HEAD = tuple(_HEAD_TYPES)
 MOST_POINTS = 4000
-_OF_A_POINT = ("index", "run_id", "status", "holds", "governed_by")
-_FORMULA = ("=", "+", "-", "@", "\t", "\r")
+_POINT_FIELDS = ("index", "run_id", "status", "holds", "governed_by")
+_FORMULA_PREFIXES = ("=", "+", "-", "@", "\t", "\r")
 
 
 class Format(StrEnum):
@@ -43,14 +43,14 @@ MEDIA_TYPES = {
 
 @dataclass(frozen=True)
 class Wanted:
-    """Which items, and which of their fields by dotted names; none for all."""
+    """Selection of items by status and of fields by dotted name; empty selects all."""
 
     statuses: tuple[str, ...] = ()
     fields: tuple[str, ...] = ()
 
 
 def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
-    """The scalars in a JSON value under their dotted names; curves and tables are left out."""
+    """The scalars of a JSON value with their dotted names; arrays are omitted."""
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from flat(inner, f"{prefix}.{name}" if prefix else name, depth + 1)
@@ -59,7 +59,7 @@ def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, An
 
 
 def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, Any]:
-    """One item as a row: what it is, the fields that the batch varies, the result's scalars, what was wrong."""
+    """One item as a row: identity, varied fields, scalars of the result, problem."""
     parts = unpacked(item.content, batch.dictionary)
     row: dict[str, Any] = {
         "index": item.index,
@@ -92,7 +92,7 @@ def _at(value: Any, name: str) -> Any:
 
 
 def _problem(problem: Any) -> str | None:
-    """A problem in one line."""
+    """A one-line summary of a problem."""
     if not isinstance(problem, dict):
         return None
     errors = [f"{e['pointer'] or '/'} {e['detail']} (allowed: {e['allowed']})" for e in problem.get("errors", ())]
@@ -100,7 +100,7 @@ def _problem(problem: Any) -> str | None:
 
 
 async def rows(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[list[dict[str, Any]]]:
-    """The rows of the ended items, in the order of the items, a page at a time."""
+    """The rows of finished items in item order, a page at a time."""
     varied = wanted.fields or await varied_of(store, batch)
     after = -1
     while True:
@@ -112,16 +112,16 @@ async def rows(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIter
         found, last = await store.query(page)
         if not found:
             return
-        yield [_chosen(row, wanted.fields) for row in found] if wanted.fields else found
+        yield [_selected(row, wanted.fields) for row in found] if wanted.fields else found
         after = last
 
 
-def _chosen(row: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
+def _selected(row: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
     return {name: row.get(name) for name in names}
 
 
 async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
-    """The fields in which the requests of a batch differ: as they were told, or by the look of the first ones."""
+    """The fields in which the requests differ: as declared by the source, else found in the first items."""
     source = Source.from_json(batch.source)
     if source.form != "ndjson":
         return source.varied
@@ -129,7 +129,7 @@ async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
     def look(connection: Any) -> tuple[str, ...]:
         first: dict[str, Any] | None = None
         found: dict[str, None] = {}
-        for item in items_after(connection, batch.number, -1, _LOOKED_AT):
+        for item in items_after(connection, batch.number, -1, _SAMPLE_SIZE):
             spec = unpacked(item.content, batch.dictionary).get("spec")
             if not isinstance(spec, dict) or item.status == ItemStatus.REFUSED:
                 continue
@@ -142,8 +142,11 @@ async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
 
 
 async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, Any]:
-    """At most a few thousand ended items, spread evenly, each with its index, run, status, what governs it and the
-    fields wanted; and the names of everything that is a number in the first of them, the varied fields before."""
+    """An evenly spaced sample of finished items, at most ``MOST_POINTS``, for the explorer.
+
+    Each point has index, run, status, verdict and the requested fields. Also returns the numeric fields of the first
+    succeeded item, the varied ones separately.
+    """
     step = max(1, -(-batch.total // MOST_POINTS))
     varied = await varied_of(store, batch)
 
@@ -154,10 +157,10 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
             row = row_of(batch, (*varied, *wanted.fields), item)
             if item.status == ItemStatus.SUCCEEDED and not names:
                 names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
-            found.append([*(row[name] for name in _OF_A_POINT), *(row.get(name) for name in wanted.fields)])
+            found.append([*(row[name] for name in _POINT_FIELDS), *(row.get(name) for name in wanted.fields)])
         first = [name for name in varied if name in names]
         rest = [name for name in names if name not in first]
-        return {"fields": [*_OF_A_POINT, *wanted.fields], "points": found, "varied": first, "results": rest}
+        return {"fields": [*_POINT_FIELDS, *wanted.fields], "points": found, "varied": first, "results": rest}
 
     return await store.query(look)
 
@@ -167,7 +170,7 @@ def _is_number(value: Any) -> bool:
 
 
 async def streamed(store: RunStore, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:
-    """The table in that form."""
+    """The result table in the given format."""
     write: Callable[..., AsyncIterator[bytes]] = {
         Format.NDJSON: _ndjson,
         Format.CSV: _csv,
@@ -184,15 +187,18 @@ async def _ndjson(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncI
 
 
 async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[str, type]:
-    """Every column of the table with the type of its values: those that a look at some thousand items finds, in their
-    order, and whatever else a result of this kind can have, so that nothing is lost without reading all twice."""
+    """The columns of the table and their types.
+
+    Columns found in a sample of items come first, in their order, then all others that the result schema allows: no
+    value is lost, and no second pass over the items is needed.
+    """
     known = result_columns(batch.kind, batch.mode)
-    step = max(1, batch.total // _LOOKED_AT)
+    step = max(1, batch.total // _SAMPLE_SIZE)
     varied = wanted.fields or await varied_of(store, batch)
 
     def look(connection: Any) -> dict[str, type]:
         found: dict[str, type] = dict.fromkeys(wanted.fields, type(None))
-        for item in items_spread(connection, batch.number, step, 2 * _LOOKED_AT):
+        for item in items_spread(connection, batch.number, step, 2 * _SAMPLE_SIZE):
             row = row_of(batch, varied, item)
             for name in wanted.fields or row:
                 value = row.get(name)
@@ -214,10 +220,10 @@ async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dic
 
 
 def _safe(value: Any) -> Any:
-    """A cell that no spreadsheet takes for a formula; numbers stay numbers."""
+    """Escape text that a spreadsheet would evaluate as a formula; numbers are unchanged."""
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, str) and value.startswith(_FORMULA):
+    if isinstance(value, str) and value.startswith(_FORMULA_PREFIXES):
         return "'" + value
     return value
 
@@ -242,12 +248,12 @@ async def _parquet(store: RunStore, batch: BatchRecord, wanted: Wanted) -> Async
     types = {int: pyarrow.int64(), float: pyarrow.float64(), bool: pyarrow.bool_()}
     columns = await columns_of(store, batch, wanted)
     schema = pyarrow.schema([(name, types.get(kind, pyarrow.string())) for name, kind in columns.items()])
-    sink = _Taken()
+    sink = _DrainableSink()
     waiting: list[dict[str, Any]] = []
     with pyarrow.parquet.ParquetWriter(pyarrow.PythonFile(sink, mode="w"), schema) as writer:
 
         def write() -> None:
-            made = [{n: _fitting(row.get(n), kind) for n, kind in columns.items()} for row in waiting]
+            made = [{n: _converted(row.get(n), kind) for n, kind in columns.items()} for row in waiting]
             writer.write_table(pyarrow.Table.from_pylist(made, schema=schema))
             waiting.clear()
 
@@ -255,19 +261,19 @@ async def _parquet(store: RunStore, batch: BatchRecord, wanted: Wanted) -> Async
             waiting += page
             if len(waiting) >= _PARQUET_ROWS:
                 await asyncio.to_thread(write)
-                yield sink.taken()
+                yield sink.drain()
         await asyncio.to_thread(write)
-    yield sink.taken()
+    yield sink.drain()
 
 
-def _fitting(value: Any, kind: type) -> Any:
+def _converted(value: Any, kind: type) -> Any:
     if value is None or kind in (int, bool) or (kind is str and isinstance(value, str)):
         return value
     return float(value) if kind is float else str(value)
 
 
-class _Taken(io.RawIOBase):
-    """A file to write to, of which what was written can be taken away."""
+class _DrainableSink(io.RawIOBase):
+    """A write-only file whose buffered content can be drained."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -285,7 +291,7 @@ class _Taken(io.RawIOBase):
     def tell(self) -> int:
         return self._at
 
-    def taken(self) -> bytes:
+    def drain(self) -> bytes:
         found = b"".join(self._parts)
         self._parts.clear()
         return found

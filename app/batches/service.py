@@ -1,4 +1,4 @@
-"""Batches as the edge sees them: take one in, show it, cancel it, hand out its results."""
+"""Batch service used by the API and the pages: submit, show, cancel and export batches."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ from app.store.viewer import own_key, viewer
 from app.version import NAME, VERSION
 
 MOST_ITEMS = 10_000_000
-_BETWEEN_EVENTS_S = 0.5
-_MOST_LISTED = 200
+_POLL_INTERVAL_S = 0.5
+_MAX_PAGE_SIZE = 200
 
 
 class BatchService:
-    """The batches of one store, and the engine that works on them."""
+    """The batches of one store and the engine that processes them."""
 
     def __init__(
         self,
@@ -62,7 +62,7 @@ class BatchService:
     async def close(self) -> None:
         await self.engine.close()
 
-    # -- taking in ------------------------------------------------------------------------------------------
+    # -- intake ----------------------------------------------------------------------------------------------
 
     async def take_lines(
         self,
@@ -72,11 +72,11 @@ class BatchService:
         key: str | None,
         digest: Any = None,
     ) -> bytes:
-        """A batch of lines of JSON or records of CSV, stored as they come; the answer once all of them are durable."""
+        """Accept a batch of NDJSON lines or CSV records, stored while streaming; answers once all are durable."""
         digest = digest or hashlib.sha256()
         digest.update(ask.told())
         lines = Lines(quotes=as_csv)
-        parts = _digested(stream, digest)
+        parts = _hashed(stream, digest)
         source = Source("ndjson")
         head: list[Row] = []
         if as_csv:
@@ -96,7 +96,7 @@ class BatchService:
         return await self._take(ask, source, rows(), key, digest)
 
     async def take_sweep(self, sweep: Sweep, key: str | None, digest: Any) -> bytes:
-        """A batch that the service expands itself."""
+        """Accept a sweep, which the service expands."""
         ask = Asked.of(sweep.kind, sweep.mode, sweep.name, sweep.detail)
         names = tuple(sweep.vary)
         _check_columns(ask, names, "/vary")
@@ -106,7 +106,7 @@ class BatchService:
         return await self._take(ask, source, in_slices(sweep.rows()), key, digest)
 
     async def take_parquet(self, ask: Asked, file: Path | IO[bytes], key: str | None, digest: Any) -> bytes:
-        """A batch from a Parquet file. Raises Problem where it is none."""
+        """Accept a batch from a Parquet file. Raises Problem if it cannot be read as one."""
         digest.update(ask.told())
         try:
             import pyarrow.parquet
@@ -157,7 +157,7 @@ class BatchService:
         return first or answer
 
     async def first_answer(self, key: str, request_hash: str) -> bytes | None:
-        """The answer given under the key. Raises IdempotencyConflict."""
+        """The answer first given under an idempotency key, or None. Raises IdempotencyConflict."""
         own = own_key(key)
         return await self.store.query(lambda connection: find_answer(connection, own, request_hash))
 
@@ -188,26 +188,26 @@ class BatchService:
     def _too_many(self) -> Problem:
         return Problem(413, "The batch is too large", f"at most {self._most_items} items are accepted")
 
-    # -- showing --------------------------------------------------------------------------------------------
+    # -- queries --------------------------------------------------------------------------------------------
 
     async def get(self, batch_id: str) -> BatchRecord:
-        """The batch, or UnknownBatch."""
+        """The batch with this id. Raises UnknownBatch."""
         return await self.store.query(lambda connection: get_batch(connection, batch_id))
 
     async def list(
         self, wanted: BatchFilter, before: str | None = None, limit: int = 50
     ) -> tuple[list[BatchRecord], str | None]:
-        """Batches, newest first, and the id to go on from."""
-        size = max(1, min(limit, _MOST_LISTED))
+        """A page of batches, newest first, and the id to continue from (None on the last page)."""
+        size = max(1, min(limit, _MAX_PAGE_SIZE))
         found = await self.store.query(lambda connection: list_batches(connection, wanted, before, size + 1))
         return found[:size], found[size - 1].id if len(found) > size else None
 
     def results(self, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:
-        """The table of what has ended so far."""
+        """The result table of the items finished so far, streamed."""
         return streamed(self.store, batch, wanted, form)
 
     async def progress(self, batch_id: str, stopping: Callable[[], bool]) -> AsyncIterator[BatchRecord]:
-        """The batch whenever it has changed, at most twice a second, until it has ended."""
+        """Yield the batch after each change, polled twice a second, until it ends or ``stopping()`` is true."""
         last = None
         while not stopping():
             batch = await self.get(batch_id)
@@ -216,10 +216,10 @@ class BatchService:
             last = batch
             if batch.status in (BatchStatus.ENDED, BatchStatus.CANCELLED):
                 return
-            await asyncio.sleep(_BETWEEN_EVENTS_S)
+            await asyncio.sleep(_POLL_INTERVAL_S)
 
     async def cancel(self, batch_id: str) -> BatchRecord:
-        """End an active batch; what is done stays. Raises UnknownBatch, and Problem once it has ended."""
+        """Cancel an active batch; finished items are kept. Raises UnknownBatch, or Problem if it has ended."""
         batch = await self.get(batch_id)
         if not await self.store.write(Cancel(batch.number)):
             status = (await self.get(batch_id)).status
@@ -229,14 +229,14 @@ class BatchService:
 
 
 class Asked:
-    """What is asked of every row: kind, mode, name of the batch, detail."""
+    """Parameters common to all rows of a batch: kind, mode, batch name, detail."""
 
     def __init__(self, kind: str, mode: str, name: str = "", detail: str = "scalars") -> None:
         self.kind, self.mode, self.name, self.detail = kind, mode, name, detail
 
     @classmethod
     def of(cls, kind: str, mode: str, name: str = "", detail: str = "scalars") -> Asked:
-        """Raises Problem for a kind or mode that there is not."""
+        """Validated parameters. Raises Problem for an unknown kind or mode."""
         if kind not in KINDS:
             found = entry("/kind", "is none of the kinds", ", ".join(KINDS))
             raise Problem(422, INVALID, "there is no such kind", [found])
@@ -247,12 +247,12 @@ class Asked:
         return cls(kind, str(Mode(mode)), name, detail)
 
     def told(self) -> bytes:
-        """What was asked, for telling a repeated request from another one."""
+        """Canonical JSON of the parameters, hashed to recognise a repeated request."""
         return canonical_json([self.kind, self.mode, self.name, self.detail])
 
 
 def table_source(ask: Asked, names: tuple[str, ...], form: str) -> Source:
-    """How the rows of a table are read. Raises Problem for a column that is no field."""
+    """The source description of a table. Raises Problem for a column that is not a field."""
     _check_columns(ask, names, "")
     return Source(form, names, texts(ask.kind, ask.mode, names), varied=names)
 
@@ -283,17 +283,17 @@ def _header(row: Row | None) -> tuple[str, ...]:
 
 
 async def _first_row(lines: Lines, parts: AsyncIterator[bytes]) -> tuple[Row | None, list[Row]]:
-    """The first row of a stream, and those that came with it."""
+    """The first row of a stream, and the rows received in the same part."""
     async for part in parts:
         if rows := list(lines.feed(part)):
             return rows[0], rows[1:]
     return lines.end(), []
 
 
-async def _digested(stream: AsyncIterator[bytes], digest: Any) -> AsyncIterator[bytes]:
+async def _hashed(stream: AsyncIterator[bytes], digest: Any) -> AsyncIterator[bytes]:
     async for part in stream:
         digest.update(part)
-        # A sender may hand over much at once; nobody else waits longer than for one piece of it.
+        # Bounded pieces: a large part must not block the event loop for other requests.
         for start in range(0, len(part), 65_536):
             yield part[start : start + 65_536]
 

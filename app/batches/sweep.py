@@ -1,4 +1,4 @@
-"""Sweeps: one request, some of its fields varied over a grid, side by side, or by samples that fill the space."""
+"""Parameter sweeps: a base request with fields varied over a grid, in parallel (zip) or by space-filling samples."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Vary(Strict):
     scale: Literal["linear", "log"] = "linear"
 
     def wrong(self, at: str, sampled: bool) -> list[Entry]:
-        """What does not fit together."""
+        """Contradictions within one field's values."""
         if self.values is not None:
             beside = self.from_ is not None or self.to is not None or self.steps is not None
             return [entry(at, "has values and a range", "one of both")] if beside else []
@@ -63,7 +63,7 @@ class Vary(Strict):
         return len(self.values) if self.values is not None else self.steps or 0
 
     def at(self, k: int) -> Any:
-        """The value with that number."""
+        """The value with index ``k``."""
         if self.values is not None:
             return self.values[k]
         assert self.steps is not None
@@ -72,7 +72,7 @@ class Vary(Strict):
         return self.between(k / max(1, self.steps - 1))
 
     def between(self, share: float) -> Any:
-        """The value at a share of the way from one end to the other."""
+        """The value at ``share`` in [0, 1] of the range, interpolated on its scale."""
         if self.values is not None:
             return self.values[min(int(share * len(self.values)), len(self.values) - 1)]
         assert self.from_ is not None and self.to is not None
@@ -112,7 +112,7 @@ class Sweep(Strict):
         return Combine(self.combine)
 
     def contradictions(self) -> list[Entry]:
-        """What single fields cannot see."""
+        """Contradictions between fields."""
         sampled = self.way in SAMPLED
         found = [wrong for name, vary in self.vary.items() for wrong in vary.wrong(f"/vary/{name}", sampled)]
         if sampled and self.samples is None:
@@ -126,13 +126,13 @@ class Sweep(Strict):
 
     @property
     def total(self) -> int:
-        """How many items there are."""
+        """The number of items."""
         if self.way is Combine.GRID:
             return math.prod(vary.count for vary in self.vary.values())
         return self.samples or next(iter(self.vary.values())).count
 
     def rows(self) -> Iterator[Row]:
-        """The cells of every item; of a grid the last field changes quickest."""
+        """The cells of every item; in a grid the last field varies fastest."""
         for cells in self._cells():
             yield Row(None, canonical_json(cells))
 
@@ -149,7 +149,7 @@ class Sweep(Strict):
                 yield [vary.between(float(share)) for vary, share in zip(varied, point, strict=True)]
 
     def _points(self, dimensions: int) -> Iterator[Any]:
-        """Points of the unit cube."""
+        """Sample points in the unit hypercube."""
         import warnings
 
         from scipy.stats import qmc
@@ -159,7 +159,7 @@ class Sweep(Strict):
             return
         sobol = qmc.Sobol(dimensions, seed=self.seed)
         with warnings.catch_warnings():
-            # A number of samples that is no power of two fills the space a little less evenly, no more.
+            # A sample count that is not a power of two only reduces uniformity slightly.
             warnings.simplefilter("ignore", UserWarning)
             for first in range(0, self.total, _SLICE):
                 yield from sobol.random(min(_SLICE, self.total - first))

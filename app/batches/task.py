@@ -1,4 +1,4 @@
-"""What passes between the engine and a worker."""
+"""Messages between the batch engine and a worker."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from app.store.batch_records import Item
 
 @dataclass(frozen=True)
 class Task:
-    """Items ``start`` to ``end`` of a block; ``first`` is the index of the item at ``start``. ``runs`` are stored runs
-    that the items name, as JSON; None stands for one that does not exist.
+    """Items ``start`` to ``end`` of a block; ``first`` is the index of the item at ``start``.
 
-    ``looks_up`` is true where it is worth while to look for equal items that other chunks have answered. ``known`` has
-    those by the numbers that ``Needs`` asked for; None before anybody has looked.
+    ``runs``: stored runs referenced by the items, as JSON by run id; None for a run that does not exist.
+    ``looks_up``: whether to look up equal items already answered in other chunks.
+    ``known``: those items by the numbers requested in ``Needs``; None before the lookup.
     """
 
     source: bytes
@@ -32,7 +32,7 @@ class Task:
 
 @dataclass(frozen=True)
 class Needs:
-    """What the worker was not given: stored runs that the items name; else items that ask the same as the chunk's."""
+    """Data the worker lacks: the runs referenced by the items, or else the stored items equal to the chunk's."""
 
     run_ids: frozenset[str]
     asked: frozenset[int] = frozenset()
@@ -40,7 +40,7 @@ class Needs:
 
 @dataclass(frozen=True)
 class Solved:
-    """The items of a chunk, and what they took."""
+    """The solved items of a chunk and the elapsed time [s]."""
 
     items: list[Item]
     seconds: float

@@ -1,4 +1,4 @@
-"""A batch as the HTTP contract shows it."""
+"""JSON representation of a batch in the HTTP contract."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from app.store.record import utc_now
 
 
 def batch_json(batch: BatchRecord) -> dict[str, Any]:
-    """The batch with its counters, rate and links."""
+    """The batch with its counters, rate, estimated remaining time [s] and links."""
     at = f"/api/v1/batches/{batch.id}"
     rate = _rate(batch, batch.ended_at or utc_now())
     going = batch.status in (BatchStatus.QUEUED, BatchStatus.RUNNING)
@@ -46,7 +46,7 @@ def batch_json(batch: BatchRecord) -> dict[str, Any]:
 
 
 def _rate(batch: BatchRecord, until: datetime) -> float | None:
-    """Items a second since the first was begun."""
+    """Mean throughput since the start [items/s]."""
     if batch.started_at is None or not batch.done:
         return None
     return batch.done / max(1e-3, (until - batch.started_at).total_seconds())

@@ -1,1 +1,1 @@
-"""Reports: what is to be said of a run, once, and how it looks as a web page and as PDF."""
+"""Reports of runs: format-independent content, rendered as HTML and PDF."""

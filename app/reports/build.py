@@ -1,6 +1,6 @@
-"""From a run to its report: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, repetition.
+"""Builds the report of a run: verdict, drawing, inputs, calculation, effects, accuracy, proof, plots, reproduction.
 
-It is worded in the language spoken where it is built; so are the writers' own few words.
+Texts are in the language current at build time, as are those added by the writers.
 """
 
 from __future__ import annotations
@@ -38,13 +38,13 @@ from app.words.shaping import sentences
 from app.words.solver_texts import spoken
 from app.words.verdicts import margin, reached, required, standing, summary
 
-_MOTION = re.compile(r"<animate [^>]*/>")
-_LIGHT = "<style>svg{color:#1d2430}</style>"
-_MOST_PLOTS = 4
+_ANIMATION = re.compile(r"<animate [^>]*/>")
+_LIGHT_STYLE = "<style>svg{color:#1d2430}</style>"
+_MAX_PLOTS = 4
 
 
 def report_of(run: Mapping[str, Any]) -> Report:
-    """The report of a run with a result, as its JSON tells it."""
+    """The report of a run with a result, given as its JSON."""
     kind = KINDS[run["kind"]]
     title = _(kind.title)
     return Report(
@@ -250,7 +250,7 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
 
 def _pictures(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     plots = plots_for(kind, run)
-    chosen = [pair for pair in captioned(run["kind"], plots) if pair[0] != "effects"][:_MOST_PLOTS]
+    chosen = [pair for pair in captioned(run["kind"], plots) if pair[0] != "effects"][:_MAX_PLOTS]
     figures = tuple(Figure(_light(plots[name](dict(run), _)), caption, wide=False) for name, caption in chosen)
     if figures:
         yield Figures(figures)
@@ -275,8 +275,8 @@ def _path(run: Mapping[str, Any]) -> str:
 
 
 def _light(svg: str) -> str:
-    """A picture for white paper, at rest."""
-    return _MOTION.sub("", svg.replace(STYLE, _LIGHT))
+    """A figure in the light theme without animations."""
+    return _ANIMATION.sub("", svg.replace(STYLE, _LIGHT_STYLE))
 
 
 def _number(value: object) -> str:

@@ -1,4 +1,4 @@
-"""The calculation by hand as blocks of a report, and beside it what the run found."""
+"""The hand calculation as report blocks, compared with the results of the run."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from app.words.fields import plain
 from app.words.languages import gettext as _
 from app.words.solver_texts import spoken
 
-_CLOSE = 1e-4
-"""Up to this a figure by hand and the run's are the same: six digits were carried."""
+_AGREEMENT_TOLERANCE = 1e-4
+"""Relative tolerance for agreement of hand calculation and run; six digits are carried."""
 
 
 def chain_of(kind: Kind, run: Mapping[str, Any]) -> Chain | None:
-    """The calculation by hand of a run that found or was given something; it ends where a step has no value."""
+    """The hand calculation of a succeeded run, truncated at a step without a value; None for a study."""
     if run["status"] != "succeeded" or run["mode"] == Mode.ACCURACY:
         return None
     chain = Chain()
@@ -35,7 +35,7 @@ def chain_of(kind: Kind, run: Mapping[str, Any]) -> Chain | None:
 
 
 def blocks_of(chain: Chain) -> Iterator[Block]:
-    """Every item of the chain, numbers that are given gathered."""
+    """Blocks of all items of the chain, consecutive given quantities merged."""
     yield Paragraph(
         _(
             "In the order in which one would check it by hand. Every step shows its formula, then the numbers put in, "
@@ -76,7 +76,7 @@ def _formula(step: chains.Step, sources: Mapping[str, str]) -> Formula:
 
 
 def _tabulated(item: chains.Tabulated) -> Iterator[Block]:
-    """Each new formula with the numbers of the first row, then all rows."""
+    """Each new formula evaluated for the first row, then the table of all rows."""
     numbers = item.numbers(0)
     for column in item.columns:
         if column.symbol in item.fresh:
@@ -87,12 +87,12 @@ def _tabulated(item: chains.Tabulated) -> Iterator[Block]:
 
 
 def compared(kind: Kind, run: Mapping[str, Any], chain: Chain) -> Iterator[Block]:
-    """What the run tells of the same quantities, and why it may be apart."""
+    """Comparison with the run's values of the same quantities, and the reasons for deviations."""
     rows, apart = [], False
     for step in chain.steps:
         if step.reported is None:
             continue
-        same = step.ratio is not None and abs(step.ratio - 1.0) < _CLOSE
+        same = step.ratio is not None and abs(step.ratio - 1.0) < _AGREEMENT_TOLERANCE
         apart = apart or not same
         unit = step.unit if step.unit == DEGREE else f" {step.unit}"
         shown = "—" if step.ratio is None else _("the same") if same else f"{step.ratio:.5g}"

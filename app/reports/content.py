@@ -1,4 +1,4 @@
-"""What a report consists of: plain text, tables, pictures and formulas. How it looks is the writers'."""
+"""Format-independent content of a report: text, tables, figures and formulas. Layout is left to the writers."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from app.designs.calculation.printed import Printed
 
 
 class Standing(StrEnum):
-    """How a verdict is shown."""
+    """Status of a verdict, as displayed."""
 
     HOLDS = "holds"
     DOUBTFUL = "doubtful"
     FAILS = "fails"
     PLAIN = "plain"
-    """There is no verdict: an analysis."""
+    """No verdict (an analysis)."""
 
 
 @dataclass(frozen=True)
 class Banner:
-    """The verdict: the sentence that somebody reads who reads no more."""
+    """The verdict with its summary sentence."""
 
     standing: Standing
     word: str
@@ -40,10 +40,8 @@ class Bullets:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of text under a head; ``numeric`` columns are set to the right, ``widths`` are shares of the line.
-
-    ``marked`` rows stand out.
-    """
+    """Rows of text under a head. ``numeric`` columns are right-aligned, ``widths`` are relative column widths and
+    ``marked`` rows are highlighted."""
 
     head: tuple[str, ...]
     rows: tuple[tuple[str, ...], ...]
@@ -54,14 +52,14 @@ class Table:
 
 @dataclass(frozen=True)
 class Facts:
-    """Names and values side by side, in groups with a title."""
+    """Name-value pairs in titled groups."""
 
     groups: tuple[tuple[str, tuple[tuple[str, str], ...]], ...]
 
 
 @dataclass(frozen=True)
 class Figure:
-    """A picture as SVG with what it shows; ``wide`` ones have the whole line."""
+    """An SVG figure with caption; ``wide`` spans the full line."""
 
     svg: str
     caption: str
@@ -70,21 +68,21 @@ class Figure:
 
 @dataclass(frozen=True)
 class Figures:
-    """Pictures two in a line."""
+    """Figures in two columns."""
 
     figures: tuple[Figure, ...]
 
 
 @dataclass(frozen=True)
 class Part:
-    """The begin of a part of the calculation."""
+    """Heading of a part of the calculation."""
 
     text: str
 
 
 @dataclass(frozen=True)
 class Given:
-    """A symbol with its number, and what it is."""
+    """A given quantity: symbol, number, unit, description."""
 
     symbol: str
     number: Printed
@@ -99,9 +97,9 @@ class Givens:
 
 @dataclass(frozen=True)
 class Formula:
-    """A formula, the numbers put in, and the result; ``again``: the formula itself was shown before.
+    """A formula with substituted numbers and result; ``again``: the formula was shown before, so only numbers follow.
 
-    ``source`` is the number of its source in the list; ``told`` what the run says of the quantity.
+    ``source`` is its reference number in the list of sources; ``told`` the run's value of the quantity.
     """
 
     symbol: str
@@ -117,7 +115,7 @@ class Formula:
 
 @dataclass(frozen=True)
 class Rows:
-    """Numbers under (symbol, unit), a row for each place; ``first`` is the number of the first row."""
+    """Table of numbers with (symbol, unit) heads, one row per station; ``first`` is the number of the first row."""
 
     head: tuple[tuple[str, str], ...]
     rows: tuple[tuple[Printed, ...], ...]
@@ -135,9 +133,9 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A report; ``title`` is the user's own, ``subtitle`` what was done, ``about`` what identifies the run.
+    """A report: ``title`` given by the user, ``subtitle`` with kind and mode, ``about`` with the run's identification.
 
-    ``request`` is the run's request as JSON, which solves the same again. ``language`` is the code of its texts'.
+    ``request`` is the run's request as JSON, which reproduces the run. ``language`` is the language code of the texts.
     """
 
     title: str

@@ -1,4 +1,4 @@
-"""A report as one HTML file: formulas as MathML, pictures inside, nothing asked of anybody."""
+"""A report as a self-contained HTML file, with formulas as MathML and embedded figures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-ur
 
 
 def html(report: content.Report) -> str:
-    """The whole page."""
+    """The complete HTML document."""
     style = (files("app.reports") / "style.css").read_text("utf-8")
     title = for_html(report.title)
     return (
@@ -81,7 +81,7 @@ class _Html(Writer):
         return f'<div class="facts{many}">{"".join(groups)}</div>'
 
     def figure(self, block: content.Figure) -> str:
-        # As an image of its own, so that no style of one picture reaches another or the page.
+        # As an image, so that the styles of a figure cannot leak into others or the page.
         coded = base64.b64encode(block.svg.encode()).decode()
         image = f'<img src="data:image/svg+xml;base64,{coded}" alt="{for_html(block.caption)}">'
         kind = ' class="wide"' if block.wide else ""

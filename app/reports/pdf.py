@@ -1,4 +1,4 @@
-"""A report as PDF, by typst: its compiler is in the package, its fonts too, and it asks nobody else."""
+"""A report as PDF, compiled offline by typst with its bundled fonts."""
 
 from __future__ import annotations
 
@@ -20,13 +20,13 @@ def _fonts() -> Any:
 
 
 def pdf(report: Report, made: datetime) -> bytes:
-    """The document; the same report gives the same bytes.
+    """The PDF document; deterministic for equal reports.
 
-    It runs in the process that calls it, which cannot be interrupted meanwhile: call it from a worker.
+    Compiles in the calling process without interruption: call it from a worker.
     """
     import typst
 
-    # A folder without files as the root: the source cannot read anything, whatever it says.
+    # Sandbox: an empty root directory, so that the source cannot read any file.
     with tempfile.TemporaryDirectory() as empty:
         compiler = typst.Compiler(typst_source(report).encode(), root=Path(empty), font_paths=_fonts())
         return compiler.compile(format="pdf", timestamp=made.replace(microsecond=0))

@@ -1,4 +1,4 @@
-"""A report as a typst document. Whatever a user wrote is a string in it, never markup."""
+"""A report as a typst document. User text only appears as string literals, never as markup."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _MATH = Typst()
 
 
 def typst_source(report: content.Report) -> str:
-    """The whole document; style.typ says how its parts look."""
+    """The complete document; ``style.typ`` defines its layout functions."""
     style = (files("app.reports") / "style.typ").read_text("utf-8")
     about = _array(f"({for_typst(name)}, {for_typst(value)})" for name, value in report.about)
     named = f"{for_typst(report.title)}, {for_typst(report.subtitle)}, {about}, language: {for_typst(report.language)}"
@@ -97,7 +97,7 @@ class _Typst(Writer):
 
 
 def _columns(block: content.Facts, count: int) -> list[list[tuple[str, str]]]:
-    """The groups' lines, a title first with an empty value, in so many columns of about one length."""
+    """The groups' lines in at most ``count`` balanced columns; a title is a line with an empty value."""
     parts = [[(title, ""), *items] if title else list(items) for title, items in block.groups]
     if len(parts) == 1:
         parts = [[pair] for pair in parts[0]]

@@ -1,4 +1,4 @@
-"""One walk over a report's blocks; a writer says how each of them is written in its format."""
+"""Traversal of a report's blocks, common to all output formats."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from app.reports import content
 
 
 class Writer(ABC):
-    """A format of reports: a method for each sort of block."""
+    """An output format of reports, with one method per block type."""
 
     def body(self, report: content.Report) -> str:
-        """All blocks, those of a section under its heading."""
+        """All blocks, grouped in sections."""
         return self.blocks(report.opening) + "".join(
             self.section(section.title, self.blocks(section.blocks)) for section in report.sections
         )

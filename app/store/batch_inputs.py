@@ -1,7 +1,7 @@
-"""Items as they were sent: packed into blocks, and read back as request bodies.
+"""Storage of batch rows as sent: packed into blocks, and parsed into request bodies.
 
-A row stays as it came: a line of JSON, a record of CSV, or, from sweeps and Parquet, an array of cells. Nothing is
-judged before a worker reads it.
+A row is kept verbatim: a line of JSON, a CSV record or, for sweeps and Parquet, an array of cells. The worker
+validates it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ _LEVEL = 3
 
 @dataclass(frozen=True)
 class Row:
-    """One row as sent: its line in what was sent, its bytes, or why it was not kept."""
+    """One row as sent: its line number, its bytes, and the reason if it was rejected on intake (``unfit``)."""
 
     line: int | None
     content: bytes
@@ -29,13 +29,13 @@ class Row:
 
 
 class UnreadableRow(Exception):
-    """A row that is no request body whatever the kind."""
+    """A row that is not a request body of any kind."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """How rows are read: ``form`` is ndjson, csv or cells; ``columns`` are dotted names, ``texts`` those of them whose
-    cells are text whatever they look like; ``base`` is what every body has beside its cells."""
+    """How rows are parsed: ``form`` is ndjson, csv or cells; ``columns`` are dotted names; cells of ``texts`` are never
+    parsed as numbers; ``base`` is the part common to all bodies; ``varied`` are the fields that differ."""
 
     form: str
     columns: tuple[str, ...] = ()
@@ -108,7 +108,7 @@ class Source:
 
 def _json(content: bytes) -> Any:
     try:
-        return json.loads(content, object_pairs_hook=_once, parse_constant=_refuse)
+        return json.loads(content, object_pairs_hook=_unique_names, parse_constant=_reject_constant)
     except UnreadableRow:
         raise
     except RecursionError:
@@ -117,19 +117,19 @@ def _json(content: bytes) -> Any:
         raise UnreadableRow("is not well-formed JSON in UTF-8") from None
 
 
-def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+def _unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     found = dict(pairs)
     if len(found) < len(pairs):
         raise UnreadableRow("has a name that appears more than once in its object")
     return found
 
 
-def _refuse(constant: str) -> Any:
+def _reject_constant(constant: str) -> Any:
     raise UnreadableRow(f"has {constant}, which is no JSON")
 
 
 def _nested(base: Mapping[str, Any], columns: Sequence[str], cells: Sequence[Any]) -> dict[str, Any]:
-    """The base with every given cell at its dotted place; a number in a name is an index into an array."""
+    """The base with each non-empty cell set at its dotted path; a numeric step is an array index."""
     found = _copied(base)
     for name, value in zip(columns, cells, strict=True):
         if value is None:
@@ -166,18 +166,18 @@ def _set(here: Any, step: str, value: Any) -> None:
         here[step] = value
 
 
-_LONGEST_ARRAY = 10_000
+_MAX_ARRAY_LENGTH = 10_000
 
 
 def _index(step: str, array: list[Any]) -> int:
-    if not step.isdigit() or int(step) >= _LONGEST_ARRAY:
+    if not step.isdigit() or int(step) >= _MAX_ARRAY_LENGTH:
         raise UnreadableRow(f"has a column that names {step[:20]!r} where an array has its index")
     array.extend([None] * (int(step) + 1 - len(array)))
     return int(step)
 
 
 def packed_rows(rows: Sequence[Row]) -> bytes:
-    """A block's content: a line of JSON with lines, sizes and reasons, then the rows one after the other; deflated."""
+    """Block content, zlib-compressed: a JSON header line with line numbers, sizes and reasons, then the rows."""
     head = {
         "lines": [row.line for row in rows],
         "sizes": [len(row.content) for row in rows],
@@ -187,7 +187,7 @@ def packed_rows(rows: Sequence[Row]) -> bytes:
 
 
 def unpacked_rows(content: bytes, start: int = 0, end: int | None = None) -> list[Row]:
-    """The rows of a block from ``start`` to before ``end``, counted within the block."""
+    """Rows [``start``, ``end``) of a block, relative to its first row."""
     whole = zlib.decompress(content)
     head_end = whole.index(b"\n")
     head = json.loads(whole[:head_end])

@@ -1,4 +1,4 @@
-"""Between an item's answer and the few hundred bytes that are kept of it, and back to the run that it is."""
+"""Compact encoding of an item's answer (a few hundred bytes), and its decoding into a run record."""
 
 from __future__ import annotations
 
@@ -20,20 +20,22 @@ _PARTS = ("spec", "result", "problem", "effects", "accuracy", "timing", "verdict
 
 
 def encoded(spec: bytes | None, parts: Mapping[str, Any], cached: bool = False) -> bytes:
-    """The parts of an answered item as JSON, its spec, which is JSON already, first: numbers that are not finite as
-    NaN and Infinity; ``cached`` where an equal one was solved before."""
+    """The parts of an answered item as JSON, the encoded ``spec`` first; non-finite numbers as NaN and Infinity.
+
+    ``cached`` marks an item answered from an equal one.
+    """
     text = to_json({**parts, "cached": True} if cached else parts)
     return text if spec is None else b'{"spec":' + spec + (b"," if len(text) > 2 else b"") + text[1:]
 
 
 def packed(content: bytes, dictionary: bytes) -> bytes:
-    """The JSON of an answered item, deflated; ``dictionary`` is text that items of the batch resemble."""
+    """The JSON of an answered item, compressed by DEFLATE with the batch's preset dictionary."""
     deflate = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
     return deflate.compress(content) + deflate.flush()
 
 
 def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
-    """The parts that ``packed`` was given as JSON. Raises ValueError for a content that was damaged."""
+    """Inverse of ``packed``, parsed. Raises ValueError for damaged content."""
     try:
         inflate = zlib.decompressobj(_WINDOW, dictionary)
         return json.loads(inflate.decompress(content) + inflate.flush())
@@ -42,14 +44,14 @@ def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
 
 
 def digest(batch: int, item: Item) -> bytes:
-    """Hash over everything the item's row says."""
-    # repr of a float is exact on every system; the lengths keep the parts apart.
+    """Truncated SHA-256 over all columns of the item's row."""
+    # repr of a float is exact and portable; the lengths delimit the parts.
     head = repr((batch, item.index, item.line, str(item.status), item.holds, item.figure, len(item.content)))
     return hashlib.sha256(head.encode() + item.content).digest()[:DIGEST_BYTES]
 
 
 def run_of(batch: BatchRecord, item: Item) -> RunRecord:
-    """The item as a run: a refused one has failed for what was wrong with its request."""
+    """The item as a run record; a refused item is a failed run whose problem describes the request."""
     parts = unpacked(item.content, batch.dictionary)
     bytes_of = {name: None if parts.get(name) is None else canonical_json(parts[name]) for name in _PARTS}
     spec = bytes_of["spec"] or b"{}"
@@ -80,7 +82,7 @@ def run_of(batch: BatchRecord, item: Item) -> RunRecord:
 
 
 def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) -> RunRecord:
-    """An item that has no answer yet, or will never have one: its spec is the body as it was sent."""
+    """An unanswered item as a run record; its spec is the body as sent."""
     spec = canonical_json(body)
     return RunRecord(
         id=item_id(batch.id, index),
@@ -104,6 +106,6 @@ def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) 
 
 
 def name_of(spec: Any) -> str | None:
-    """The name in a request, where it has a fit one."""
+    """The name in a request, at most 200 characters; None if absent or not text."""
     name = spec.get("name") if isinstance(spec, dict) else None
     return name[:200] if isinstance(name, str) and name else None

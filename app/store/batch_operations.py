@@ -1,8 +1,8 @@
-"""The writes of batches, as operations on a connection inside a transaction that the writer owns.
+"""Write operations on batches, run on a connection within a transaction owned by the writer.
 
-Every change of a chunk's state carries the state that it expects: of two processes that believe to hold a chunk, one
-finds no row and changes nothing. Whoever changes chunks holds the row of their batch first, so that no two wait for
-each other.
+Every state transition of a chunk is conditional on the expected state (compare-and-set): of two processes that both
+believe they hold a chunk, one matches no row and changes nothing. The batch row is always locked before its chunks;
+this lock order rules out deadlocks.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from app.store.models import batch_blocks, batch_chunks, batch_items, batches, i
 from app.store.record import utc_now
 
 RECEIVING_S = 600.0
-"""So long after its last block a batch that is not acknowledged counts as given up."""
+"""Time [s] after the last block at which an unacknowledged batch counts as abandoned."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
 
 
 @dataclass(frozen=True)
 class Open:
-    """Begin to receive a batch; its number."""
+    """Create a batch in the receiving state; returns its number."""
 
     record: BatchRecord
 
@@ -43,7 +43,7 @@ class Open:
 
 @dataclass(frozen=True)
 class Receive:
-    """Store blocks of a batch, each with the chunk that it is at first. False if the batch was given up meanwhile."""
+    """Store blocks of a batch, each initially one chunk. False if the batch was dropped meanwhile."""
 
     number: int
     blocks: tuple[Block, ...]
@@ -68,9 +68,9 @@ def _chunk_row(chunk: Chunk) -> dict[str, Any]:
 
 @dataclass(frozen=True)
 class Acknowledge:
-    """All is received: from now on the batch exists, with the answer that its sender gets.
+    """Publish a fully received batch together with the answer to its sender.
 
-    Returns None, or the answer that was given first under the same idempotency key; then this batch is dropped.
+    Returns None, or the answer first given under the same idempotency key, in which case this batch is dropped.
     """
 
     number: int
@@ -99,7 +99,7 @@ class Acknowledge:
 
 
 def find_answer(connection: Connection, key: str, request_hash: str) -> bytes | None:
-    """The answer given under the key; IdempotencyConflict if the key belongs to another request."""
+    """The answer given under the key, or None. Raises IdempotencyConflict if the key belongs to another request."""
     query = select(batches.c.request_hash, batches.c.answer).where(batches.c.idempotency_key == key)
     row = connection.execute(query).first()
     if row is None:
@@ -113,7 +113,7 @@ def find_answer(connection: Connection, key: str, request_hash: str) -> bytes | 
 
 @dataclass(frozen=True)
 class Drop:
-    """Forget a batch that was never acknowledged."""
+    """Delete an unacknowledged batch."""
 
     number: int
 
@@ -123,7 +123,7 @@ class Drop:
 
 @dataclass(frozen=True)
 class DropAbandoned:
-    """Forget the batches whose senders stopped in the middle, or whose process died; how many."""
+    """Delete batches abandoned by their sender or by a dead process; returns their number."""
 
     def __call__(self, connection: Connection) -> int:
         query = select(batches.c.number).where(
@@ -146,9 +146,9 @@ def _drop(connection: Connection, number: int) -> None:
 
 @dataclass(frozen=True)
 class Claim:
-    """Lease chunks of one batch: those whose holder died first, then those that wait, in their order.
+    """Lease up to ``chunks`` chunks of one batch: expired leases first, then waiting chunks in order.
 
-    A chunk of more than ``items`` is cut, and the rest waits on.
+    A chunk of more than ``items`` is cut; the remainder stays waiting.
     """
 
     number: int
@@ -158,12 +158,12 @@ class Claim:
     items: int
 
     def __call__(self, connection: Connection) -> list[Chunk]:
-        if not _hold(connection, self.number):
+        if not _lock(connection, self.number):
             return []
         time_now = now(connection)
-        found = self._some(connection, ChunkState.LEASED, self.chunks, batch_chunks.c.leased_until < time_now)
-        # One row that waits may be cut into several chunks.
-        found += self._some(connection, ChunkState.WAITING, self.chunks - len(found))
+        found = self._select_chunks(connection, ChunkState.LEASED, self.chunks, batch_chunks.c.leased_until < time_now)
+        # A waiting row may be cut into several chunks.
+        found += self._select_chunks(connection, ChunkState.WAITING, self.chunks - len(found))
         claimed: list[Chunk] = []
         for chunk in found:
             cut = Chunk(chunk.batch, chunk.first, min(self.items, chunk.count), chunk.block, chunk.attempts + 1)
@@ -174,7 +174,7 @@ class Claim:
             connection.execute(update(batches).where(*first).values(status=BatchStatus.RUNNING, started_at=utc_now()))
         return claimed
 
-    def _some(self, connection: Connection, state: ChunkState, most: int, *more: Any) -> list[Chunk]:
+    def _select_chunks(self, connection: Connection, state: ChunkState, most: int, *more: Any) -> list[Chunk]:
         if most <= 0:
             return []
         columns = [batch_chunks.c[field.name] for field in fields(Chunk)]
@@ -205,7 +205,7 @@ def _resize(connection: Connection, old: Chunk, new: Chunk, owner: str, leased_u
 
 @dataclass(frozen=True)
 class Renew:
-    """Hold on to everything that the owner has leased."""
+    """Extend all leases of the owner."""
 
     owner: str
     lease_s: float
@@ -216,7 +216,7 @@ class Renew:
 
 @dataclass(frozen=True)
 class Release:
-    """Let go of everything that the owner has leased: nothing was tried in vain."""
+    """Release all leases of the owner, without counting the attempts."""
 
     owner: str
 
@@ -225,8 +225,8 @@ class Release:
         _change_held(connection, self.owner, values)
 
 
-def _hold(connection: Connection, number: int) -> bool:
-    """Keep others from the chunks of a batch until this transaction ends; False if the batch is not active."""
+def _lock(connection: Connection, number: int) -> bool:
+    """Lock an active batch, and thereby its chunks, until the transaction ends; False if it is not active."""
     active = batches.c.number == number, batches.c.status.in_(ACTIVE)
     return connection.execute(select(batches.c.number).where(*active).with_for_update()).first() is not None
 
@@ -244,16 +244,16 @@ def _change_held(connection: Connection, owner: str, values: dict[str, Any]) -> 
 
 @dataclass(frozen=True)
 class Finish:
-    """Store a chunk's answers and mark it done, in one. False if the chunk is no longer this owner's: then nothing."""
+    """Atomically store a chunk's answers and mark it done. False, without effect, if the owner lost its lease."""
 
     chunk: Chunk
     owner: str
     items: tuple[Item, ...]
 
     def __call__(self, connection: Connection) -> bool:
-        if not _hold(connection, self.chunk.batch):
+        if not _lock(connection, self.chunk.batch):
             return False
-        if not _let_go(connection, self.chunk, self.owner, {"state": ChunkState.DONE, "leased_until": None}):
+        if not _update_leased(connection, self.chunk, self.owner, {"state": ChunkState.DONE, "leased_until": None}):
             return False
         put_items(connection, self.chunk.batch, self.items)
         counted = Counter(str(item.status) for item in self.items)
@@ -266,7 +266,7 @@ class Finish:
         return True
 
 
-def _let_go(connection: Connection, chunk: Chunk, owner: str, values: dict[str, Any]) -> bool:
+def _update_leased(connection: Connection, chunk: Chunk, owner: str, values: dict[str, Any]) -> bool:
     mine = (
         batch_chunks.c.batch == chunk.batch,
         batch_chunks.c.first == chunk.first,
@@ -278,8 +278,8 @@ def _let_go(connection: Connection, chunk: Chunk, owner: str, values: dict[str, 
 
 
 def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
-    """Insert items; one that is there already stays as it is."""
-    # By name, not from both: each dialect takes a while to import.
+    """Insert items; existing ones are left unchanged."""
+    # Imported by name: each dialect is slow to import, and only one is needed.
     make = import_module(f"sqlalchemy.dialects.{connection.dialect.name}").insert
     rows = [
         {
@@ -300,7 +300,7 @@ def put_items(connection: Connection, number: int, items: Sequence[Item]) -> Non
 
 @dataclass(frozen=True)
 class Split:
-    """Give a chunk back as two halves, because one of its items may be what brought it down."""
+    """Return a failed chunk as two halves, to isolate the item that caused the failure."""
 
     chunk: Chunk
     owner: str
@@ -308,9 +308,9 @@ class Split:
     def __call__(self, connection: Connection) -> bool:
         half = self.chunk.count // 2
         values = {"count": half, "state": ChunkState.WAITING, "owner": None, "attempts": 0}
-        if half == 0 or not _hold(connection, self.chunk.batch):
+        if half == 0 or not _lock(connection, self.chunk.batch):
             return False
-        if not _let_go(connection, self.chunk, self.owner, values):
+        if not _update_leased(connection, self.chunk, self.owner, values):
             return False
         chunk = self.chunk
         rest = Chunk(chunk.batch, chunk.first + half, chunk.count - half, chunk.block, 0)
@@ -320,7 +320,7 @@ class Split:
 
 @dataclass(frozen=True)
 class Return:
-    """Give a chunk back as it is, to be tried again."""
+    """Return a chunk for a retry; ``in_vain`` counts the attempt."""
 
     chunk: Chunk
     owner: str
@@ -329,12 +329,12 @@ class Return:
     def __call__(self, connection: Connection) -> bool:
         attempts = self.chunk.attempts - (0 if self.in_vain else 1)
         values = {"state": ChunkState.WAITING, "owner": None, "attempts": attempts}
-        return _hold(connection, self.chunk.batch) and _let_go(connection, self.chunk, self.owner, values)
+        return _lock(connection, self.chunk.batch) and _update_leased(connection, self.chunk, self.owner, values)
 
 
 @dataclass(frozen=True)
 class Cancel:
-    """End an active batch; what is done stays. False if it had ended."""
+    """Cancel an active batch; finished items are kept. False if it had already ended."""
 
     number: int
 
@@ -353,5 +353,5 @@ def record_of(row: Any) -> BatchRecord:
 
 
 def batch_columns() -> list[Any]:
-    """What a record needs of the table."""
+    """The table columns of a ``BatchRecord``."""
     return [batches.c[name] for name in _COLUMNS]

@@ -1,4 +1,4 @@
-"""Reading batches and their items; an item is shown as the run that it is."""
+"""Read queries on batches and their items; items are returned as run records."""
 
 from __future__ import annotations
 
@@ -39,13 +39,13 @@ _ITEMS_OF = {
     RunStatus.INFEASIBLE: (ItemStatus.INFEASIBLE,),
     RunStatus.FAILED: (ItemStatus.FAILED, ItemStatus.REFUSED),
 }
-_LOOKED_AT = 5000
-"""So many items one page looks at for a filter that no index knows."""
+_MAX_SCANNED = 5000
+"""Maximum number of items scanned per page for a filter without an index."""
 
 
 @dataclass(frozen=True)
 class BatchFilter:
-    """Conditions that all hold; None does not restrict."""
+    """Conjunction of conditions; None does not restrict."""
 
     kind: str | None = None
     mode: str | None = None
@@ -57,12 +57,12 @@ def find_batch(connection: Connection, batch_id: str) -> BatchRecord | None:
     query = select(*batch_columns()).where(batches.c.id == batch_id, _SHOWN)
     row = connection.execute(query).mappings().first()
     found, who = None if row is None else record_of(row), viewer.get()
-    # Another's batch does not exist.
+    # A batch of another owner is reported as unknown.
     return found if found is not None and (who.everything or found.owner == who.owner) else None
 
 
 def get_batch(connection: Connection, batch_id: str) -> BatchRecord:
-    """The batch, or UnknownBatch."""
+    """The batch with this id. Raises UnknownBatch."""
     found = find_batch(connection, batch_id)
     if found is None:
         raise UnknownBatch(batch_id)
@@ -70,7 +70,7 @@ def get_batch(connection: Connection, batch_id: str) -> BatchRecord:
 
 
 def list_batches(connection: Connection, wanted: BatchFilter, before: str | None, limit: int) -> list[BatchRecord]:
-    """Batches, newest first, from the one after the id ``before`` on."""
+    """Batches, newest first, older than the id ``before``."""
     query = select(*batch_columns()).where(_SHOWN).order_by(batches.c.id.desc()).limit(limit)
     for name in ("kind", "mode", "status", "name"):
         value = getattr(wanted, name)
@@ -89,7 +89,7 @@ def active_batches(connection: Connection) -> list[BatchRecord]:
 
 
 def block_of(connection: Connection, number: int, first: int) -> bytes:
-    """The content of the block that begins with that item."""
+    """The content of the block whose first item is ``first``."""
     query = select(batch_blocks.c.content).where(batch_blocks.c.batch == number, batch_blocks.c.first == first)
     return bytes(connection.execute(query).scalar_one())
 
@@ -97,7 +97,7 @@ def block_of(connection: Connection, number: int, first: int) -> bytes:
 def items_after(
     connection: Connection, number: int, after: int, limit: int, statuses: tuple[str, ...] = ()
 ) -> list[Item]:
-    """Ended items with an index beyond ``after``, in their order; without ``statuses``, all."""
+    """Finished items with index > ``after`` in index order; empty ``statuses`` selects all."""
     query = select(*_ITEM).where(batch_items.c.batch == number, batch_items.c.index > after)
     if statuses:
         query = query.where(batch_items.c.status.in_(statuses))
@@ -105,21 +105,21 @@ def items_after(
 
 
 def items_spread(connection: Connection, number: int, step: int, limit: int) -> list[Item]:
-    """Every ``step``-th item, where it has ended."""
+    """Finished items whose index is a multiple of ``step``."""
     index = batch_items.c.index
     query = select(*_ITEM).where(batch_items.c.batch == number, index % step == 0).order_by(index).limit(limit)
     return [_item(row) for row in connection.execute(query)]
 
 
 def unchecked_items_after(connection: Connection, number: int, after: int, limit: int) -> Iterator[tuple[Item, bool]]:
-    """The same, of all, each with whether its row says what was written."""
+    """Finished items with index > ``after``, each with whether its digest matches."""
     query = select(*_ITEM).where(batch_items.c.batch == number, batch_items.c.index > after)
     for row in connection.execute(query.order_by(batch_items.c.index).limit(limit)):
         yield _unchecked(row)
 
 
 def _item(row: Row[Any]) -> Item:
-    """The item of a row. Raises DamagedRecord where the row does not say what was written."""
+    """The item of a row. Raises DamagedRecord if its digest does not match."""
     found, sound = _unchecked(row)
     if not sound:
         raise DamagedRecord(batch_items.name, f"{row.batch} {row.index}")
@@ -132,7 +132,7 @@ def _unchecked(row: Row[Any]) -> tuple[Item, bool]:
 
 
 def items_asking(connection: Connection, number: int, asked: Collection[int]) -> dict[int, Item]:
-    """Ended items by the numbers that they are found by, of those that are there and say what was written."""
+    """Finished items with intact digests by request number, restricted to ``asked``."""
     query = select(*_ITEM, batch_items.c.asked).where(batch_items.c.batch == number, batch_items.c.asked.in_(asked))
     found = {row.asked: _unchecked(row) for row in connection.execute(query)}
     return {number: item for number, (item, sound) in found.items() if sound}
@@ -145,7 +145,7 @@ def find_item(connection: Connection, number: int, index: int) -> Item | None:
 
 
 def get_item_run(connection: Connection, run_id: str) -> RunRecord:
-    """The run that an item is, whether it has ended or not. Raises UnknownRun."""
+    """An item, finished or not, as a run record. Raises UnknownRun."""
     split = split_item_id(run_id)
     batch = find_batch(connection, split[0]) if split else None
     if split is None or batch is None or split[1] >= batch.total:
@@ -164,7 +164,7 @@ def _open_run(connection: Connection, batch: BatchRecord, index: int) -> RunReco
 
 
 def _status(chunk: Any) -> RunStatus:
-    # A chunk that became done since the item was looked for: the next look finds the item.
+    # DONE: the chunk finished after the item query; a repeated query finds the item.
     return _STATUS_OF.get(ChunkState(chunk["state"]), RunStatus.RUNNING)
 
 
@@ -183,8 +183,8 @@ def list_item_runs(
     size: int,
     order: RunOrder,
 ) -> tuple[list[RunRecord], bool]:
-    """At most ``size`` items of a batch as runs, in that order, from beyond ``after`` on; whether there are more."""
-    if not _may_have(batch, wanted):
+    """At most ``size`` items of a batch as runs, in the given order, after ``after``; and whether more follow."""
+    if not _may_match(batch, wanted):
         return [], False
     if order in (RunOrder.LEAST, RunOrder.GREATEST):
         found = _by_figure(connection, batch, wanted, after, size + 1, order)
@@ -195,7 +195,7 @@ def list_item_runs(
     return runs[:size], len(runs) > size
 
 
-def _may_have(batch: BatchRecord, wanted: RunFilter) -> bool:
+def _may_match(batch: BatchRecord, wanted: RunFilter) -> bool:
     created: datetime = batch.created_at
     return (
         wanted.kind in (None, batch.kind)
@@ -205,7 +205,7 @@ def _may_have(batch: BatchRecord, wanted: RunFilter) -> bool:
     )
 
 
-def _fits(run: RunRecord, wanted: RunFilter) -> bool:
+def _matches(run: RunRecord, wanted: RunFilter) -> bool:
     name = run.name or ""
     return wanted.name in (None, name) and (wanted.text is None or wanted.text.casefold() in name.casefold())
 
@@ -239,7 +239,7 @@ def _by_figure(
     ends = (figure.desc(), index.desc()) if down else (figure.asc(), index.asc())
     for row in connection.execute(query.order_by(*ends).limit(most)):
         run = run_of(batch, _item(row))
-        if _fits(run, wanted):
+        if _matches(run, wanted):
             yield run
 
 
@@ -249,7 +249,7 @@ def _by_index(
     down = order is RunOrder.NEWEST
     at = (batch.total if down else -1) if after is None else after
     left, looked = most, 0
-    while left > 0 and looked < _LOOKED_AT:
+    while left > 0 and looked < _MAX_SCANNED:
         page = max(left, 50)
         if wanted.status in OPEN_STATUSES or wanted.status == RunStatus.CANCELLED:
             found = _open_page(connection, batch, RunStatus(wanted.status), at, page, down)
@@ -260,7 +260,7 @@ def _by_index(
         if not found:
             return
         for run in found:
-            if left > 0 and _fits(run, wanted):
+            if left > 0 and _matches(run, wanted):
                 left -= 1
                 yield run
         looked += len(found)
@@ -291,7 +291,7 @@ def _page(connection: Connection, batch: BatchRecord, at: int, page: int, down: 
 def _open_page(
     connection: Connection, batch: BatchRecord, status: RunStatus, at: int, page: int, down: bool
 ) -> list[RunRecord]:
-    """The nearest items beyond ``at`` in chunks of that state."""
+    """The next ``page`` items beyond ``at`` in chunks of the given state."""
     state = next(state for state, shown in _STATUS_OF.items() if shown is status)
     first, count = batch_chunks.c.first, batch_chunks.c.count
     there = first < at if down else first + count > at + 1
@@ -314,7 +314,7 @@ def _open_page(
 
 
 def _open_between(connection: Connection, batch: BatchRecord, low: int, high: int) -> dict[int, RunRecord]:
-    """The items of that range whose chunks have not ended."""
+    """Items with index in [``low``, ``high``] as unanswered runs, by index."""
     first, count = batch_chunks.c.first, batch_chunks.c.count
     here = batch_chunks.c.batch == batch.number, first <= high, first + count > low
     runs = {}

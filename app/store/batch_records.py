@@ -1,4 +1,4 @@
-"""Batches, their pieces and their items: plain frozen data."""
+"""Immutable records of batches, blocks, chunks and items."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from app.store.record import new_run_id
 
 NO_ITEM = "00000000"
 MOST_ITEMS = 0x7FFF_FFFE
-"""More items no batch has: an index is a 32-bit integer on every database."""
+"""Maximum batch size: indices are 32-bit integers on every database."""
 
 
 class BatchStatus(StrEnum):
     RECEIVING = "receiving"
-    """Its items are being stored and nothing was acknowledged yet: nobody is shown such a batch."""
+    """Items are still being stored; not acknowledged, hence hidden."""
     QUEUED = "queued"
     RUNNING = "running"
     ENDED = "ended"
@@ -41,8 +41,8 @@ ACTIVE = (BatchStatus.QUEUED, BatchStatus.RUNNING)
 
 @dataclass(frozen=True)
 class BatchRecord:
-    """One batch. ``source`` is JSON that tells how its blocks are read; ``dictionary`` is what the contents of its
-    items are compressed with; the counters agree with its items at every commit."""
+    """One batch. ``source``: JSON description of how its blocks are parsed; ``dictionary``: preset dictionary for the
+    compression of its items. The counters agree with the items at every commit."""
 
     number: int
     id: str
@@ -70,16 +70,16 @@ class BatchRecord:
 
     @property
     def cancelled(self) -> int:
-        """Items that will never have an answer."""
+        """Number of items without an answer in a cancelled batch."""
         return self.total - self.done if self.status == BatchStatus.CANCELLED else 0
 
     owner: str | None = None
-    """The id of the key that sent it."""
+    """Id of the API key of the sender."""
 
 
 @dataclass(frozen=True)
 class Block:
-    """Items as they were sent, from the index ``first`` on: see ``batch_inputs``."""
+    """Packed rows as sent, starting at item index ``first``; see ``batch_inputs``."""
 
     first: int
     count: int
@@ -88,7 +88,7 @@ class Block:
 
 @dataclass(frozen=True)
 class Chunk:
-    """A range of items that one worker is to solve at once; ``block`` is the first index of the block they are in."""
+    """A range of items solved by one worker in one task; ``block`` is the first index of the containing block."""
 
     batch: int
     first: int
@@ -103,8 +103,8 @@ class Chunk:
 
 @dataclass(frozen=True)
 class Item:
-    """One ended item; ``content`` is what ``batch_items.packed`` made. ``asked`` is a number by which it is found where
-    an equal one is to be solved, None where nobody looks."""
+    """One finished item; ``content`` as produced by ``batch_items.packed``. ``asked`` is the request number under which
+    equal items look it up; None if it is not to be reused."""
 
     index: int
     line: int | None
@@ -117,24 +117,24 @@ class Item:
 
 @dataclass(frozen=True)
 class BatchPage:
-    """Batches, newest first; ``next_cursor`` is None on the last page."""
+    """A page of batches, newest first; ``next_cursor`` is None on the last page."""
 
     items: tuple[BatchRecord, ...]
     next_cursor: str | None
 
 
 def new_batch_id() -> str:
-    """A UUID of version 7 that ends in 32 zero bits: the ids of its items have their number there."""
+    """A UUIDv7 whose last 32 bits are zero; item ids carry their index there."""
     return new_run_id()[:-8] + NO_ITEM
 
 
 def item_id(batch_id: str, index: int) -> str:
-    """The id of an item as a run."""
+    """The run id of an item."""
     return f"{batch_id[:-8]}{index + 1:08x}"
 
 
 def split_item_id(run_id: str) -> tuple[str, int] | None:
-    """The batch's id and the index that a run's id stands for, if it is the id of an item."""
+    """The batch id and item index encoded in a run id; None if it cannot be an item's id."""
     try:
         index = int(run_id[-8:], 16) - 1
     except ValueError:

@@ -1,5 +1,4 @@
-"""Check that batches still say what was written: every block and item by its hash, every item where its chunk is done
-and nowhere else, every counter by counting again."""
+"""Integrity check of batches: block and item digests, items present exactly for finished chunks, recounted counters."""
 
 from __future__ import annotations
 
@@ -21,9 +20,9 @@ _PAGE = 500
 
 
 def batch_damages(connection: Connection) -> Iterator[Damage | int]:
-    """Everything that is wrong with batches and what belongs to them; and how many items were read, a few at a time.
+    """Yield every damage found, interleaved with numbers of items read since the last one (for progress).
 
-    A batch that is being received is looked at no more than its blocks: nothing of it was acknowledged.
+    Of a batch still being received only the blocks are checked: nothing of it was acknowledged.
     """
     for row in connection.execute(select(*batch_columns()).order_by(batches.c.number)).mappings().all():
         try:
@@ -52,7 +51,7 @@ def _blocks(connection: Connection, batch: BatchRecord) -> Iterator[Damage]:
 
 
 def _chunks(connection: Connection, batch: BatchRecord) -> Generator[Damage, None, list[range]]:
-    """The ranges of chunks that are done, as a generator's return value."""
+    """Check the chunks; the generator returns the ranges of finished ones."""
     query = select(batch_chunks).where(batch_chunks.c.batch == batch.number).order_by(batch_chunks.c.first)
     end, done = 0, []
     for chunk in connection.execute(query).mappings():

@@ -1,4 +1,4 @@
-"""What is begun from a run's page: a study, the same with an effect switched or to stock, an end before its time."""
+"""Actions on a run's page: accuracy study, rerun with an effect switched, rerun to stock sizes, cancel."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from app.words.effects import switched
 router = APIRouter(include_in_schema=False)
 
 
-async def _begun(request: Request, run: dict[str, Any], mode: Mode, spec: dict[str, Any]) -> str:
-    """The id of a new run of the same kind: a design goes on in the background, where it can be watched and ended."""
+async def _submitted(request: Request, run: dict[str, Any], mode: Mode, spec: dict[str, Any]) -> str:
+    """Submit a new run of the same kind and return its id; designs and studies run in the background."""
     service: Service = request.app.state.service
     kind = KINDS[run["kind"]]
     asked = parse(job_of(kind, mode).request, json.dumps(spec).encode())
@@ -29,18 +29,18 @@ async def _begun(request: Request, run: dict[str, Any], mode: Mode, spec: dict[s
     return (await begin(kind, mode, asked, None, "")).run_id
 
 
-def _to(path: str) -> Response:
+def _redirect(path: str) -> Response:
     return RedirectResponse(path, status_code=303)
 
 
 @router.post("/runs/{run_id}/accuracy")
 async def study_accuracy(request: Request, run_id: str) -> Response:
-    """Begin to study what accuracy costs for the case of a stored run, and go to the page where it shows."""
+    """Start an accuracy study of a stored run and redirect to its page."""
     run = await run_of(request, run_id)
     kind = KINDS[run["kind"]]
     if run["mode"] not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
         raise Problem(409, "Nothing to study", "the accuracy of this run is no choice")
-    return _to(f"/runs/{await _begun(request, run, Mode.ACCURACY, {'spec': run['spec']})}")
+    return _redirect(f"/runs/{await _submitted(request, run, Mode.ACCURACY, {'spec': run['spec']})}")
 
 
 @router.post("/runs/{run_id}/effects")
@@ -50,11 +50,11 @@ async def switch_effect(
     name: Annotated[str, Form(max_length=64)],
     state: Annotated[Literal["on", "off"], Form()],
 ) -> Response:
-    """The same once more with one effect on or off."""
+    """Rerun with one effect switched on or off."""
     run = await run_of(request, run_id)
     if run["mode"] not in KINDS[run["kind"]].jobs:
         raise Problem(409, "Nothing to switch", "effects are those of a design, a check or an analysis")
-    return _to(f"/runs/{await _begun(request, run, Mode(run['mode']), switched(run, name, state == 'on'))}")
+    return _redirect(f"/runs/{await _submitted(request, run, Mode(run['mode']), switched(run, name, state == 'on'))}")
 
 
 @router.post("/runs/{run_id}/stock")
@@ -65,17 +65,17 @@ async def to_stock(
     width: Annotated[str, Form(max_length=40)] = "",
     length: Annotated[str, Form(max_length=40)] = "",
 ) -> Response:
-    """The strip once more from sizes that are to be had, beside the free one: the price of what can be bought."""
+    """Redesign the strip from stock sizes and redirect to the comparison with the unrestricted design."""
     run = await run_of(request, run_id)
     if stock_offer(run) is None:
         raise Problem(409, "Nothing to round", "only a found strip without a stock of its own is rounded")
-    begun = await _begun(request, run, Mode.DESIGN, rounded(run, sizes, width, length))
-    return _to(f"/runs/compare?a={run_id}&b={begun}")
+    begun = await _submitted(request, run, Mode.DESIGN, rounded(run, sizes, width, length))
+    return _redirect(f"/runs/compare?a={run_id}&b={begun}")
 
 
 @router.post("/runs/{run_id}/cancel")
 async def cancel(request: Request, run_id: str) -> Response:
-    """End a queued or running run, and stay on its page."""
+    """Cancel a queued or running run and redirect to its page."""
     service: Service = request.app.state.service
     await service.cancel(run_id)
-    return _to(f"/runs/{run_id}")
+    return _redirect(f"/runs/{run_id}")

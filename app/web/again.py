@@ -1,4 +1,4 @@
-"""What a found part is checked with."""
+"""Check requests for designed parts."""
 
 from __future__ import annotations
 
@@ -6,11 +6,11 @@ from typing import Any
 
 
 def checked_as(run: dict[str, Any]) -> dict[str, Any]:
-    """What a check of the part that a design found is asked with, beside what the design was asked."""
+    """The fields that turn a design run's request into a check of the part found."""
     result = run["result"] or {}
     found = {name: result[name] for name in ("dimensions", "lengths_mm") if result.get(name) is not None}
     if "lengths_mm" in found:
-        # The lengths tell the type and its ratio.
+        # The lengths determine the type and its ratio.
         found |= {"type": None, "ratios": None}
     points = result.get("corners") or result.get("profile")
     if points:

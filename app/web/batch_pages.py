@@ -1,4 +1,4 @@
-"""Pages of batches: the list, a table or a sweep to begin one, and each with its progress and its map."""
+"""Pages of batches: list, submission of a file or a sweep, and progress and map of one batch."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ from app.words.fields import named, plain
 from app.words.languages import gettext
 
 router = APIRouter(include_in_schema=False)
-_ON_A_PAGE = 50
-_VARIED = 3
-"""How many fields the form of a sweep varies; a file or the API varies more."""
-_PART = 1 << 20
-_MOST_BESIDE = 12
-"""Axes side by side, of the fields that a batch varies."""
+_PAGE_SIZE = 50
+_VARIED_FIELDS = 3
+"""Number of varied fields in the sweep form; files and the API allow more."""
+_READ_BYTES = 1 << 20
+_MAX_PARALLEL_AXES = 12
+"""Maximum number of parallel axes for varied fields."""
 
 
 def _service(request: Request) -> BatchService:
     return request.app.state.batches
 
 
-def _chosen(kind: str, mode: str) -> tuple[str, str]:
-    """A kind and a mode of it, as near to those asked for as there are."""
+def _valid_kind_and_mode(kind: str, mode: str) -> tuple[str, str]:
+    """The requested kind and mode, with defaults for unknown ones."""
     kind = kind if kind in KINDS else "pin-profile"
     modes = [str(each) for each in KINDS[kind].jobs]
     return kind, mode if mode in modes else modes[-1]
@@ -54,7 +54,7 @@ def _chosen(kind: str, mode: str) -> tuple[str, str]:
 async def listing(
     request: Request, kind: str = "", mode: str = "", cursor: Annotated[str | None, Query(max_length=36)] = None
 ) -> HTMLResponse:
-    """All batches, newest first, and the forms that begin one."""
+    """All batches, newest first, and the submission forms."""
     return await _list(request, kind, mode, cursor)
 
 
@@ -66,8 +66,8 @@ async def _list(
     problem: dict[str, Any] | None = None,
     given: dict[str, str] | None = None,
 ) -> HTMLResponse:
-    found, following = await _service(request).list(BatchFilter(), cursor, _ON_A_PAGE)
-    kind, mode = _chosen(kind, mode)
+    found, following = await _service(request).list(BatchFilter(), cursor, _PAGE_SIZE)
+    kind, mode = _valid_kind_and_mode(kind, mode)
     return page(
         request,
         "batches.html",
@@ -77,7 +77,7 @@ async def _list(
         kind=kind,
         mode=mode,
         fields=numbers(kind, mode),
-        varied=range(_VARIED),
+        varied=range(_VARIED_FIELDS),
         ways=_ways(),
         problem=problem,
         given=given or {},
@@ -85,7 +85,7 @@ async def _list(
 
 
 def _ways() -> dict[str, str]:
-    """How fields are combined, in words."""
+    """Translated labels of the combinations."""
     return {
         Combine.GRID: gettext("every value with every other"),
         Combine.ZIP: gettext("side by side"),
@@ -95,7 +95,7 @@ def _ways() -> dict[str, str]:
 
 
 def _words() -> dict[str, str]:
-    """How items end, in words."""
+    """Translated labels of the item statuses."""
     return {
         "succeeded": gettext("succeeded"),
         "infeasible": gettext("infeasible"),
@@ -107,8 +107,8 @@ def _words() -> dict[str, str]:
 
 @router.get("/batches/table")
 async def table(kind: str = "", mode: str = "") -> Response:
-    """A table to fill in: the header and the example as its first row."""
-    kind, mode = _chosen(kind, mode)
+    """CSV template: the header and the example as first row."""
+    kind, mode = _valid_kind_and_mode(kind, mode)
     cells = dict(_cells(KINDS[kind].example(Mode(mode))))
     text = io.StringIO()
     csv.writer(text).writerows([list(cells), list(cells.values())])
@@ -138,7 +138,7 @@ async def upload(
     mode: Annotated[str, Form(max_length=16)],
     name: Annotated[str, Form(max_length=200)] = "",
 ) -> Response:
-    """Begin a batch of the rows of a file."""
+    """Submit a batch from an uploaded file."""
     service, form = _service(request), form_of(Path(cases.filename or ""))
     try:
         ask = Asked.of(kind, mode, name.replace("\0", "") or (cases.filename or "")[:200], "scalars")
@@ -152,15 +152,15 @@ async def upload(
 
 
 async def _parts(cases: UploadFile) -> AsyncIterator[bytes]:
-    while part := await cases.read(_PART):
+    while part := await cases.read(_READ_BYTES):
         yield part
 
 
 @router.post("/batches/sweep")
 async def sweep(request: Request) -> Response:
-    """Begin a batch that varies a few fields of the example, or of a stored run."""
+    """Submit a sweep over a few fields of the example or of a stored run."""
     form = {name: str(value) for name, value in (await request.form()).items()}
-    kind, mode = _chosen(form.get("kind", ""), form.get("mode", ""))
+    kind, mode = _valid_kind_and_mode(form.get("kind", ""), form.get("mode", ""))
     try:
         base = await _base(request, form.get("run", "").strip(), kind, mode)
         asked = Sweep.read(json.dumps(_asked(form, kind, mode, base)).encode())
@@ -181,7 +181,7 @@ async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str
 def _asked(form: dict[str, str], kind: str, mode: str, base: dict[str, Any]) -> dict[str, Any]:
     way = form.get("combine", "grid")
     vary: dict[str, Any] = {}
-    for k in range(_VARIED):
+    for k in range(_VARIED_FIELDS):
         field = form.get(f"field{k}", "").strip()
         if field:
             ends = {"from": _number(form.get(f"from{k}", "")), "to": _number(form.get(f"to{k}", ""))}
@@ -202,7 +202,7 @@ def _number(text: str, whole: bool = False) -> float | int | str | None:
 
 @router.get("/batches/{batch_id}")
 async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
-    """One batch: how far it is, its results to take away, and its map."""
+    """Page of one batch: progress, downloads and map."""
     try:
         batch = await _service(request).get(batch_id)
     except UnknownBatch:
@@ -219,16 +219,16 @@ async def map_points(
     colour: Annotated[str, Query(max_length=200)] = "",
     beside: Annotated[str, Query(max_length=2000, description="more fields, with commas between")] = "",
 ) -> dict[str, Any]:
-    """The items as points, and what can be an axis or a colour."""
+    """A sample of items as points, and the fields usable as axis or colour."""
     service = _service(request)
     batch = await service.get(batch_id)
-    wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MOST_BESIDE])))))
+    wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MAX_PARALLEL_AXES])))))
     told = await points(service.store, batch, wanted)
     return {**told, "words": _map_words(KINDS[batch.kind], told)}
 
 
 def _map_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
-    """What axes and colours are called in the language spoken: varied fields as in the form, all else by name."""
+    """Labels of axes and colours in the page's language: varied fields as in the form, others by name."""
     words = {name: _named(gettext(kind.form.label(_without_index(name))), name) for name in told["varied"]}
     words |= {name: _named(named(name.rpartition(".")[2])[0], name) for name in told["results"]}
     values = {value for point in told["points"] for value in point[2:] if isinstance(value, (str, bool))}
@@ -244,7 +244,7 @@ def _without_index(name: str) -> str:
 
 
 def _named(words: str, name: str) -> str:
-    """With the unit that the name ends in; an end of a range by its number."""
+    """The label with the unit from the name's suffix; range ends by index."""
     unit, index = split_unit(_without_index(name).rpartition(".")[2])[1], name.rpartition(".")[2]
     words = f"{words} {int(index) + 1}" if index.isdigit() else words
     return f"{words}, {unit}" if unit else words
@@ -258,6 +258,6 @@ def _value(value: str | bool) -> str:
 
 @router.post("/batches/{batch_id}/cancel")
 async def cancel(request: Request, batch_id: str) -> Response:
-    """End it; what is done stays."""
+    """Cancel a batch; finished items are kept."""
     await _service(request).cancel(batch_id)
     return RedirectResponse(f"/batches/{batch_id}", status_code=303)

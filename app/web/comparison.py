@@ -1,4 +1,4 @@
-"""Two runs side by side: verdicts, the inputs that differ, and results with their difference."""
+"""Comparison of two runs: verdicts, differing inputs, and results with their changes."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
 
-_SAME = 1e-12
-"""Numbers that differ by less, relative to the greater one, are the same."""
+_RELATIVE_TOLERANCE = 1e-12
+"""Relative tolerance below which two numbers count as equal."""
 
 
 @dataclass(frozen=True)
 class Row:
-    """A result in both runs; ``change`` is what b has more than a, in words, empty where there is no number to it."""
+    """A result of both runs; ``change`` is b - a as text, empty for non-numeric results."""
 
     words: str
     unit: str
@@ -36,7 +36,7 @@ class Comparison:
 
 
 def compare(a: Mapping[str, Any], b: Mapping[str, Any]) -> Comparison:
-    """What differs between two runs of one kind."""
+    """Compare two runs of the same kind."""
     return Comparison(differing(a, b), _results(a["result"] or {}, b["result"] or {}), _margins(a, b))
 
 
@@ -46,7 +46,7 @@ def _results(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
 
 
 def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """Single values of a result, those of its small groups (dimensions, lengths) too."""
+    """The scalars of a result, including those of small groups (dimensions, lengths)."""
     found = []
     for name, value in result.items():
         if isinstance(value, dict) and name not in ("certificate", "closure", "series", "cycle", "front"):
@@ -65,10 +65,10 @@ def _row(name: str, a: Any, b: Any) -> Row:
 
 
 def difference(a: Any, b: Any) -> str:
-    """What b has more than a, absolute and in per cent."""
+    """The change b - a, absolute and in per cent."""
     if any(isinstance(v, bool) or not isinstance(v, (int, float)) for v in (a, b)):
         return ""
-    if math.isclose(a, b, rel_tol=_SAME, abs_tol=1e-300):
+    if math.isclose(a, b, rel_tol=_RELATIVE_TOLERANCE, abs_tol=1e-300):
         return _("the same")
     share = f" ({100.0 * (b - a) / abs(a):+.3g} %)" if a else ""
     return f"{b - a:+.4g}{share}"
@@ -83,7 +83,7 @@ def _text(value: Any) -> str:
 
 
 def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
-    """Criteria by their words, with what each run reaches."""
+    """Margins of the criteria of both runs, by label."""
     sides = [{c["label"]: c for c in (run["verdict"] or {"criteria": []})["criteria"]} for run in (a, b)]
     rows = []
     for words in [*sides[0], *(n for n in sides[1] if n not in sides[0])]:

@@ -1,4 +1,4 @@
-"""What a run's page offers to take away."""
+"""Download links of a run's page."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _TOOLS = {
 
 
 class Download(NamedTuple):
-    """A link: where to, its name, and what is said beside it."""
+    """A link: target, name and description."""
 
     href: str
     name: str
@@ -27,7 +27,7 @@ class Download(NamedTuple):
 
 
 def downloads_of(run: dict[str, Any]) -> list[Download]:
-    """The run's exports in the order of their list; parameters once for every program."""
+    """The run's exports in registry order; the parameters once per CAD program."""
     found = []
     for name, href in run["links"]["exports"].items():
         head, words = (_(part) for part in EXPORTS[name].title.partition(": ")[::2])

@@ -1,4 +1,4 @@
-"""The forms: a page per kind and mode, and what answers while one types. Everything but that works without a script."""
+"""Form pages per kind and mode, and the live endpoints; only the live updates need JavaScript."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from app.words.languages import gettext as _
 router = APIRouter(include_in_schema=False)
 
 MOST_FIELDS = 1000
-_RUNS_OFFERED = 50
+_MAX_RUNS_OFFERED = 50
 _KEY_FIGURES = 6
 
 templates.env.globals["applies"] = applies
@@ -47,7 +47,7 @@ def _kind_and_mode(slug: str, mode: str) -> tuple[Kind, Mode]:
 
 
 async def _texts(request: Request) -> dict[str, str]:
-    """What the form holds."""
+    """The submitted texts by input name, without the CSRF token."""
     most = request.app.state.settings.max_body_bytes
     async with request.form(max_fields=MOST_FIELDS, max_part_size=most) as sent:
         return {name: str(value).replace("\r\n", "\n") for name, value in sent.items() if name != FIELD}
@@ -64,12 +64,12 @@ def _as_json(spec: Mapping[str, Any]) -> str:
 
 
 async def _stored_runs(request: Request, form: Group) -> list[tuple[str, str]]:
-    """The runs that a load can be taken from, if the form has a place for one."""
+    """Runs offered as load source, if the form has such an input."""
     if not any(name.endswith("run_id") for name in form.names()):
         return []
     service: Service = request.app.state.service
     wanted = RunFilter(kind="crank-dynamics", status=RunStatus.SUCCEEDED)
-    found = await service.store.list_runs(wanted, None, _RUNS_OFFERED)
+    found = await service.store.list_runs(wanted, None, _MAX_RUNS_OFFERED)
     return [(run.id, f"{run.name or run.id[:13]}, {run.created_at:%Y-%m-%d %H:%M}") for run in found.items]
 
 
@@ -96,8 +96,8 @@ async def _shown(
 async def show(request: Request, slug: str, mode: str | None = None) -> Response:
     """The form of a kind, filled with its example.
 
-    ``?example=TITLE`` has another one; ``?from=ID`` what a stored run was asked, of another mode what both have in
-    common, and the dimensions found; ``?load_run=ID&instant=NAME`` a load from a run.
+    ``?example=TITLE`` selects another example; ``?from=ID`` prefills from a stored run (from another mode: the common
+    fields and the dimensions found); ``?load_run=ID&instant=NAME`` takes the load from a run.
     """
     kind, chosen = _kind_and_mode(slug, mode or (str(next(iter(KINDS[slug].jobs))) if slug in KINDS else ""))
     form, query = form_of(kind, chosen), request.query_params
@@ -129,7 +129,7 @@ async def _texts_of_run(
 
 
 def _carried(kind: Kind, old: Mode, new: Mode, filled: Texts, example: dict[str, str]) -> dict[str, str]:
-    """The form of one mode with what stood in another's; what the other has not starts with the example."""
+    """Transfer texts from one mode's form to another; inputs that the old form lacks get the example's."""
     known = set(form_of(kind, old).names())
     kept = {name: text for name, text in example.items() if name not in known}
     return kept | {name: text for name, text in filled.items() if name in known}
@@ -137,9 +137,9 @@ def _carried(kind: Kind, old: Mode, new: Mode, filled: Texts, example: dict[str,
 
 @router.post("/designs/{slug}")
 async def submit(request: Request, slug: str, mode: str = "design", was: str | None = None) -> Response:
-    """Store the run and go to its page, or show the form again with the faults at their fields.
+    """Submit the run and redirect to its page, or show the form again with messages at the faulty fields.
 
-    With ``was`` the form comes from that other mode, to be gone on with in this one.
+    ``was`` is the previous mode when the user switches modes; the form is then converted, not submitted.
     """
     kind, chosen = _kind_and_mode(slug, mode)
     form, texts = form_of(kind, chosen), await _texts(request)
@@ -167,7 +167,7 @@ def _asked(kind: Kind, mode: Mode, spec: Mapping[str, Any]) -> Any:
 
 @router.post("/designs/{slug}/drawing")
 async def draw(request: Request, slug: str, mode: str = "design") -> Response:
-    """The part as the form describes it, its faults, and the request as JSON: nothing is solved."""
+    """Live preview without solving: drawing, faults and request JSON."""
     kind, chosen = _kind_and_mode(slug, mode)
     form, texts = form_of(kind, chosen), await _texts(request)
     spec = form.value(texts)
@@ -184,7 +184,7 @@ async def draw(request: Request, slug: str, mode: str = "design") -> Response:
 
 @router.post("/designs/{slug}/answer")
 async def answer(request: Request, slug: str, mode: str = "check") -> Response:
-    """What the part does as the form describes it: solved, but not stored."""
+    """Live result of the form: solved, but not stored."""
     kind, chosen = _kind_and_mode(slug, mode)
     if chosen is Mode.DESIGN:
         raise Problem(409, "Nothing to answer", "a design is not sought while one types")
@@ -210,7 +210,7 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
 
 
 def _figures(kind: Kind, result: Mapping[str, Any]) -> dict[str, float]:
-    """The figures that matter most: those by which accuracy is judged, else the first ones."""
+    """The main numeric results: those by which accuracy is judged, else the first ones."""
     names = [name for name in kind.main_results if "." not in name] or list(result)
     found = {name: result.get(name) for name in names if not name.endswith("_u")}
     numbers = {n: v for n, v in found.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}

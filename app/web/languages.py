@@ -1,4 +1,4 @@
-"""The language and the units of who asks: from cookies; the language else as the browser wants it."""
+"""Language and unit system of a request, from cookies or, for the language, the Accept-Language header."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ COOKIE, UNITS_COOKIE = "language", "units"
 
 
 def preferred(headers: Headers) -> str:
-    """The language of the cookie, else the first that the browser asks for and that there is, else English."""
-    kept = _kept(headers, COOKIE)
+    """The language of the cookie, else the supported one of highest weight in Accept-Language, else English."""
+    kept = _cookie_value(headers, COOKIE)
     if kept in LANGUAGES:
         return kept
     asked = [_weighed(part) for part in headers.get("accept-language", "").split(",")[:20]]
@@ -24,12 +24,12 @@ def preferred(headers: Headers) -> str:
 
 
 def units_of(headers: Headers) -> System:
-    """The units of the cookie, else metric ones."""
-    kept = _kept(headers, UNITS_COOKIE)
+    """The unit system of the cookie, else metric."""
+    kept = _cookie_value(headers, UNITS_COOKIE)
     return System(kept) if kept in SYSTEMS else System.METRIC
 
 
-def _kept(headers: Headers, cookie: str) -> str:
+def _cookie_value(headers: Headers, cookie: str) -> str:
     try:
         kept = SimpleCookie(headers.get("cookie", "")).get(cookie)
     except CookieError:
@@ -38,7 +38,7 @@ def _kept(headers: Headers, cookie: str) -> str:
 
 
 def _weighed(part: str) -> tuple[float, str]:
-    """A language of Accept-Language with its weight; 0 where that is no number."""
+    """Weight and language of an Accept-Language entry; weight 0 if malformed."""
     tag, _, weight = part.partition(";")
     try:
         return float(weight.strip().removeprefix("q=") or 1.0), tag.strip().partition("-")[0].lower()
@@ -47,7 +47,7 @@ def _weighed(part: str) -> tuple[float, str]:
 
 
 class Speaking:
-    """Every request is answered in the language and the units of who asks."""
+    """ASGI middleware that sets the language and the unit system of each request."""
 
     def __init__(self, app: ASGIApp) -> None:
         self._app = app

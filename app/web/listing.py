@@ -1,4 +1,4 @@
-"""What the form above the list of runs asks for, read from the query."""
+"""Filter and order of the run list, parsed from the query string."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ CHOICES: dict[str, dict[str, str]] = {
     "holds": {"true": "holds", "false": "does not hold"},
     "order": {str(order): words for order, words in ORDERS.items()},
 }
-_LONGEST_TEXT = 200
+_MAX_TEXT_LENGTH = 200
 
 
 @dataclass(frozen=True)
 class Listing:
-    """The filter and the order; ``given`` is what the form shows again, ``errors`` what was wrong, by field."""
+    """Filter and order; ``given``: the entered values by field, ``errors``: messages by field."""
 
     wanted: RunFilter
     order: RunOrder
@@ -46,17 +46,17 @@ class Listing:
 
     @property
     def filtered(self) -> bool:
-        """Whether anything but the order restricts the list."""
+        """Whether any filter is set."""
         return any(name != "order" for name in self.given)
 
     def link(self, **more: str) -> str:
-        """The same list with other parameters."""
+        """URL of this list with parameters overridden."""
         found = {**self.given, **more}
         return "/runs" + ("?" + urlencode(found) if found else "")
 
 
 def asked_of(query: Mapping[str, str]) -> Listing:
-    """The listing that a query asks for; a value that cannot be is told and restricts nothing."""
+    """Parse a query; an invalid value is reported in ``errors`` and ignored."""
     given = {name: query[name].strip() for name in FIELDS if query.get(name, "").strip()}
     errors = {
         name: _("is none of %(values)s") % {"values": ", ".join(CHOICES[name])}
@@ -70,10 +70,10 @@ def asked_of(query: Mapping[str, str]) -> Listing:
                 days[name] = datetime.combine(date.fromisoformat(given[name]), datetime.min.time(), UTC)
             except ValueError:
                 errors[name] = _("is no date such as 2026-01-31")
-    if len(given.get("text", "")) > _LONGEST_TEXT or "\0" in given.get("text", ""):
-        errors["text"] = _("is at most %(most)s characters") % {"most": _LONGEST_TEXT}
+    if len(given.get("text", "")) > _MAX_TEXT_LENGTH or "\0" in given.get("text", ""):
+        errors["text"] = _("is at most %(most)s characters") % {"most": _MAX_TEXT_LENGTH}
     sound = {name: value for name, value in given.items() if name not in errors}
-    # The filters exclude their ends, so a day begins just before midnight and ends at the next one.
+    # The filter bounds are exclusive, so a day begins just before midnight.
     wanted = RunFilter(
         kind=sound.get("kind"),
         mode=sound.get("mode"),

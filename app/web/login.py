@@ -1,4 +1,4 @@
-"""Pages by which a person with a key comes in, and leaves."""
+"""Login and logout pages for users with an API key."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ router = APIRouter(include_in_schema=False)
 
 
 def _local(place: str) -> str:
-    """The place, if it is one of this service's own paths; else the start page."""
+    """The path if it is local to this service, else the start page (no open redirects)."""
     own = place.startswith("/") and not place.startswith("//") and place.isprintable() and "\\" not in place
     return place if own else "/"
 
 
 @router.get("/login")
 async def form(request: Request, next: str = "/") -> Response:
-    """Where to put one's key."""
+    """Login form."""
     return page(request, "login.html", refused=False, next=_local(next))
 
 
@@ -34,7 +34,7 @@ async def log_in(
     key: Annotated[str, Form(max_length=200)],
     next: Annotated[str, Form(max_length=2000)] = "/",
 ) -> Response:
-    """Begin a session, and go where one wanted to."""
+    """Begin a session and redirect to ``next``."""
     ring: KeyCache = request.app.state.keys
     sessions: Sessions = request.app.state.sessions
     found = await ring.find(digest_of(key.strip()))

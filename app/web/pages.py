@@ -1,4 +1,4 @@
-"""The start page, and the choice of language and units."""
+"""Start page, and selection of language and units."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ from app.words.languages import LANGUAGES
 from app.words.units import SYSTEMS
 
 router = APIRouter(include_in_schema=False)
-_A_YEAR_S = 365 * 24 * 3600
+_COOKIE_MAX_AGE_S = 365 * 24 * 3600
 
 
 @router.get("/")
 async def start(request: Request) -> HTMLResponse:
-    """What there is to design, and what was designed last."""
+    """Start page: the kinds and the latest runs."""
     service: Service = request.app.state.service
     latest = await service.store.list_runs(RunFilter(), None, 20)
     warming = [
@@ -38,29 +38,29 @@ async def start(request: Request) -> HTMLResponse:
 
 @router.get("/favicon.ico")
 async def icon() -> Response:
-    """Where programs look for the icon that do not read pages."""
+    """Default icon path, requested by clients that do not read the page's link."""
     return RedirectResponse("/static/favicon.svg", status_code=308)
 
 
 @router.get("/language/{code}")
 async def choose_language(code: str, back: Annotated[str, Query(max_length=2000)] = "/") -> Response:
-    """Speak a language from now on, and go back to the page that it was chosen on."""
+    """Set the language cookie and redirect back."""
     if code not in LANGUAGES:
         raise Problem(404, "No such page", "there is no such language")
-    return _chosen(COOKIE, code, back)
+    return _redirect_with_cookie(COOKIE, code, back)
 
 
 @router.get("/units/{code}")
 async def choose_units(code: str, back: Annotated[str, Query(max_length=2000)] = "/") -> Response:
-    """Show and read lengths and pressures in these units from now on, and go back."""
+    """Set the unit system cookie and redirect back."""
     if code not in SYSTEMS:
         raise Problem(404, "No such page", "there are no such units")
-    return _chosen(UNITS_COOKIE, code, back)
+    return _redirect_with_cookie(UNITS_COOKIE, code, back)
 
 
-def _chosen(cookie: str, value: str, back: str) -> Response:
-    # Back within this service only: a second slash would name another host.
+def _redirect_with_cookie(cookie: str, value: str, back: str) -> Response:
+    # No open redirect: a second slash would name another host.
     inside = back.startswith("/") and not back.startswith(("//", "/\\")) and back.isprintable()
     answer = RedirectResponse(back if inside else "/", status_code=303)
-    answer.set_cookie(cookie, value, max_age=_A_YEAR_S, httponly=True, samesite="lax")
+    answer.set_cookie(cookie, value, max_age=_COOKIE_MAX_AGE_S, httponly=True, samesite="lax")
     return answer

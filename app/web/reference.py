@@ -1,4 +1,4 @@
-"""GET /docs: the API reference as a plain page of our own, made from the OpenAPI document, nothing from elsewhere."""
+"""GET /docs: API reference page rendered from the OpenAPI document, without third-party assets."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ from app.designs.problems import MEANINGS, anchor
 from app.web.rendering import page
 
 router = APIRouter(include_in_schema=False)
-_DEEPEST = 6
+_MAX_DEPTH = 6
 _PROBLEMS = [{"id": anchor(title), "title": title, "meaning": meaning} for title, meaning in MEANINGS.items()]
 
 
 @router.get("/docs")
 async def reference(request: Request) -> HTMLResponse:
-    """Every path with its parameters, fields, example and answers."""
+    """Every operation with its parameters, fields, example and responses."""
     document = request.app.openapi()
     return page(
         request, "reference.html", document=document, operations=list(_operations(document)), problems=_PROBLEMS
@@ -45,8 +45,8 @@ def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
 
 
 def _fields(schema: Mapping[str, Any], document: Mapping[str, Any], path: str = "") -> Iterator[dict[str, str]]:
-    """The fields of a request as dotted names; of a field with several forms those of every form."""
-    if path.count(".") > _DEEPEST:
+    """The fields of a request schema as dotted names, including those of every alternative."""
+    if path.count(".") > _MAX_DEPTH:
         return
     for form in _forms(schema, document):
         needed = form.get("required", [])

@@ -1,4 +1,4 @@
-"""Templates, what they may call, and how a page is answered: nothing from elsewhere, no script but our own files."""
+"""Template environment and page responses. No third-party assets; scripts only from local files."""
 
 from __future__ import annotations
 
@@ -33,37 +33,36 @@ templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # typ
 
 
 def figure(value: Any, unit: str = "", digits: int = 6) -> str:
-    """A value to the digits that a person reads, in the units in use."""
+    """A value to ``digits`` significant digits in the selected units."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
     return f"{units.told(value, unit):.{digits}g}" if isinstance(value, float) else str(value)
 
 
 def short(value: float, unit: str = "") -> str:
-    """Four digits, without a power of ten where a person would write none."""
+    """Four significant digits, without an exponent below 1e7."""
     value = units.told(value, unit)
     return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else f"{value:.4g}"
 
 
 def label(name: str) -> dict[str, str]:
-    """A field's name in words of the page's language, its unit as it is told, and the metric one."""
+    """A field's label in the page's language, its displayed unit and its metric unit."""
     words, unit = named(name)
     return {"words": words, "unit": units.unit_shown(unit), "metric": unit}
 
 
 def foreign(text: str) -> Markup:
-    """The attribute that says that a text made elsewhere is English, where the page is not and the catalogue has no
-    translation."""
+    """The ``lang="en"`` attribute for a solver text without a translation on a non-English page."""
     return Markup(' lang="en"') if is_foreign(text) else Markup()
 
 
 def first_upper(text: str) -> str:
-    """With a capital letter in front, all else as it is."""
+    """Capitalise the first letter only."""
     return text[:1].upper() + text[1:]
 
 
 def back_of(request: Request) -> str:
-    """Where a choice of language leads back to."""
+    """The current path and query, as return target of the language selection."""
     return request.url.path + (f"?{request.url.query}" if request.url.query else "")
 
 
@@ -92,23 +91,23 @@ for _filter in (
 
 
 def page(request: Request, name: str, status: int = 200, **context: Any) -> HTMLResponse:
-    """A template as the answer."""
+    """Render a template as a response with the security and language headers."""
     context["session"] = own = session.get()
     response = templates.TemplateResponse(request, name, context, status_code=status)
     if own is not None:
-        _give_tokens(response, own.csrf)
+        _insert_csrf_tokens(response, own.csrf)
     response.headers["Content-Language"] = language()
     response.headers["Vary"] = "Cookie, Accept-Language"
     response.headers["Content-Security-Policy"] = POLICY
     return response
 
 
-_FORM = re.compile(rb'<form method="post"[^>]*>')
+_POST_FORM = re.compile(rb'<form method="post"[^>]*>')
 
 
-def _give_tokens(response: Response, token: str) -> None:
-    """Put the session's token into each form that changes something: no template can forget it."""
+def _insert_csrf_tokens(response: Response, token: str) -> None:
+    """Insert the CSRF token into every POST form, so that no template can omit it."""
     field = f'<input type="hidden" name="{FIELD}" value="{token}">'.encode()
-    response.body = _FORM.sub(lambda found: found[0] + field, bytes(response.body))
+    response.body = _POST_FORM.sub(lambda found: found[0] + field, bytes(response.body))
     response.headers["Content-Length"] = str(len(response.body))
     response.headers["Cache-Control"] = "no-store"

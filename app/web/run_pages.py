@@ -1,4 +1,4 @@
-"""The page of a run, two runs side by side, and the list of all."""
+"""Pages of runs: list, comparison, single run."""
 
 from __future__ import annotations
 
@@ -28,23 +28,23 @@ from app.words.shaping import loosened, sentences
 from app.words.solver_texts import spoken
 
 router = APIRouter(include_in_schema=False)
-_ON_A_PAGE = 50
-_SAID_ELSEWHERE = ("value", "value_unit", "reference", "reference_accuracy")
-"""Results that stand on the page under a better name."""
+_PAGE_SIZE = 50
+_SHOWN_ELSEWHERE = ("value", "value_unit", "reference", "reference_accuracy")
+"""Results shown elsewhere on the page under a clearer label."""
 
 
 async def run_of(request: Request, run_id: str) -> dict[str, Any]:
-    """A run as its JSON tells it. Raises UnknownRun."""
+    """A run as parsed JSON. Raises UnknownRun."""
     service: Service = request.app.state.service
     return json.loads(await service.as_json(run_id, complete=True))
 
 
 @router.get("/runs")
 async def listing(request: Request) -> HTMLResponse:
-    """Runs that satisfy what the form above them asks for, page by page."""
+    """Paginated list of the runs that match the filter."""
     service: Service = request.app.state.service
     asked = asked_of(request.query_params)
-    found = await service.store.list_runs(asked.wanted, asked.cursor, _ON_A_PAGE, asked.order)
+    found = await service.store.list_runs(asked.wanted, asked.cursor, _PAGE_SIZE, asked.order)
     return page(
         request, "runs.html", 422 if asked.errors else 200, asked=asked, runs=found.items, **_paging(asked, found)
     )
@@ -65,7 +65,7 @@ async def comparison(
     b: str | None = None,
     run: Annotated[list[str] | None, Query(max_length=10)] = None,
 ) -> HTMLResponse:
-    """Two runs of one kind side by side; with one of them, what it can be compared with."""
+    """Compare two runs of one kind; given a single run, list the candidates."""
     service: Service = request.app.state.service
     ids = [each for each in (a, b, *(run or ())) if each]
     try:
@@ -75,7 +75,7 @@ async def comparison(
     if len(ids) == 2 and found[0]["kind"] == found[1]["kind"]:
         return page(request, "compare.html", a=found[0], b=found[1], compared=compare(*found))
     kind = found[0]["kind"] if found else None
-    others = await service.store.list_runs(RunFilter(kind=kind), None, _ON_A_PAGE)
+    others = await service.store.list_runs(RunFilter(kind=kind), None, _PAGE_SIZE)
     chosen = found[0] if found else None
     kinds_differ = len(found) == 2
     return page(
@@ -91,7 +91,7 @@ async def comparison(
 
 @router.get("/runs/{run_id}")
 async def run_page(request: Request, run_id: str) -> HTMLResponse:
-    """One run: whether it holds, its numbers, what shaped them, its pictures, and what can be done with it."""
+    """Page of one run: verdict, results, what shaped them, figures and actions."""
     try:
         run = await run_of(request, run_id)
     except UnknownRun:
@@ -100,7 +100,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     numbers = {
         name: value
         for name, value in result.items()
-        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SAID_ELSEWHERE
+        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SHOWN_ELSEWHERE
     }
     if "worst_fibre" in numbers:
         numbers["worst_fibre"] = _("outer, +h/2") if numbers["worst_fibre"] > 0 else _("inner, −h/2")

@@ -1,4 +1,4 @@
-"""What one per cent of a limit is worth, where no solver tells: the same design with the limit so much looser."""
+"""Sensitivity of a design to its limits by finite differences, where no solver reports it."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ router = APIRouter(include_in_schema=False)
 
 @router.get("/runs/{run_id}/worth")
 async def worth(request: Request, run_id: str) -> HTMLResponse:
-    """The sentences on what shaped a design, with figures. Nothing is stored."""
+    """Sentences on what shaped a design, with sensitivities. Nothing is stored."""
     run = await run_of(request, run_id)
     found = {n: await _sensitivity(request, run["kind"], run["figure"], each) for n, each in loosened(run).items()}
     return page(request, "shaped.html", shaped=sentences(run, {n: s for n, s in found.items() if s is not None}))
 
 
 async def _sensitivity(request: Request, slug: str, figure: dict[str, float], each: Loosened) -> float | None:
-    """d ln(objective) / d ln(limit), between the limit and the looser one; None where there is no such figure."""
+    """d ln(objective) / d ln(limit) [-], one-sided difference towards the looser limit; None if unavailable."""
     service: Service = request.app.state.service
     kind = KINDS[slug]
     try:

@@ -1,1 +1,1 @@
-"""What people read, in their language: names, captions, verdicts, drawings. Pages and reports share it."""
+"""Translated texts shared by pages and reports: labels, captions, verdicts, drawings, units."""

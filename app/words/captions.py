@@ -1,4 +1,4 @@
-"""What the pictures of a run show, said in a line each."""
+"""One-line captions of a run's figures."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ PARTS = {
     "impact-linkage": "The four links as they stand at the blow; dashed, the outline of what they sweep. Below, "
     "each by itself. mm, to scale.",
 }
-"""What the drawing of a part by itself shows, by kind."""
+"""Captions of part drawings by kind."""
 PART_TITLES = (
     "The strip, to scale",
     "The pin, cut along its axis, to scale",
@@ -53,11 +53,11 @@ PART_TITLES = (
     "coupler",
     "rocker",
 )
-"""Words in these drawings."""
+"""Labels inside these drawings."""
 
 
 def captioned(kind: str, names: Iterable[str]) -> list[tuple[str, str]]:
-    """Names of pictures with what they show."""
+    """Figure names with translated captions."""
     return [
         (name, gettext(OF_A_KIND.get((kind, name)) or CAPTIONS.get(name, name.replace("-", " ")))) for name in names
     ]

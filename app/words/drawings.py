@@ -1,4 +1,4 @@
-"""A part's drawing as SVG, its words in the language spoken."""
+"""Drawings of parts as SVG, with translated labels."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ _FIGURE = re.compile(r"(?<![\w.])\d+(?:\.\d+)?(?:e[+-]?\d+)?(?![\d.°])")
 
 
 class Drawn(NamedTuple):
-    """A drawing as SVG and the words below it; both empty where nothing can be drawn."""
+    """A drawing as SVG and its caption; both empty if nothing can be drawn."""
 
     svg: Markup
     caption: str
 
 
 def drawn(kind: Kind, spec: Mapping[str, Any]) -> Drawn:
-    """The part as a request describes it, which may lack much."""
+    """Draw the part described by a request, which may be incomplete."""
     return _drawn(kind.drawing(dict(spec)))
 
 
 def part_of(kind: Kind, run: dict[str, Any]) -> Drawn:
-    """The part of a run, as the files to take away have it; as it was asked for where the run tells of none."""
+    """Draw the part of a run as in its exports; as requested if the run has no part."""
     if kind.part is None or not run["result"] or not kind.has_part(run):
         return drawn(kind, run["spec"])
     return _drawn(replace(kind.part(run, None).drawing, caption=PARTS.get(kind.slug, "")))
@@ -46,7 +46,7 @@ def _drawn(drawing: Drawing | None) -> Drawn:
 
 
 def in_words(drawing: Drawing) -> Drawing:
-    """The drawing in the units in use, with its words in the language spoken."""
+    """The drawing in the current units and language."""
     return worded(_measured(drawing) if system() is System.INCH else drawing, gettext)
 
 

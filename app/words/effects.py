@@ -1,4 +1,4 @@
-"""The effects of a run as its page shows them, and the request with one of them switched."""
+"""Effects of a run for display, and its request with one effect switched."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _UNBOUNDED = 1e9
 
 
 def effect_rows(kind: Kind, run: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every effect of the run with what it adds, and what it may change in words."""
+    """Every effect of the run, with its summary and its bound as text."""
     adds = {effect.name: effect.summary for effect in kind.known_effects}
     return [
         {**effect, "adds": _(adds.get(effect["name"], "")), "may_change": _may_change(effect)}
@@ -30,7 +30,7 @@ def _may_change(effect: Mapping[str, Any]) -> str:
 
 
 def switched(run: Mapping[str, Any], name: str, on: bool) -> dict[str, Any]:
-    """The run's spec with one effect settled anew; what was settled stays so, all others follow their bounds."""
+    """The run's spec with one effect included or excluded; earlier settings are kept, other effects stay automatic."""
     settled = run["spec"]["effects"]
     if isinstance(settled, str):
         every = [effect["name"] for effect in run["effects"]] if settled == "all" else []

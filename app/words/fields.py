@@ -1,4 +1,4 @@
-"""Names of fields as people read them, in the page's language."""
+"""Translated labels of fields."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from app.words.languages import gettext
 
 
 def named(name: str) -> tuple[str, str]:
-    """A field's name as words and its unit: ``crank_radius_mm`` → (crank radius, mm)."""
+    """Label and unit of a field name: ``crank_radius_mm`` → (crank radius, mm)."""
     words, unit = split_unit(name)
     sign = "± " if words.startswith("± ") else ""
     return sign + gettext(words.removeprefix("± ")), unit
 
 
 def plain(name: object) -> str:
-    """A name of the contract as words of the language spoken."""
+    """An identifier of the contract as translated text."""
     return gettext(str(name).replace("_", " ").replace("-", " "))

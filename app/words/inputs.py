@@ -1,4 +1,4 @@
-"""What a run was asked, in the sections, the words and the order of its form; and where two runs differ."""
+"""Inputs of a run in the sections, labels and order of its form, and the differences between two runs."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from app.designs.units import split_unit
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
 
-_MOST_SHOWN = 6
-"""Numbers of a list that are shown one by one; of a longer one the ends."""
+_MAX_LISTED = 6
+"""Maximum length of a list shown in full; of a longer one only the ends are shown."""
 _TAGS = ("kind", "method")
 _Path = tuple[str, ...]
 
 
 @dataclass(frozen=True)
 class Input:
-    """One value that was asked for: its dotted name, words, text with unit, and what it means."""
+    """One input value: dotted name, label (``words``), text with unit, help."""
 
     name: str
     words: str
@@ -38,7 +38,7 @@ class Group:
 
 
 def groups(run: Mapping[str, Any]) -> list[Group]:
-    """The run's spec without what was not given, in the sections of the form."""
+    """The given inputs of a run, grouped in the sections of the form."""
     kind = KINDS[run["kind"]]
     spec = run["spec"].get("spec", run["spec"]) if run["mode"] == Mode.ACCURACY else run["spec"]
     model = _model(run, spec)
@@ -51,7 +51,7 @@ def groups(run: Mapping[str, Any]) -> list[Group]:
 
 
 MORE = "More"
-"""The section of what no section has."""
+"""Section of inputs that no section names."""
 
 
 def _section(words: FormWords, name: str) -> str:
@@ -60,7 +60,7 @@ def _section(words: FormWords, name: str) -> str:
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:
-    """The inputs that differ, each with its text in either run; "not given" where it is in one only."""
+    """The differing inputs with their texts in both runs; "not given" if absent in one."""
     left, right = ({each.name: each for group in groups(run) for each in group.inputs} for run in (a, b))
     names = [*left, *(name for name in right if name not in left)]
     return [
@@ -75,7 +75,7 @@ def _text(found: Input | None) -> str:
 
 
 def _model(run: Mapping[str, Any], spec: Mapping[str, Any]) -> Any:
-    """The request as its model, None where a model of today cannot read a spec of before."""
+    """The spec as request model; None for a spec of an incompatible earlier version."""
     kind = KINDS[run["kind"]]
     modes = [Mode(run["mode"])] if run["mode"] != Mode.ACCURACY else list(kind.jobs)
     for mode in modes:
@@ -93,7 +93,7 @@ def _ordered(spec: Mapping[str, Any], model: Any) -> dict[str, Any]:
 
 
 def _leaves(value: Any, model: Any, path: _Path = (), told: str = "") -> Iterator[tuple[_Path, Any, str]]:
-    """(path, value, the model's own description) of everything single."""
+    """(path, value, field description) of every leaf."""
     model = getattr(model, "root", model)
     if isinstance(value, dict):
         fields = type(model).model_fields if isinstance(model, BaseModel) else {}
@@ -110,17 +110,17 @@ def _leaves(value: Any, model: Any, path: _Path = (), told: str = "") -> Iterato
 
 def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
     words, plain = kind.form, [part for part in path if not part.isdigit()]
-    place = ".".join(plain)
-    if plain[-1] in _TAGS and len(plain) > 1 and place not in words.labels:
-        # Which of several forms was chosen is said by the whole.
-        place = ".".join(plain[:-1])
+    full_name = ".".join(plain)
+    if plain[-1] in _TAGS and len(plain) > 1 and full_name not in words.labels:
+        # The discriminator of a union is labelled as the union itself.
+        full_name = ".".join(plain[:-1])
     unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
     numbered = [part for part in path[1:] if part.isdigit()]
-    help = look_up(words.helps, COMMON.helps, place)
+    help = look_up(words.helps, COMMON.helps, full_name)
     return Input(
         ".".join(path),
-        " ".join([_(words.label(place)), *numbered]),
-        f"{_shown(value, look_up(words.options, COMMON.options, place) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        " ".join([_(words.label(full_name)), *numbered]),
+        f"{_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit)} {unit_shown(unit)}".rstrip(),
         _(own.replace("null:", "empty:") if help is None else help),
     )
 
@@ -133,7 +133,7 @@ def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
             return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"
-        if len(value) > _MOST_SHOWN:
+        if len(value) > _MAX_LISTED:
             ends = {"first": _shown(value[0], options, unit), "last": _shown(value[-1], options, unit)}
             return _("%(count)s values, %(first)s … %(last)s") % {"count": len(value), **ends}
         return ", ".join(_shown(item, options, unit) for item in value)

@@ -1,7 +1,7 @@
-"""The language that is spoken: English, Russian or Ukrainian.
+"""Current language: English, Russian or Ukrainian.
 
-Texts are in English where they are written; gettext catalogues under ``locale`` have the others. What the JSON API says
-stays English. `scripts.messages` gathers the texts and writes the catalogues.
+Source texts are English; gettext catalogues under ``locale`` hold the translations. The JSON API stays in English.
+``scripts.messages`` extracts the texts and writes the catalogues.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ DOMAIN = "crankwright"
 
 
 class Language(StrEnum):
-    """Codes of the languages."""
+    """Language codes (ISO 639-1)."""
 
     EN = "en"
     RU = "ru"
@@ -26,40 +26,40 @@ class Language(StrEnum):
 
 
 LANGUAGES = {Language.EN: "English", Language.RU: "Русский", Language.UK: "Українська"}
-"""What the languages call themselves."""
+"""Native names of the languages."""
 ENGLISH = standard.NullTranslations()
 _CATALOGUES = {
     "en": ENGLISH,
     **{code: standard.translation(DOMAIN, LOCALE, [code], fallback=True) for code in LANGUAGES if code != "en"},
 }
-_chosen: ContextVar[tuple[str, standard.NullTranslations]] = ContextVar("language", default=("en", ENGLISH))
+_current: ContextVar[tuple[str, standard.NullTranslations]] = ContextVar("language", default=("en", ENGLISH))
 
 
 def language() -> str:
-    """The code of the language spoken just now."""
-    return _chosen.get()[0]
+    """The code of the current language."""
+    return _current.get()[0]
 
 
 def catalogue() -> standard.NullTranslations:
-    """The texts of the language spoken just now."""
-    return _chosen.get()[1]
+    """The catalogue of the current language."""
+    return _current.get()[1]
 
 
 def gettext(message: str) -> str:
-    """A text in the language spoken just now; itself where the catalogue has none."""
+    """Translate a message; returned unchanged if the catalogue lacks it."""
     return catalogue().gettext(message) if message else ""
 
 
 def ngettext(one: str, many: str, count: int) -> str:
-    """A text that goes with a number."""
+    """Translate a message with plural forms."""
     return catalogue().ngettext(one, many, count)
 
 
 @contextmanager
 def speaking(code: str, texts: standard.NullTranslations | None = None) -> Iterator[None]:
-    """Speak a language for a while; with ``texts`` from another catalogue than its own."""
-    token = _chosen.set((code, texts or _CATALOGUES[code]))
+    """Set the language within a context; ``texts`` overrides its catalogue."""
+    token = _current.set((code, texts or _CATALOGUES[code]))
     try:
         yield
     finally:
-        _chosen.reset(token)
+        _current.reset(token)

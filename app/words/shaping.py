@@ -1,4 +1,4 @@
-"""What shaped an answer, in sentences: sensitivities of a design's objective to what was asked of it."""
+"""Sentences on the active constraints of a design and the sensitivity of its objective to them."""
 
 from __future__ import annotations
 
@@ -11,13 +11,15 @@ from app.words.languages import gettext as _
 
 _MAXIMISED = ("fatigue_safety", "stability_safety", "impact_speed", "blow_frequency")
 SIZES = {"b": "width", "h": "thickness", "l": "free length"}
-_LITTLE = 5e-4
-"""A sensitivity that moves the objective by less than a two-thousandth of the change is not told in figures."""
+_NEGLIGIBLE = 5e-4
+"""Relative sensitivity below which no figure is stated; also the margin below which a limit counts as active."""
 
 
 def sentences(run: Mapping[str, Any], worths: Mapping[str, float] | None = None) -> list[dict[str, str]]:
-    """For every active constraint of a found design its name, and what one per cent of it is worth where that is
-    known: from the run, or from ``worths``, sensitivities by the name of the criterion."""
+    """Name of every active constraint of a design, and the effect of changing it by one per cent where known.
+
+    Sensitivities d ln(objective) / d ln(limit) come from the run, or from ``worths`` by criterion name.
+    """
     result = run["result"] or {}
     objective = str(result.get("objective", "mass"))
     told = [
@@ -25,7 +27,7 @@ def sentences(run: Mapping[str, Any], worths: Mapping[str, float] | None = None)
         for item in result.get("active_constraints") or ()
     ]
     used_up = _("fully used; a looser limit would give a better design")
-    for name, criterion in _spent(run).items():
+    for name, criterion in _active_limits(run).items():
         worth = used_up
         if criterion is not None and name in (worths or {}):
             worth = _worth(_limit(criterion), worths[name], objective)
@@ -37,47 +39,49 @@ _FIELDS = {
     "equivalent_stress_max_mpa": "material.allowable_stress_mpa",
     "shear_stress_max_mpa": "material.allowable_shear_mpa",
 }
-"""Criteria that are judged by another field than the limit of their name."""
-_MOST_LOOSENED = 4
-_PER_CENT = 0.01
+"""Request fields of the criteria whose limit is not ``limits.<name>``."""
+_MAX_LOOSENED = 4
+_RELAXATION = 0.01
 
 
 class Loosened(NamedTuple):
-    """A limit that shaped a design: the factor by which it is looser in the request beside it."""
+    """A request with one active limit relaxed by ``factor``."""
 
     factor: float
     spec: dict[str, Any]
 
 
 def loosened(run: Mapping[str, Any]) -> dict[str, Loosened]:
-    """What to design again so as to know what one per cent of a limit is worth, by the name of its criterion."""
+    """Requests, by criterion name, with one active limit relaxed by 1 %, for sensitivities by finite differences."""
     found = {}
-    for name, criterion in list(_spent(run).items())[:_MOST_LOOSENED]:
-        spec, place = copy.deepcopy(run["spec"]), _FIELDS.get(name, f"limits.{name}").split(".")
-        holder = spec.get(place[0])
+    for name, criterion in list(_active_limits(run).items())[:_MAX_LOOSENED]:
+        spec, path = copy.deepcopy(run["spec"]), _FIELDS.get(name, f"limits.{name}").split(".")
+        holder = spec.get(path[0])
         if criterion is None or not criterion["required"] or criterion["sense"] not in ("at_least", "at_most"):
             continue
-        factor = 1.0 - _PER_CENT if criterion["sense"] == "at_least" else 1.0 + _PER_CENT
-        if len(place) == 2 and isinstance(holder, dict) and place[1] in holder:
-            holder[place[1]] = criterion["required"] * factor
+        factor = 1.0 - _RELAXATION if criterion["sense"] == "at_least" else 1.0 + _RELAXATION
+        if len(path) == 2 and isinstance(holder, dict) and path[1] in holder:
+            holder[path[1]] = criterion["required"] * factor
             found[name] = Loosened(factor, spec)
     return found
 
 
-def _spent(run: Mapping[str, Any]) -> dict[str, Mapping[str, Any] | None]:
-    """The limits that leave a found design nothing to spare, where its solver has no sensitivities: those that it
-    names, else those without a margin; each with its criterion."""
+def _active_limits(run: Mapping[str, Any]) -> dict[str, Mapping[str, Any] | None]:
+    """Active limits, with their criteria, of a design whose solver reports no sensitivities.
+
+    They are those named by the solver, else those whose margin is below ``_NEGLIGIBLE``.
+    """
     result, verdict = run["result"] or {}, run["verdict"]
     if run["mode"] != "design" or not verdict or "active_constraints" in result:
         return {}
     criteria = {item["name"]: item for item in verdict["criteria"]}
     if "active_limits" in result:
         return {name: criteria.get(name) for name in result["active_limits"]}
-    return {n: item for n, item in criteria.items() if item["margin"] is not None and item["margin"] < _LITTLE}
+    return {n: item for n, item in criteria.items() if item["margin"] is not None and item["margin"] < _NEGLIGIBLE}
 
 
 def _allowed(name: str) -> str:
-    """A constraint in words: an end of a size's bounds, a limit, or what else there is."""
+    """Label of a constraint: a bound of a size, a limit, or another field."""
     size, _sep, end = name.rpartition("_")
     if size in SIZES:
         words = {"size": _(SIZES[size])}
@@ -93,21 +97,21 @@ def _allowed(name: str) -> str:
 
 
 def _limit(criterion: Mapping[str, Any]) -> str:
-    """A criterion as what its limit allows or requires."""
+    """Label of a criterion's limit."""
     said = _("%(what)s required") if criterion["sense"] == "at_least" else _("%(what)s allowed")
     return said % {"what": _(criterion["label"])}
 
 
 def _short(name: str) -> str:
-    """The same without its article."""
+    """Label of a constraint without its article."""
     size, _sep, _end = name.rpartition("_")
     return _(SIZES[size]) if size in SIZES else _allowed(name).removeprefix("the ")
 
 
 def _worth(what: str, sensitivity: float, objective: str) -> str:
-    """The change of the bound that makes the design better, and by how much."""
+    """The improving change of a bound and its gain; ``sensitivity`` = d ln(objective) / d ln(bound)."""
     best = {"objective": _(objective.replace("_", " "))}
-    if abs(sensitivity) < _LITTLE:
+    if abs(sensitivity) < _NEGLIGIBLE:
         return _("changes the %(objective)s hardly at all") % best
     grows = objective in _MAXIMISED
     if grows:

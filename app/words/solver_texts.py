@@ -1,7 +1,7 @@
-"""What solvers say in English sentences, in the language spoken; those with figures by their patterns.
+"""Translation of the English sentences of solvers; those with figures are matched by patterns.
 
-So a sentence that was stored years ago is still translated, and a solver knows nothing of languages. The patterns are
-read from the solvers' own sources (`scripts.sentences`).
+Translation at display time covers stored sentences and keeps the solvers independent of languages. The patterns are
+extracted from the solver sources (``scripts.sentences``).
 """
 
 from __future__ import annotations
@@ -13,30 +13,30 @@ from app.words.fields import named
 from app.words.languages import LOCALE, gettext, language
 
 PATTERNS_FILE = LOCALE / "patterns.txt"
-"""A pattern a line, the most definite first; ``{}`` holds the place of what is put in. `make messages` writes it."""
+"""One pattern per line, the most specific first, with ``{}`` as placeholder. Written by ``make messages``."""
 _NAME = re.compile(r"[a-z]\w*(?:[._]\w+)+")
 _ENGLISH = re.compile(r"[A-Za-z]{2}")
 
 
 def spoken(text: str) -> str:
-    """A text made elsewhere, in the language spoken; what the catalogue does not have stays as it is."""
+    """Translate a solver text; unchanged if the catalogue lacks it."""
     return text if language() == "en" else _spoken(text, language())
 
 
 def is_foreign(text: str) -> bool:
-    """Whether a text stays English where another language is spoken."""
+    """Whether a text has no translation in the current, non-English language."""
     return language() != "en" and bool(_ENGLISH.search(text)) and spoken(text) == text
 
 
 @lru_cache(4096)
 def _spoken(text: str, code: str) -> str:
-    """As the catalogue has it, else by a pattern; else, where it is a list, item by item."""
+    """Translate by catalogue entry, else by pattern, else item by item if the text is a list."""
     if _NAME.fullmatch(text):
         return named(text.rpartition(".")[2])[0]
     said = gettext(text)
     if said != text:
         return said
-    # Semicolons part what else a vague pattern would take for one.
+    # Split at semicolons first: a generic pattern would match across them.
     for separator in (";", ""):
         for pattern, compiled in _patterns(separator):
             found = compiled.fullmatch(text)
@@ -49,13 +49,13 @@ def _spoken(text: str, code: str) -> str:
 
 
 def _part(text: str, code: str) -> str:
-    """What stands in a sentence: a figure, the name of a field, another sentence."""
+    """Translate a placeholder's content: a figure, a field name or another sentence."""
     plain = text.strip()
     return text.replace(plain, _spoken(plain, code)) if plain else text
 
 
 @cache
 def _patterns(separator: str) -> list[tuple[str, re.Pattern[str]]]:
-    """Those with the separator in them."""
+    """The compiled patterns that contain the separator."""
     patterns = [each for each in PATTERNS_FILE.read_text("utf-8").splitlines() if separator in each]
     return [(pattern, re.compile("(.*?)".join(map(re.escape, pattern.split("{}"))))) for pattern in patterns]

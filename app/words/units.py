@@ -1,4 +1,4 @@
-"""The units in which people read and type figures: metric, or inches and psi. What is stored and sent is metric."""
+"""Display and input units: metric, or inches and psi. Stored and transmitted values are always metric."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from app.designs.units import figures
 
 
 class System(StrEnum):
-    """What lengths and pressures are told in."""
+    """Unit system of lengths and pressures."""
 
     METRIC = "metric"
     INCH = "inch"
 
 
 SYSTEMS = {System.METRIC: "mm", System.INCH: "in"}
-"""What they are called where one is chosen."""
+"""Labels of the unit systems in the selection."""
 
 _INCH: dict[str, tuple[str, float]] = {
     "mm": ("in", 25.4),
@@ -27,40 +27,40 @@ _INCH: dict[str, tuple[str, float]] = {
     "MPa": ("psi", 6.894757293168361e-3),
     "GPa": ("Msi", 6.894757293168361),
 }
-"""For a metric unit the one it is told in, and that one's size. mil: a thousandth of an inch; Msi: a million psi."""
+"""Displayed unit of a metric unit and its size in that metric unit. mil: 1e-3 in; Msi: 1e6 psi."""
 _DIGITS = 12
-"""Significant digits of what was typed in one unit and is meant in another: 0.5 in is 12.7 mm."""
-_chosen: ContextVar[System] = ContextVar("units", default=System.METRIC)
+"""Significant digits of a converted input, to absorb rounding: 0.5 in is 12.7 mm."""
+_current: ContextVar[System] = ContextVar("units", default=System.METRIC)
 
 
 def system() -> System:
-    """The units in use just now."""
-    return _chosen.get()
+    """The current unit system."""
+    return _current.get()
 
 
 @contextmanager
 def measuring(chosen: System) -> Iterator[None]:
-    """Use these units for a while."""
-    token = _chosen.set(chosen)
+    """Set the unit system within a context."""
+    token = _current.set(chosen)
     try:
         yield
     finally:
-        _chosen.reset(token)
+        _current.reset(token)
 
 
 def unit_shown(unit: str) -> str:
-    """The unit in which figures of a metric unit are told."""
+    """The unit in which values of a metric unit are displayed."""
     return _INCH[unit][0] if system() is System.INCH and unit in _INCH else unit
 
 
 def told(value: float, unit: str) -> float:
-    """A figure of a metric unit in the unit it is told in."""
+    """Convert a metric value to its displayed unit."""
     size = _size(unit)
     return value if size == 1.0 else value / size
 
 
 def meant(value: float, unit: str) -> float:
-    """The metric figure of one that was told."""
+    """Convert a displayed value to its metric unit; inverse of ``told``."""
     size = _size(unit)
     return value if size == 1.0 else float(f"{value * size:.{_DIGITS}g}")
 
@@ -70,5 +70,5 @@ def _size(unit: str) -> float:
 
 
 def quantity(value: float, unit: str, digits: int = 6) -> str:
-    """A figure of a metric unit as it is told, with its unit."""
+    """A metric value formatted with its displayed unit."""
     return f"{figures(told(value, unit), digits)} {unit_shown(unit)}".rstrip()

@@ -1,4 +1,4 @@
-"""How pages show a verdict: its colour, and the figures of its criteria."""
+"""Presentation of verdicts: status class and the figures of the criteria."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from app.words.languages import catalogue, language
 from app.words.languages import gettext as _
 from app.words.units import System, quantity, system, told, unit_shown
 
-_NOTHING = 5e-5
-"""A margin that is shown as none."""
+_ZERO_MARGIN = 5e-5
+"""Relative margin displayed as zero."""
 MOST_USED = 1.5
-"""Where the bar of a criterion ends: half as much again as is allowed."""
+"""Upper end of the utilisation bar: 1.5 times the limit."""
 
 
 def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
-    """holds, doubtful or fails: what holds by figures that are not as exact as asked for is not shown as sure."""
+    """holds, doubtful or fails; doubtful if the verdict holds but the requested accuracy was not met."""
     if not verdict["holds"]:
         return "fails"
     return "holds" if accuracy is None or accuracy["met"] else "doubtful"
 
 
 def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] | None) -> str:
-    """A stored verdict's sentence in the language spoken."""
+    """The summary sentence of a stored verdict in the current language and units."""
     if language() == "en" and system() is System.METRIC:
         return verdict["summary"]
     shown = {**verdict, "criteria": [_measured(criterion) for criterion in verdict["criteria"]]}
@@ -33,14 +33,14 @@ def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] |
 
 
 def _measured(criterion: dict[str, Any]) -> dict[str, Any]:
-    """The criterion in the units in use."""
+    """The criterion in the displayed units."""
     unit = criterion["unit"]
     figures = {n: None if (v := criterion[n]) is None else told(v, unit) for n in ("required", "reached")}
     return {**criterion, **figures, "unit": unit_shown(unit)}
 
 
 def reached(criterion: dict[str, Any]) -> str:
-    """The figure, or why there is none."""
+    """The value reached, or the reason why there is none."""
     value = criterion["reached"]
     if criterion["sense"] == "yes":
         return _("yes") if value else _("no")
@@ -52,7 +52,7 @@ def reached(criterion: dict[str, Any]) -> str:
 
 
 def required(criterion: dict[str, Any]) -> str:
-    """What the figure is compared with."""
+    """The limit of the criterion."""
     if criterion["sense"] == "yes":
         return _("yes")
     figure = quantity(criterion["required"], criterion["unit"], 4)
@@ -62,14 +62,14 @@ def required(criterion: dict[str, Any]) -> str:
 
 
 def margin(criterion: dict[str, Any]) -> str:
-    """What is left to spare, with a minus what is missing, in per cent; empty where there is no such figure."""
+    """The relative margin in per cent, negative if violated; empty if undefined."""
     value = criterion["margin"]
     if value is None:
         return ""
-    return "0 %" if criterion["holds"] and value < _NOTHING else f"{100.0 * value:+.3g} %"
+    return "0 %" if criterion["holds"] and value < _ZERO_MARGIN else f"{100.0 * value:+.3g} %"
 
 
 def used(criterion: dict[str, Any]) -> float:
-    """The share of what is allowed that is used, at most what the bar shows."""
+    """Utilisation 1 / (1 + margin) [-], capped at ``MOST_USED``."""
     margin = criterion["margin"]
     return MOST_USED if margin <= 1.0 / MOST_USED - 1.0 else round(1.0 / (1.0 + margin), 4)

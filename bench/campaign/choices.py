@@ -25,14 +25,14 @@ TOLERANCES = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTEST = 1e-9
 _SHARES = (0.2, 1e-2, 1e-3)
 """Accuracies relative to the tolerance, tried in order while the verdict is open."""
-_ROUGH = 1e-3
+_ROUGH_ACCURACY = 1e-3
 """First accuracy for omitting a kept effect, which usually changes a lot."""
 _CLEAR = 0.5
 """Fraction of the tolerance below which no second solution is needed."""
 _SLACK = 4e-3
 """Combined error of two of the most accurate solutions as a fraction of the tolerance."""
 
-_OF_A_PLACE = frozenset({"stress_amplitude_mpa"})
+_LOCAL_RESULTS = frozenset({"stress_amplitude_mpa"})
 """Reported at the governing section, which may switch between equally loaded ones: not an effect."""
 
 Chosen = frozenset[str]
@@ -70,7 +70,7 @@ class Verdict:
 def judge_choice(
     scene: Scene, tolerances: Iterable[float] = TOLERANCES, needless: bool = True
 ) -> tuple[Verdict, ...] | None:
-    """Judge a scene's choice of effects at every tolerance; None where it has no answer with all effects."""
+    """Judge a scene's choice of effects at every tolerance; None if it has no answer with all effects."""
     # From tight to loose, so that accurate solutions are reused.
     tolerances = sorted(tolerances)
     solved = _Solved.of(scene, tolerances[0])
@@ -127,7 +127,7 @@ class _Difference:
 
 
 class _Solved:
-    """Answers of one scene by the effects that ran: the same choice is solved anew only to be more exact."""
+    """Cache of one scene's solutions by active effects; re-solved only for a tighter accuracy."""
 
     def __init__(self, scene: Scene, bounded: list[_Bounded], known: dict[Chosen, _Solution | None]) -> None:
         self._scene, self._bounded, self._known = scene, bounded, known
@@ -135,33 +135,33 @@ class _Solved:
 
     @staticmethod
     def of(scene: Scene, tolerance: float) -> _Solved | None:
-        """With all effects solved as a first comparison at this tolerance needs it; None where that has no answer."""
+        """Initialise with the solution with all effects at the first accuracy; None if it has no answer."""
         accuracy = _SHARES[0] * tolerance
         everything = scene.solve(effects="all", accuracy=accuracy)
         if everything.status != "succeeded":
             return None
         bounded = [_Bounded(e["name"], e["influence"]) for e in everything.effects]
         names = frozenset(e.name for e in bounded)
-        return _Solved(scene, bounded, {names: _told(scene, everything, accuracy)})
+        return _Solved(scene, bounded, {names: _solution_of(scene, everything, accuracy)})
 
     def automatic(self, tolerance: float) -> tuple[Chosen, _Difference]:
-        """What ``auto`` keeps, and how far from all effects that is."""
+        """The effects kept by ``auto``, and the difference from all effects."""
         kept = frozenset(e.name for e in choose(self._bounded, None, AUTO, tolerance).active)
         if kept not in self._known:
             accuracy = max(_TIGHTEST, _SHARES[0] * tolerance)
             answer = self._scene.solve(effects="auto", effect_tolerance=tolerance, accuracy=accuracy)
-            kept = _ran(answer)
-            self._known.setdefault(kept, _told(self._scene, answer, accuracy))
+            kept = _active_effects(answer)
+            self._known.setdefault(kept, _solution_of(self._scene, answer, accuracy))
         return kept, self.difference(kept, tolerance, [share * tolerance for share in _SHARES])
 
     def spares(self, chosen: Chosen, tolerance: float) -> bool:
-        """Whether so few effects are within the tolerance of all."""
+        """Whether the chosen effects alone stay within the tolerance."""
         tight = [share * tolerance for share in _SHARES]
-        rough = [_ROUGH] if tight[0] < _ROUGH else []
+        rough = [_ROUGH_ACCURACY] if tight[0] < _ROUGH_ACCURACY else []
         return self.difference(chosen, tolerance, rough + tight).change <= tolerance
 
     def difference(self, chosen: Chosen, tolerance: float, accuracies: list[float]) -> _Difference:
-        """Of these effects from all, at the first of the accuracies that settles which side of the tolerance it is."""
+        """Difference from all effects, at the first of the accuracies that makes it conclusive."""
         if chosen == self.names:
             return _Difference(0.0, 0.0, 0.0)
         for accuracy in accuracies:
@@ -182,18 +182,18 @@ class _Solved:
         accuracy = max(_TIGHTEST, known.next_asked(accuracy) if known else accuracy)
         settled = {"include": sorted(chosen), "exclude": sorted(self.names - chosen)}
         answer = self._scene.solve(effects="all" if chosen == self.names else settled, accuracy=accuracy)
-        self._known[chosen] = _told(self._scene, answer, accuracy)
+        self._known[chosen] = _solution_of(self._scene, answer, accuracy)
         return self._known[chosen]
 
 
-def _ran(answer: Answer) -> Chosen:
+def _active_effects(answer: Answer) -> Chosen:
     return frozenset(e["name"] for e in answer.effects if e["state"] == "active")
 
 
-def _told(scene: Scene, answer: Answer, accuracy: float) -> _Solution | None:
+def _solution_of(scene: Scene, answer: Answer, accuracy: float) -> _Solution | None:
     if answer.status != "succeeded":
         return None
-    told = {name: value for name, value in scene.results(answer).items() if name not in _OF_A_PLACE}
+    told = {name: value for name, value in scene.results(answer).items() if name not in _LOCAL_RESULTS}
     return _Solution(told, accuracy, answer.accuracy["estimated"])
 
 

@@ -1,4 +1,4 @@
-"""Random crank mechanisms: any size and speed, tables and indicator diagrams, one cylinder or several."""
+"""Random crank mechanisms of any size and speed, with tables or indicator diagrams, one or several cylinders."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 
 def request(rng: np.random.Generator) -> dict[str, Any]:
-    """An analysis request; one in four is hard: a rod hardly longer than its crank, or a narrow pressure peak."""
+    """An analysis request; one in four is hard: a rod barely longer than the crank, or a narrow pressure peak."""
     hard = rng.random() < 0.25
     length = 10 ** rng.uniform(-2.0, 0.3)
     radius = length * (rng.uniform(0.5, 0.95) if hard and rng.random() < 0.5 else rng.uniform(0.02, 0.4))
@@ -53,7 +53,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _table(rng: np.random.Generator, strokes: int, _low: float, _swept: float, hard: bool) -> dict[str, Any]:
-    """One hump a cycle on a level, its width from a few degrees to half a turn."""
+    """One pressure peak per cycle on a constant level, from a few degrees to half a turn wide."""
     period = 180.0 * strokes
     width = rng.uniform(0.03, 0.1) if hard else rng.uniform(0.1, 1.0)
     top, level = rng.uniform(5.0, 60.0) + (360.0 if strokes == 4 else 0.0), 10 ** rng.uniform(-1.0, 0.8)
@@ -66,7 +66,7 @@ def _table(rng: np.random.Generator, strokes: int, _low: float, _swept: float, h
 
 
 def _diagram(rng: np.random.Generator, strokes: int, low: float, swept: float, _hard: bool) -> dict[str, Any]:
-    """Two polytropes, the upper one lifted by heat; for four strokes an exchange at nearly constant pressures."""
+    """Two polytropes, the upper one raised by combustion; for four strokes a gas exchange near constant pressure."""
     count = int(rng.integers(6, 40))
     volume = low + swept * 0.5 * (1 - np.cos(np.linspace(0.0, math.pi, count)))
     volume[0], volume[-1] = low, low + swept

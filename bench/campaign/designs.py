@@ -35,42 +35,42 @@ DESIGNED: Mapping[str, Callable[[np.random.Generator], Problem]] = {
     "impact-linkage": linkage_designs.problem,
     "pin-profile": pin_designs.problem,
 }
-"""For every kind that designs, how a random problem is made; pins and bushings are one kind."""
+"""Generator of random problems per designing kind; pins and bushings are one kind."""
 RIVALS: Mapping[str, str] = {
     "flexible-rod": rod_designs.RIVALS,
     "impact-linkage": linkage_designs.RIVALS,
     "pin-profile": pin_designs.RIVALS,
 }
-"""How strong the rivals of a kind's designs are."""
+"""Description of the competitors per kind."""
 
 QUICK = Strength(starts=4, evaluations=12, ways=("SLSQP", "Nelder-Mead", "linear programs"), most=160)
-"""How hard local searches try where a share of the campaign is a test."""
+"""Effort of local searches in the reduced campaign and in tests."""
 FEW_STEPS = (1e-3,)
 _ACCURACIES = (1e-3, 1e-4, 1e-5, 1e-6)
 _TIGHTER = 1e-3
 _TIGHTEST = 1e-10
 _ROUNDING = 1e-8
-"""What the check's own errors (asked to 1e-9) may add."""
+"""Allowance for the errors of the check, which is solved to 1e-9."""
 
 
 @dataclass(frozen=True)
 class Design:
-    """One problem. Shares are relative to the objective.
+    """Verdict on one design problem. All differences are relative to the objective.
 
-    proven          whether the certificate itself names nothing that it does not cover
+    proven          whether the certificate excludes nothing from its proof
     sort            the form, or the objective
-    rivals          how many were looked at
-    found           whether one of them keeps the limits
-    by              what found the best rival
-    neighbours      how many there were
-    apart           by what share neighbours miss to nest, beyond what they estimate of themselves
-    missed          by what share the answer misses a limit, or its objective, when checked anew
-    better          by what share the best rival, or the tighter design, is better than the bound
-    error           of the answer, as it estimates
-    estimated       of the answer's own error and gap, and the tighter design's
-    own_estimate    of the answer's own error, with its gap where that is proven
-    distance        from the tighter design
-    closest         by what share the best rival is worse than the answer
+    rivals          number of competitors evaluated
+    found           whether a competitor is feasible
+    by              search that found the best competitor
+    neighbours      number of neighbouring problems
+    apart           violation of nesting by neighbours, beyond their estimates
+    missed          violation of a limit, or deviation of the objective, when rechecked
+    better          excess of the best competitor, or the tighter design, over the bound
+    error           estimated error of the answer
+    estimated       sum of estimated errors and gaps of the answer and the tighter design
+    own_estimate    estimated error of the answer, with its gap if proven
+    distance        distance from the tighter design
+    closest         distance of the best competitor from the answer (negative: better)
     """
 
     requested: float
@@ -96,17 +96,17 @@ class Design:
 
     @property
     def bounded(self) -> bool:
-        """No rival is better than the bound by more than the answer's own error."""
+        """No competitor beats the bound by more than the answer's estimated error."""
         return self.better <= self.error + _ROUNDING
 
     @property
     def nested(self) -> bool:
-        """Neighbours with more room are not worse."""
+        """Relaxed neighbours are not worse."""
         return self.apart <= _ROUNDING
 
     @property
     def unbeaten(self) -> bool:
-        """No rival is better than the answer by more than it estimates."""
+        """No competitor beats the answer by more than its estimate."""
         return -self.closest <= self.own_estimate + _ROUNDING
 
     @property
@@ -115,7 +115,7 @@ class Design:
 
 
 def judge_design(slug: str, seed: int, quick: bool = False) -> Design | None:
-    """Judge the design problem of a seed; None where it is refused. ``quick``: by fewer rivals."""
+    """Judge the design problem of a seed; None if it is refused. ``quick``: fewer competitors."""
     rng = np.random.default_rng([seed, 1])
     problem = DESIGNED[slug](rng)
     return judge_problem(slug, problem, float(rng.choice(_ACCURACIES)), rng, quick)
@@ -124,14 +124,14 @@ def judge_design(slug: str, seed: int, quick: bool = False) -> Design | None:
 def judge_problem(
     slug: str, problem: Problem, accuracy: float, rng: np.random.Generator, quick: bool = False
 ) -> Design | None:
-    """Judge a design problem solved to an accuracy; None where it is refused."""
+    """Judge a design problem solved to an accuracy; None if it is refused."""
     answer = _designed(slug, problem, accuracy)
     if answer.status not in ("succeeded", "infeasible"):
         return None
     field = Field(problem, lambda body: _checked(slug, body, answer), QUICK if quick else None)
     problem.rivals(rng, answer, field)
     neighbours = _neighbours(slug, problem, answer, accuracy, field, FEW_STEPS if quick else STEPS)
-    proven, apart = _proven(answer), max((_apart(*pair) for pair in neighbours), default=0.0)
+    proven, apart = _proven(answer), max((_nesting_violation(*pair) for pair in neighbours), default=0.0)
     about = {"sort": problem.sort, "rivals": field.tried, "by": field.by, "neighbours": len(neighbours), "apart": apart}
     if answer.status == "infeasible":
         return Design(accuracy, True, proven, found=math.isfinite(field.best), **about)
@@ -146,11 +146,11 @@ def judge_problem(
         infeasible=False,
         proven=proven,
         found=math.isfinite(field.best),
-        missed=_missed(slug, problem, answer),
+        missed=_violation(slug, problem, answer),
         better=max(bound / min(field.best, least) - 1.0, 0.0),
         error=answer.accuracy["estimated"],
-        estimated=_doubt(answer) + _doubt(tight),
-        own_estimate=_doubt(answer) if proven else answer.accuracy["estimated"],
+        estimated=_uncertainty(answer) + _uncertainty(tight),
+        own_estimate=_uncertainty(answer) if proven else answer.accuracy["estimated"],
         distance=abs(value / least - 1.0),
         closest=field.best / value - 1.0,
         **about,
@@ -158,8 +158,8 @@ def judge_problem(
 
 
 @dataclass(frozen=True)
-class _Told:
-    """Of an answer, as made small: its value and bound (inf where there is said to be none), its own error, its gap."""
+class _Summary:
+    """Value and lower bound of an answer as minimised (inf if infeasible), its estimated error and gap."""
 
     value: float
     bound: float
@@ -167,28 +167,28 @@ class _Told:
     gap: float
 
 
-def _told(problem: Problem, answer: Answer) -> _Told:
+def _told(problem: Problem, answer: Answer) -> _Summary:
     if answer.status == "infeasible":
-        return _Told(math.inf, math.inf, 0.0, 0.0)
+        return _Summary(math.inf, math.inf, 0.0, 0.0)
     certificate = answer.result["certificate"]
     bound = certificate["bound"] ** problem.sign if certificate["bound"] else 0.0
     value = problem.objective(answer.result) ** problem.sign
-    # Without a bound anything may be better: nothing is promised of neighbours.
+    # Without a bound nothing is claimed about neighbours.
     gap = math.inf if certificate["gap"] is None else certificate["gap"]
-    return _Told(value, bound, answer.accuracy["estimated"], gap)
+    return _Summary(value, bound, answer.accuracy["estimated"], gap)
 
 
 def _neighbours(
     slug: str, problem: Problem, answer: Answer, accuracy: float, field: Field, steps: Sequence[float]
-) -> list[tuple[_Told, _Told]]:
-    """(with more room, with less) of every neighbour and the answer; what keeps the answer's limits enters as a rival.
+) -> list[tuple[_Summary, _Summary]]:
+    """Pairs (relaxed, tightened) of every neighbour and the answer; neighbours' designs compete with the answer.
 
-    All are designed with the answer's own effects.
+    All are designed with the answer's effects.
     """
     pairs, own = [], _told(problem, answer)
     changed = list(problem.neighbours(steps)) + [("wider", 1.0, other) for other in problem.wider()]
     for name, looser, other in changed:
-        found = _designed(slug, other, accuracy, _settled(answer))
+        found = _designed(slug, other, accuracy, _effects_of(answer))
         if found.status not in ("succeeded", "infeasible"):
             continue
         told = _told(other, found)
@@ -200,8 +200,8 @@ def _neighbours(
     return pairs
 
 
-def _apart(more: _Told, less: _Told) -> float:
-    """By what share the answer with more room is worse than that with less, or its bound above it, beyond doubt."""
+def _nesting_violation(more: _Summary, less: _Summary) -> float:
+    """Relative violation of nesting: the relaxed answer, or its bound, is worse than the tightened one."""
     if math.isinf(less.value):
         return 0.0
     if math.isinf(more.value):
@@ -210,30 +210,30 @@ def _apart(more: _Told, less: _Told) -> float:
     return max(worse, more.bound / less.value - 1.0) - more.error - less.error
 
 
-def _settled(answer: Answer) -> Body:
-    """The very effects of a design's answer."""
+def _effects_of(answer: Answer) -> Body:
+    """Effect selection that reproduces the answer's effects."""
     active = {e["name"] for e in answer.effects if e["state"] == "active"}
     return {"include": sorted(active), "exclude": sorted({e["name"] for e in answer.effects} - active)}
 
 
 def _designed(slug: str, problem: Problem, accuracy: float, effects: Body | None = None) -> Answer:
-    """The answer; with these effects, or those that the problem's own request asks for."""
+    """Solve the problem, with the given effects or those of its request."""
     job = KINDS[slug].jobs[Mode.DESIGN]
     asked = {**problem.body, "accuracy": accuracy} | ({} if effects is None else {"effects": effects})
     return job.run(job.request.model_validate_json(json.dumps(asked)))
 
 
 def _checked(slug: str, body: Body, answer: Answer) -> Body | None:
-    """The checked result of a request with the very effects of a design's answer; None where it has none."""
+    """Check a request with the effects of the answer; None if there is no result."""
     job = KINDS[slug].jobs[Mode.CHECK]
     found = job.run(
-        job.request.model_validate_json(json.dumps({**body, "effects": _settled(answer), "accuracy": 1e-9}))
+        job.request.model_validate_json(json.dumps({**body, "effects": _effects_of(answer), "accuracy": 1e-9}))
     )
     return found.result if found.status == "succeeded" else None
 
 
-def _missed(slug: str, problem: Problem, answer: Answer) -> float:
-    """By what share the answer misses a limit by its own word, or, checked anew, a limit or its objective."""
+def _violation(slug: str, problem: Problem, answer: Answer) -> float:
+    """Relative violation of a limit as reported, or, rechecked, of a limit or the objective."""
     missed, again = problem.broken(answer.result), problem.given(answer)
     if again is None:
         return missed
@@ -245,7 +245,7 @@ def _missed(slug: str, problem: Problem, answer: Answer) -> float:
 
 
 def _proven(answer: Answer) -> bool:
-    """Whether the certificate names nothing that its proof leaves out: effects, or shear's tangent."""
+    """Whether the proof covers everything: no effects beyond it, no linearised shear."""
     evidence = (answer.result.get("certificate") or {}).get("evidence", {})
     constrained = evidence.get("deflection_as_constrained_um")
     if constrained is not None and abs(answer.result["deflection_um"] / constrained - 1.0) > _ROUNDING:
@@ -253,5 +253,5 @@ def _proven(answer: Answer) -> bool:
     return not {"beyond_the_proof", "effects_beyond_the_core"} & evidence.keys()
 
 
-def _doubt(answer: Answer) -> float:
+def _uncertainty(answer: Answer) -> float:
     return answer.accuracy["estimated"] + (answer.result["certificate"]["gap"] or 0.0)

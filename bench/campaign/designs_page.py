@@ -1,4 +1,4 @@
-"""The section of docs/campaign.md on the designs of a kind."""
+"""Section of docs/campaign.md on the designs of a kind."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bench.campaign.seeds import STRONG_EVERY, Part
 
 
 def designs_section(slug: str, parts: Sequence[Part], day: str) -> str:
-    """A kind's designs; ``day`` is that of the last of its runs."""
+    """A kind's section; ``day`` is the date of its last run."""
     refused = sum(p.verdict is None and not p.trouble for p in parts)
     seconds = sum(p.seconds for p in parts)
     designs: list[tuple[int, Design]] = judged_of(parts)
@@ -53,7 +53,7 @@ def _promises(designs: list[tuple[int, Design]]) -> Iterator[str]:
 
 
 def _by_sort(designs: list[tuple[int, Design]]) -> Iterator[str]:
-    """How many of every sort, and how near rivals came to the answer and to the bound."""
+    """Table by sort: number of designs, and distances of the best competitors from answer and bound."""
     yield "| | designs | rivals each | best rival worse than the answer, median and least | beyond the bound, most |"
     yield "|---|---|---|---|---|"
     for sort in sorted({d.sort for _, d in designs}):

@@ -1,4 +1,4 @@
-"""Random machines with a flexible rod: any size and speed, the strip's stability safety from 1.05 to 40."""
+"""Random machines with a flexible rod of any size and speed; stability safety of the strip from 1.05 to 40."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _load(rng: np.random.Generator, hard: bool) -> tuple[Load, dict[str, Any]]:
-    """Mostly Schmidt's cycle, narrow or wide; some tables and constants. In SI, and as a request says it."""
+    """A random load in SI and in request form: mostly Schmidt's cycle, some tables and constants."""
     level = 10 ** rng.uniform(4.5, 6.5)
     form = rng.integers(6)
     if form == 0:

@@ -21,7 +21,7 @@ _ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _TIGHTEST = 1e-12
 ROUNDING = 1e-13
 JUDGED_INDEPENDENTLY = 50
-_PATIENCE = 20.0
+_REFERENCE_LIMIT_S = 20.0
 
 
 @dataclass(frozen=True)
@@ -60,12 +60,12 @@ class Judged:
 
     @property
     def ratio(self) -> float:
-        """Of the estimate to the error; errors below rounding count as rounding."""
+        """Ratio of the estimate to the error; errors below rounding count as rounding."""
         return self.estimated / max(self.error, ROUNDING)
 
 
 def judge_estimate(scene: Scene) -> Judged | None:
-    """Judge a scene's estimate; None where the scene or its reference has no answer."""
+    """Judge a scene's estimate; None if the scene or its reference has no answer."""
     accuracy = float(np.random.default_rng(scene.seed).choice(_ACCURACIES))
     answer = scene.solve(accuracy=accuracy)
     reference = _reference(scene) if answer.status == "succeeded" else None
@@ -89,7 +89,7 @@ def _reference(scene: Scene) -> tuple[Results, float] | None:
     independent = scene.job.reference(request, answer) if scene.seed % JUDGED_INDEPENDENTLY == 0 else None
     if independent is not None:
         with suppress(OutOfTime):
-            told = {n: e for n, e in independent.results(Watch(_PATIENCE)).items() if n in exact}
+            told = {n: e for n, e in independent.results(Watch(_REFERENCE_LIMIT_S)).items() if n in exact}
             exact |= {n: e.value for n, e in told.items() if e.value is not None}
             doubt = max([doubt, *(e.accuracy for e in told.values())])
     return exact, doubt

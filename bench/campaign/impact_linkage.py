@@ -1,4 +1,4 @@
-"""Random impact linkages of the three types, from the least free ratio at which the crank turns upward."""
+"""Random impact linkages of the three types, above the minimum free ratio at which the crank can rotate."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from solvers.linkage.mechanism.change_point import Gain
 
 
 def request(rng: np.random.Generator) -> dict[str, Any]:
-    """A check request; one in four is hard: next to the least ratio, or a blow all but dead or all but elastic."""
+    """A check request; one in four is hard: close to the minimum ratio, or a nearly plastic or elastic impact."""
     hard = rng.random() < 0.25
     restitution = float(
         rng.choice([10 ** rng.uniform(-4, -2), rng.uniform(0.8, 0.94)]) if hard else rng.uniform(0.05, 0.7)
@@ -49,8 +49,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def shares(result: dict[str, Any]) -> dict[str, float]:
-    """1 and the elastic peak as a share of the pin force, 1 and the restitution's error: absent, they are below what
-    counts."""
+    """1 + elastic peak / pin force, and 1 + restitution error; both 1 if absent, i.e. negligible."""
     peak, force = result.get("coupler_peak_n"), result.get("pin_force_n")
     return {
         "1 + coupler_peak/pin_force": 1.0 + (peak / force if peak and force else 0.0),

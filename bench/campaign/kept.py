@@ -20,9 +20,9 @@ from bench.campaign.seeds import Part
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
-_ROOMS_OF_ALL = frozenset({"references", "examples", "dense", "textbook", "rivals"})
-"""Folders with files for each kind."""
-_NOT_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
+_SHARED_FOLDERS = frozenset({"references", "examples", "dense", "textbook", "rivals"})
+"""Shared folders that contain files per kind."""
+_NON_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
 """Modules of the campaign that do not affect results; figures are excluded, too."""
 
 OWN: Mapping[str, frozenset[str]] = {
@@ -34,17 +34,17 @@ OWN: Mapping[str, frozenset[str]] = {
 """Names of modules and packages that belong to one kind, alone or before a `_`; the rod also uses the crank's
 kinematics. All others are shared."""
 
-_LENGTH, _CHECK = 8, 4
+_LENGTH, _CHECKSUM = 8, 4
 
 
 def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
-    """Of all that a kind's verdicts depend on."""
+    """Hash of all sources on which a kind's verdicts depend, and of the time limit [s]."""
     others = frozenset().union(*OWN.values()) - OWN[slug]
     told = hashlib.sha256(f"{limit:g}".encode())
     for source in sorted(path for folder in _SOURCES for path in (root / folder).rglob("*.py")):
         place = source.relative_to(root).with_suffix("")
         drawn = any(part.endswith(("picture", "pictures")) for part in place.parts)
-        judging = not drawn and not (place.parts[0] == "bench" and place.name in _NOT_JUDGING)
+        judging = not drawn and not (place.parts[0] == "bench" and place.name in _NON_JUDGING)
         if judging and not _named(_owner(place), others):
             told.update(f"\0{place.as_posix()}\0".encode() + source.read_bytes())
     return told.hexdigest()[:16]
@@ -57,7 +57,7 @@ def _owner(place: Path) -> str:
     """
     folder = next(folder for folder in _SOURCES if place.is_relative_to(folder))
     below = place.relative_to(folder).parts
-    return below[1] if below[0] in _ROOMS_OF_ALL and len(below) > 1 else below[0]
+    return below[1] if below[0] in _SHARED_FOLDERS and len(below) > 1 else below[0]
 
 
 def _named(part: str, names: Iterable[str]) -> bool:
@@ -65,9 +65,9 @@ def _named(part: str, names: Iterable[str]) -> bool:
 
 
 class Kept:
-    """The parts in a file, each batch with its length and its checksum before it.
+    """Append-only file of parts; every batch is preceded by its length and checksum.
 
-    A batch that was not written to its end is as if it had never been: it is not read, and the next is written over it.
+    An incomplete batch at the end is ignored on reading and overwritten by the next one.
     """
 
     def __init__(self, path: Path) -> None:
@@ -77,7 +77,7 @@ class Kept:
             with path.open("rb") as file:
                 for batch in _batches(file):
                     self.parts += pickle.loads(batch)
-                    self._end += _LENGTH + _CHECK + len(batch)
+                    self._end += _LENGTH + _CHECKSUM + len(batch)
 
     @property
     def seeds(self) -> frozenset[int]:
@@ -90,9 +90,9 @@ class Kept:
         self._path.touch()
         with self._path.open("r+b") as file:
             file.seek(self._end)
-            file.write(len(batch).to_bytes(_LENGTH, "big") + zlib.crc32(batch).to_bytes(_CHECK, "big") + batch)
+            file.write(len(batch).to_bytes(_LENGTH, "big") + zlib.crc32(batch).to_bytes(_CHECKSUM, "big") + batch)
             file.truncate()
-        self._end += _LENGTH + _CHECK + len(batch)
+        self._end += _LENGTH + _CHECKSUM + len(batch)
         self.parts += parts
 
 
@@ -102,8 +102,8 @@ def kept(slug: str, limit: float, what: str = "") -> Kept:
 
 
 def _batches(file: BinaryIO) -> Iterator[bytes]:
-    """All that were written to their end."""
-    while len(head := file.read(_LENGTH + _CHECK)) == _LENGTH + _CHECK:
+    """All complete batches."""
+    while len(head := file.read(_LENGTH + _CHECKSUM)) == _LENGTH + _CHECKSUM:
         batch = file.read(int.from_bytes(head[:_LENGTH], "big"))
         if zlib.crc32(batch) != int.from_bytes(head[_LENGTH:], "big"):
             return

@@ -24,10 +24,10 @@ from solvers.linkage.optimum.family import FURTHER, Family
 from solvers.outcome import Outcome
 
 STEPS = (1e-4, 1e-3, 1e-2)
-"""How much tighter and looser the neighbours' limits are."""
+"""Relative changes of the neighbours' limits."""
 PIN_LIMITS = ("max_deflection", "max_ovalization", "max_slope", "min_wall")
 LINKAGE_LIMITS = ("longest_link", "enclosing_radius", "width", "height", "max_pin_force")
-_KEPT = 1e-9
+_FEASIBILITY_TOLERANCE = 1e-9
 _ROUNDING = 1e-9
 
 
@@ -48,7 +48,7 @@ class Judged:
 
 
 def _judged(costs: Sequence[float], bound: float, cost: float) -> Judged:
-    """``costs`` of rivals, inf of those that miss a limit; all as made small."""
+    """Statistics of competitors' ``costs`` (minimised; inf if infeasible)."""
     kept = [c for c in costs if math.isfinite(c)]
     best = min(kept, default=math.inf)
     return Judged(len(costs), len(kept), max(bound / best - 1.0, 0.0), max(cost / best - 1.0, 0.0))
@@ -57,8 +57,8 @@ def _judged(costs: Sequence[float], bound: float, cost: float) -> Judged:
 # Pins -----------------------------------------------------------------------------------------------------------------
 
 
-def pin_keeps(check: pin.PinCheck, outer: float, limits: pin.Limits, slack: float = _KEPT) -> bool:
-    """Whether a checked pin of this outer diameter [m] keeps strength and limits."""
+def pin_keeps(check: pin.PinCheck, outer: float, limits: pin.Limits, slack: float = _FEASIBILITY_TOLERANCE) -> bool:
+    """Whether a checked pin of this outer diameter [m] satisfies strength and limits."""
     g = check.along.bore
     wanted = [(check.strength_utilisation, 1.0), (check.deflection, limits.max_deflection)]
     if limits.max_ovalization is not None:
@@ -113,13 +113,16 @@ def _corners(problem: pin.PinProblem, outcome: Outcome[pin.PinDesign]) -> tuple[
 def pin_climbed(
     problem: pin.PinProblem, outcome: Outcome[pin.PinDesign], rng: np.random.Generator, starts: int, evaluations: int
 ) -> Judged:
-    """SLSQP and Nelder-Mead on the check: the sizes of the shape's corners, or of a free bore's waves, and of steps and
-    cones the inner places too. Needs a pin whose halves are alike."""
+    """SLSQP and Nelder-Mead on the check of a symmetric pin.
+
+    Variables are the sizes at the shape's corners, with the inner positions of steps and cones, or a piecewise linear
+    perturbation of a free bore.
+    """
     x, bore = _corners(problem, outcome)
     scene, middle = problem.scene, 0.5 * problem.scene.geometry.length
     outer, told = scene.geometry.outer_diameter, outcome.value.corners is not None
     places, at = np.unique(x, return_inverse=True)
-    # Cylinders of one size are one; the corners of a cone may part.
+    # Equal cylinders share a variable; a cone's corners are independent.
     first = np.unique(x, return_index=True)[1]
     sizes, like = (bore[first], at) if isinstance(problem.form, pin.Cone) else np.unique(bore, return_inverse=True)
     inner = np.flatnonzero((places > 0.0) & (places < middle * (1.0 - 1e-9))) if told else np.zeros(0, int)
@@ -140,7 +143,7 @@ def pin_climbed(
         return pin.Profile(tuple(np.clip(xs, 0.0, middle).tolist()), tuple(np.clip(bores, 0.0, outer).tolist()))
 
     def look(p: np.ndarray) -> tuple[float, float]:
-        """Mass over the answer's, and by how much the worst limit is missed (negative: room)."""
+        """Mass relative to the answer's, and the largest relative violation (negative: margin)."""
         check = pin.check(scene, profile(p), problem.criterion, problem.limits, accuracy=1e-7).value
         limits, missed = problem.limits, [(check.strength_utilisation or 1e3) - 1.0]
         if limits.max_deflection is not None:
@@ -180,7 +183,7 @@ def _cost(problem: linkage.LinkageProblem, value: float) -> float:
 
 
 def linkage_neighbours(problem: linkage.LinkageProblem, accuracy: float = 1e-6) -> Judged:
-    """Answers at looser and tighter limits that keep the others' limits; all are judged by their checked figures."""
+    """Answers with each limit relaxed or tightened, compared with the answer by their checked values."""
     own = linkage.design(problem, accuracy=accuracy)
     judged = Judged()
     if own.value is None:
@@ -205,7 +208,7 @@ def linkage_neighbours(problem: linkage.LinkageProblem, accuracy: float = 1e-6) 
 
 
 def linkage_keeps(check: linkage.LinkageCheck, limits: linkage.Limits) -> bool:
-    """Whether a checked linkage keeps every limit."""
+    """Whether a checked linkage satisfies every limit."""
     lengths = check.mechanism.lengths
     links = lengths.base, lengths.crank, lengths.coupler, lengths.rocker
     most = [
@@ -214,9 +217,11 @@ def linkage_keeps(check: linkage.LinkageCheck, limits: linkage.Limits) -> bool:
         (None if check.box is None else check.box.height, limits.height),
         (None if check.strike is None else check.strike.peaks.force, limits.max_pin_force),
     ]  # fmt: skip
-    if check.strike is None or min(links) < limits.min_link * (1.0 - _KEPT):
+    if check.strike is None or min(links) < limits.min_link * (1.0 - _FEASIBILITY_TOLERANCE):
         return False
-    if any(limit is not None and (value is None or value > limit * (1.0 + _KEPT)) for value, limit in most):
+    if any(
+        limit is not None and (value is None or value > limit * (1.0 + _FEASIBILITY_TOLERANCE)) for value, limit in most
+    ):
         return False
     least, greatest = limits.transmission_angle or (0.0, math.pi)
     return least - 1e-9 <= check.strike.transmission_angle <= greatest + 1e-9
@@ -226,9 +231,11 @@ def linkage_scanned(
     problem: linkage.LinkageProblem, outcome: Outcome[linkage.LinkageDesign], read: Callable[[object], float],
     pieces: int, evaluations: int,
 ) -> Judged:  # fmt: skip
-    """Every type over its free ratio and far beyond the range of designs, piece by piece, by Brent's bounded search on
-    the check; for speed and frequency given and no tool, where the ratio fixes the size. ``read`` is the objective of a
-    checked linkage."""
+    """Scan every type over its free ratio, far beyond the design range, by Brent's bounded search per subinterval.
+
+    For given speed and frequency without a tool, where the ratio determines the size. ``read`` maps a checked linkage
+    to its objective.
+    """
     costs: list[float] = []
     scene, beyond = problem.scene, math.log(FURTHER)
     for kind in problem.kinds:

@@ -1,4 +1,4 @@
-"""Random pins and bushings: from a watch to a ship, stubby and slender; one bore, cones and steps; thin walls."""
+"""Random pins and bushings of any size and slenderness: uniform bores, cones, steps, thin walls."""
 
 from __future__ import annotations
 
@@ -47,11 +47,11 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
 
 
 def _bore(rng: np.random.Generator, geometry: pin.Geometry, widest: float) -> list[dict[str, float]]:
-    """Straight lines between a few points, up to the middle or over the whole pin; some points stand on a step."""
+    """A piecewise linear profile over the half or the whole pin, sometimes with a step."""
     points = int(rng.integers(2, 7))
     end = geometry.length * (0.5 if rng.random() < 0.7 else 1.0)
-    places = np.sort(rng.uniform(0.0, end, points))
+    positions = np.sort(rng.uniform(0.0, end, points))
     if rng.random() < 0.4:
-        places[1] = places[0]
+        positions[1] = positions[0]
     bores = geometry.outer_diameter * rng.uniform(0.0, widest, points)
-    return [{"x_mm": float(x) * 1e3, "bore_mm": float(d) * 1e3} for x, d in zip(places, bores, strict=True)]
+    return [{"x_mm": float(x) * 1e3, "bore_mm": float(d) * 1e3} for x, d in zip(positions, bores, strict=True)]

@@ -83,7 +83,7 @@ class Problem(Protocol):
 
 
 def excess(value: float | None, limit: float | None) -> float:
-    """Relative excess of a value over its limit; none if either is missing."""
+    """Relative excess of a value over its limit; 0 if either is missing."""
     if limit is None or value is None:
         return 0.0
     return max(value / limit - 1.0, 0.0) if limit > 0 else (0.0 if value <= 0 else math.inf)

@@ -38,7 +38,7 @@ class Scene:
     body: Body
 
     def __reduce__(self) -> tuple[Callable[..., Scene], tuple[str, int, Body]]:
-        """pickle the kind by name"""
+        """Pickle the kind by name."""
         return _of_kind, (self.kind.slug, self.seed, self.body)
 
     @property

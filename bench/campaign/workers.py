@@ -1,4 +1,4 @@
-"""Seeds on all processors in order, until seeds or time run out."""
+"""Parallel evaluation of seeds in order, until seeds or time run out."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bench.campaign.seeds import Part, judge_seed
 
 Judge = Callable[[str, int, float], list[Part]]
 
-_IN_HAND = 3
+_QUEUED_BATCHES = 3
 """Batches queued per process; those are still judged when the time is up."""
 
 
@@ -44,7 +44,7 @@ def judged(
     with ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool:
         running: set[Future[list[Part]]] = set()
         while True:
-            room = _IN_HAND * processes - len(running)
+            room = _QUEUED_BATCHES * processes - len(running)
             if clock() < ended:
                 running |= {pool.submit(_judge, judge, slug, seeds, limit) for seeds in islice(waiting, room)}
             if not running:

@@ -1,8 +1,8 @@
-"""Measure error against time of every kind beside its peers; write docs/accuracy.md and its diagrams.
+"""Measure error against time of every kind and its peers; write docs/accuracy.md and its diagrams.
 
 python -m bench.work_precision [--cases N] [KIND ...]
 
-Sections of kinds that are not asked for stay as they are.
+Sections of other kinds are left unchanged.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from bench.work_precision.page import diagram, table, written
 
 DOCS = Path(__file__).parents[2] / "docs"
 CASES = 200
-"""Of every kind, or as many as its reference allows."""
+"""Number of cases per kind, limited by what its reference allows."""
 KINDS: dict[str, ModuleType] = {
     "flexible-rod": flexible_rod,
     "flexible-rod-effects": flexible_rod_effects,
@@ -43,7 +43,7 @@ ratios less. Any request of your own is put to the same question by `POST /api/v
 
 
 def section(slug: str, count: int) -> str:
-    """Measure a kind over some cases and write its diagram."""
+    """Measure a kind over ``count`` cases, write its diagram and return its section."""
     kind = KINDS[slug]
     cases = kind.cases(min(count, kind.CASES))
     # References are not timed and may use all processors, before measurements start.
@@ -66,7 +66,7 @@ def section(slug: str, count: int) -> str:
 
 
 def main() -> None:
-    """Measure and write."""
+    """Run the measurements and write the page."""
     asked = argparse.ArgumentParser(prog="python -m bench.work_precision", description="error against time")
     asked.add_argument("--cases", type=int, default=CASES, help="of each kind, at most")
     asked.add_argument("kinds", nargs="*", default=list(KINDS), metavar="KIND", help=", ".join(KINDS))

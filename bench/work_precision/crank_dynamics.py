@@ -31,7 +31,7 @@ JUDGED = ("mean_torque_nm", "work_fluctuation_j", "side_force_max_n", "crank_pin
 _ALL = {"include": ["reciprocating_inertia", "rod_inertia_couple", "pin_offset"], "exclude": ["engine"]}
 _EFFECTS = EffectSelection(frozenset(_ALL["include"]), frozenset(_ALL["exclude"]))
 _LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-_DENSE = 72_000
+_DENSE_ANGLES = 72_000
 _BESIDE = 1e-12
 _CANCELLED = 1e-2
 """Machines whose mean torque is less than this fraction of its mean magnitude are excluded: its relative error is not
@@ -41,7 +41,7 @@ Array = np.ndarray
 
 
 class CrankCase:
-    """A random machine, as a request and in the textbook's own formulas on whole arrays."""
+    """A random machine, as a request and as vectorised textbook formulas."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -61,7 +61,7 @@ class CrankCase:
         self.curves = self.joined()
 
     def joined(self) -> list[PchipInterpolator]:
-        """Cubics through the points, as every way has to find them."""
+        """Monotone cubics through the points, shared by all methods."""
         pressure = self.machine.pressure
         if self.strokes:
             return [PchipInterpolator(*_sorted(s.volume, s.pressure)) for s in self.strokes]
@@ -96,7 +96,7 @@ class CrankCase:
         )
 
     def columns(self, angle: Array) -> tuple[Array, Array, Array]:
-        """Torque, magnitude of the side force, crank-pin load."""
+        """Torque [N m], magnitude of the side force [N], crank-pin load [N]."""
         sine, cosine, tilt = np.sin(angle), np.cos(angle), self.sine(angle)
         bend = np.sqrt(1 - tilt**2)
         turn = self.r * cosine / (self.length * bend)
@@ -109,7 +109,7 @@ class CrankCase:
         return tangential * self.r, np.abs(side), np.hypot(tangential, radial - outward)
 
     def kinetic(self, angle: Array) -> Array:
-        """The energy [J] of the moving masses, less what the two-mass model has too much of."""
+        """Kinetic energy [J] of the moving masses, corrected for the excess inertia of the two-mass model."""
         bend = np.sqrt(1 - self.sine(angle) ** 2)
         turn = self.r * np.cos(angle) / (self.length * bend)
         speed = self.r * np.sin(angle) + self.length * self.sine(angle) * turn
@@ -122,7 +122,7 @@ def _sorted(volume: tuple[float, ...], pressure: tuple[float, ...]) -> tuple[Arr
 
 
 class _Work:
-    """The work of the torque since the start of the cycle, without integrating the torque."""
+    """Work of the torque since the start of the cycle, without integrating the torque."""
 
     def __init__(self, case: CrankCase) -> None:
         self.case = case
@@ -134,7 +134,7 @@ class _Work:
         self.before = np.concatenate([[0.0], np.cumsum(pieces)])
 
     def _gas(self, low: Array, high: Array) -> Array:
-        """The gas's work between angles within one piece."""
+        """Work of the gas between angles within one piece."""
         case, (at, weight) = self.case, self.rule
         if case.strokes:
             along, volumes = case.stroke(0.5 * (low + high)), (case.volume(low), case.volume(high))
@@ -156,8 +156,8 @@ class _Work:
         return gas - (self.case.kinetic(angle) - self.case.kinetic(np.zeros(1)))
 
 
-def _climbed(function: Callable[[Array], Array], angle: Array) -> float:
-    """The greatest sample, and what scipy finds beside it."""
+def _refined_maximum(function: Callable[[Array], Array], angle: Array) -> float:
+    """The maximum sample, refined by scipy in its neighbourhood."""
     values = function(angle)
     best = int(np.argmax(values))
     bounds = angle[max(best - 1, 0)], angle[min(best + 1, angle.size - 1)]
@@ -168,19 +168,19 @@ def _climbed(function: Callable[[Array], Array], angle: Array) -> float:
 
 
 def reference(case: CrankCase) -> Results:
-    """The judged results by the other way."""
+    """The reference values of the judged results."""
     beside = np.concatenate([case.dead_centres - _BESIDE, case.dead_centres + _BESIDE])
-    even = np.linspace(0, case.period, _DENSE + 1)
+    even = np.linspace(0, case.period, _DENSE_ANGLES + 1)
     angle = np.unique(np.concatenate([even, beside[beside > 0], [case.period - _BESIDE]]))
     work = _Work(case)
     mean = float(work.before[-1]) / case.period
-    swings = [_climbed(lambda a, s=sign: s * (work(a) - mean * a), angle) for sign in (1.0, -1.0)]
-    side, load = (_climbed(lambda a, k=k: case.columns(a)[k], angle) for k in (1, 2))
+    swings = [_refined_maximum(lambda a, s=sign: s * (work(a) - mean * a), angle) for sign in (1.0, -1.0)]
+    side, load = (_refined_maximum(lambda a, k=k: case.columns(a)[k], angle) for k in (1, 2))
     return dict(zip(JUDGED, (mean, sum(swings), side, load), strict=True))
 
 
 def cases(count: int) -> list[CrankCase]:
-    """Random machines, a quarter of them hard, whose mean torque does not cancel."""
+    """Random machines, a quarter of them hard, without cancelling mean torque."""
     found: list[CrankCase] = []
     for scene in scenes("crank-dynamics", 10 * count, first_seed=50_000):
         case = CrankCase(scene)
@@ -234,13 +234,13 @@ def _adaptive(tolerance: float, case: CrankCase) -> Results:
     if not found.success:
         raise ArithmeticError(found.message)
     angle = np.linspace(0, case.period, 721)
-    swings = [_climbed(lambda a, s=sign: s * found.sol(a)[0], angle) for sign in (1.0, -1.0)]
-    side, load = (_climbed(lambda a, k=k: case.columns(a)[k], angle) for k in (1, 2))
+    swings = [_refined_maximum(lambda a, s=sign: s * found.sol(a)[0], angle) for sign in (1.0, -1.0)]
+    side, load = (_refined_maximum(lambda a, k=k: case.columns(a)[k], angle) for k in (1, 2))
     return dict(zip(JUDGED, (mean, sum(swings), side, load), strict=True))
 
 
 def methods() -> Iterator[Method[CrankCase]]:
-    """The library's ladder and the service's, then the peers."""
+    """The accuracy ladders of library and service, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
     yield Method("Crankwright, a request's answer", {f"accuracy {a:g}": partial(_service, a) for a in _LADDER})
     grids = {f"{n:,} angles": partial(_equal_angles, n) for n in (24, 72, 180, 720, 7_200, 72_000)}

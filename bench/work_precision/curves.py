@@ -20,8 +20,8 @@ MIN_ERROR = 1e-17
 class Method(Generic[Case]):
     """A method: name, settings from loose to tight, and number of cases.
 
-    A setting returns results by name, or raises ArithmeticError; it is judged by the results it returns. ``part`` names
-    its part of a page with several sets of results.
+    A setting maps a case to results by name, or raises ArithmeticError; only the returned results are judged. ``part``
+    assigns the method to a part of a page with several sets of results.
     """
 
     name: str
@@ -57,10 +57,9 @@ class Curve:
 def measure(
     methods: Sequence[Method[Case]], cases: Sequence[Case], exact: Sequence[Results], repeats: int = 3
 ) -> list[Curve]:
-    """Run all settings of all methods, case by case, so that a machine that slows down slows all of them alike.
+    """Run all settings of all methods, interleaved by case, so that drifts in machine speed affect them equally.
 
-    The time of a case is the processor's, the least of ``repeats`` runs (one where a run takes over a tenth of a
-    second).
+    The time of a case is processor time, the minimum of ``repeats`` runs (of one if a run takes over 0.1 s).
     """
     times = {(m.part, m.name, s): [] for m in methods for s in m.settings}
     errors = {key: [] for key in times}

@@ -33,7 +33,7 @@ _GRIDS = ((12, 3), (24, 4), (36, 5), (90, 11), (360, 41), (1440, 161))
 
 
 class RodCase:
-    """A random machine under Schmidt's load, and its dense model."""
+    """A random machine under Schmidt's load, with its dense model."""
 
     def __init__(self, scene: Scene) -> None:
         asked = scene.request()
@@ -47,7 +47,7 @@ class RodCase:
         return CoreModel(self.scene, self.strip)
 
     def severity(self, high: float, low: float) -> float:
-        """What Serensen's safety divides into the fatigue limit."""
+        """The equivalent amplitude by which the fatigue limit is divided in Serensen's safety."""
         m = self.model.scene.material
         return m.fatigue_reduction * 0.5 * (high - low) + m.mean_stress_sensitivity * np.maximum(
             0.5 * (high + low), 0.0
@@ -58,10 +58,10 @@ class RodCase:
 
 
 def cases(count: int) -> list[RodCase]:
-    """Random machines under Schmidt's load, a quarter of them hard, all far enough from buckling."""
+    """Random machines under Schmidt's load, a quarter of them hard, excluding strips close to buckling."""
     found: list[RodCase] = []
     for scene in scenes("flexible-rod", 10 * count, first_seed=50_000):
-        # A strip beyond buckling has no stresses to be judged.
+        # A buckled strip has no stresses to judge.
         if scene.body["load"]["kind"] == "schmidt" and (case := RodCase(scene)).check(1e-3).stresses is not None:
             found.append(case)
         if len(found) == count:
@@ -70,7 +70,7 @@ def cases(count: int) -> list[RodCase]:
 
 
 def reference(case: RodCase) -> Results:
-    """The judged results by dense search."""
+    """The reference values of the judged results, by dense search."""
     model = case.model
     return {
         "fatigue_safety": case.safety(model.worst(case.severity)),
@@ -84,7 +84,7 @@ def _ours(accuracy: float, case: RodCase) -> Results:
 
 
 def _from_fields(case: RodCase, force: np.ndarray, curvature: np.ndarray, side: np.ndarray) -> Results:
-    """The judged results of sampled fields: curvature (sections, angles)."""
+    """The judged results of sampled fields; ``curvature`` has shape (sections, angles)."""
     d, modulus = case.model.d, case.model.scene.material.elastic_modulus
     worst = 0.0
     for fibre in (1.0, -1.0):
@@ -145,7 +145,7 @@ def _boundary_values(angles: int, tolerance: float, case: RodCase) -> Results:
 
 
 def methods() -> Iterator[Method[RodCase]]:
-    """The library's ladder first, then the peers."""
+    """The library's accuracy ladder, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
     yield Method("closed form on a grid, numpy", _grids(_closed_form, _GRIDS))
     yield Method("Hermite beam elements", _grids(_finite_elements, ((36, 4), (72, 8), (180, 16), (360, 32))), cases=50)

@@ -43,10 +43,10 @@ CASES = 20
 JUDGED = ("fatigue_safety", "side_force_max_n", "friction_power_w")
 EFFECTS = ("shear", "friction_feedback", "large_displacement", "rod_inertia")
 PARTS = {"core": (), **{name: (name,) for name in EFFECTS}, "all": EFFECTS}
-"""The effects that run in each part."""
+"""Active effects of each part, besides the core."""
 LADDER = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 _CORE = frozenset({"beam_column", "friction"})
-_LEAST_SAFETY, _LEAST_PACE, _WIDEST_DELTA = 1.3, 3.0, 0.6
+_MIN_SAFETY, _MIN_PACE, _MAX_DELTA = 1.3, 3.0, 0.6
 _ELASTICA_GRID, _ELASTICA_TOLERANCE = 72, 1e-8
 
 
@@ -71,28 +71,28 @@ class EffectsCase:
 
 
 def cases(count: int) -> list[EffectsCase]:
-    """The paper's rod, and as many plain random machines as are missing."""
+    """The paper's rod, complemented by ordinary random machines."""
     found, seed = [EffectsCase(PAPER, STRIP)], 60_000
     while len(found) < count:
         drawn = next(scenes("flexible-rod", 1, first_seed=seed))
         seed += 1
         load, friction = drawn.body["load"], drawn.body["piston"]["friction_coefficient"]
-        if load["kind"] != "schmidt" or load["delta"] > _WIDEST_DELTA or friction == 0.0:
+        if load["kind"] != "schmidt" or load["delta"] > _MAX_DELTA or friction == 0.0:
             continue
         request = drawn.request()
         case = EffectsCase(request.scene(), request.strip())
         value = case.check("friction_feedback", 1e-3)
-        slow = value.natural_frequency < _LEAST_PACE * case.scene.mechanism.speed
-        if value.stresses is not None and value.stability_safety > _LEAST_SAFETY and not slow:
+        slow = value.natural_frequency < _MIN_PACE * case.scene.mechanism.speed
+        if value.stresses is not None and value.stability_safety > _MIN_SAFETY and not slow:
             found.append(case)
     for part in PARTS:
-        # What is to be measured is compiled before.
+        # Compile before measuring.
         found[0].check(part, 1e-3)
     return found
 
 
 def reference(case: EffectsCase) -> Results:
-    """The judged results of every part."""
+    """The reference values of the judged results of every part."""
     found = {}
     for part in PARTS:
         found |= _told(part, **case.model(part).judged())
@@ -112,7 +112,7 @@ def _ours(part: str, accuracy: float, case: EffectsCase) -> Results:
 def _from_fields(
     part: str, case: EffectsCase, angle: Array, force: Array, curvature: Array, side: Array, moment: Array
 ) -> Results:
-    """The judged results of fields at even angles: N along the tangent and curvature (sections, angles)."""
+    """The judged results of fields at uniform angles; tangential force N and curvature are (sections, angles)."""
     d, modulus, model, worst = case.strip, case.scene.material.elastic_modulus, case.core, 0.0
     for fibre in (1.0, -1.0):
         stress = force / (d.b * d.h) + fibre * 0.5 * modulus * d.h * curvature
@@ -130,7 +130,7 @@ def _angles(count: int) -> Array:
 
 
 def _closed_form(part: str, angles: int, sections: int, tolerance: float, case: EffectsCase) -> Results:
-    """On a grid; where friction acts back, P = P0 + friction(P) is repeated until it stands to a tolerance."""
+    """Closed form on a grid; with friction feedback, P = P0 + friction(P) by fixed-point iteration to a tolerance."""
     model, angle = case.model(part), _angles(angles)
     gas, stroke = model.gas_force(angle), model.stroke(angle)
     force = gas
@@ -149,7 +149,7 @@ def _closed_form(part: str, angles: int, sections: int, tolerance: float, case: 
 
 
 def _elastica(angles: int, tolerance: float, case: EffectsCase) -> tuple[Array, ...]:
-    """The exact strip: angles, N and curvature at 41 sections, side force, clamp moment."""
+    """The elastica: angles, N and curvature at 41 sections, side force, clamp moment."""
     model, angle, l = case.core, _angles(angles), case.strip.l
     bent, e = model.bent(angle), model.head / l
     mesh, stations = np.linspace(0.0, 1.0, 21), np.linspace(0.0, 1.0, 41)
@@ -182,7 +182,7 @@ def _by_elastica(angles: int, tolerance: float, case: EffectsCase) -> Results:
 
 
 def remarks(given: list[EffectsCase]) -> list[str]:
-    """What the third order leaves out, on the same grid as the elastica."""
+    """Remark on the truncation error of the third order relative to the elastica, on the same grid."""
     found = []
     for case in given:
         exact = _from_fields("core", case, *_elastica(_ELASTICA_GRID, _ELASTICA_TOLERANCE, case))
@@ -201,11 +201,11 @@ def remarks(given: list[EffectsCase]) -> list[str]:
 def _from_elements(
     case: EffectsCase, angle: Array, force: Array, elements: int, field: Array, second: Array
 ) -> Results:
-    """From deflections and turns of the nodes (angles, freedoms) and their second derivatives by the angle."""
+    """Results from nodal deflections and rotations (angles, freedoms) and their second derivatives in the angle."""
     model, h = case.core, case.strip.l / elements
     bending, geometric, mass, _, _ = matrices(case.strip.l, case.scene.mechanism.rod_length, elements)
     line = _line_inertia(case)
-    # T and M0 from the forces on the first node, which inertia is a part of.
+    # T and M0 are the reactions at the first node, including inertia.
     first = model.stiffness * field @ bending[:2].T + force[:, None] * (field @ geometric[:2].T)
     first += line * second @ mass[:2].T
     side, moment = -first[:, 0], -first[:, 1]
@@ -217,7 +217,7 @@ def _from_elements(
 
 
 def _line_inertia(case: EffectsCase) -> float:
-    """rho A omega^2."""
+    """rho A omega^2 [N/m^2]."""
     return case.scene.material.density * case.strip.b * case.strip.h * case.scene.mechanism.angular_speed**2
 
 
@@ -229,8 +229,10 @@ def _periodic_elements(angles: int, elements: int, modes: int, case: EffectsCase
 
 
 def _integrated_modes(modes: int, tolerance: float, count: int, case: EffectsCase) -> Results:
-    """Modes of 32 elements under the mean force: unit states through a turn, then once more from the periodic start.
-    The field is that of the still strip under the modes' inertia."""
+    """Modal integration (32 elements, modes under the mean force) with the periodic start from the monodromy matrix.
+
+    The field is the quasi-static one under the inertia of the modes.
+    """
     model, elements = case.core, 32
     bending, geometric, mass, free, unit = matrices(case.strip.l, case.scene.mechanism.rod_length, elements)
     angle, line = _angles(count), _line_inertia(case)
@@ -256,12 +258,12 @@ def _integrated_modes(modes: int, tolerance: float, count: int, case: EffectsCas
         scale = 1e-3 * tolerance * case.scene.mechanism.crank_radius
         return solve_ivp(rates, (0.0, 2 * math.pi), start.ravel(), "DOP853", at, rtol=tolerance, atol=scale)
 
-    # Unit states are of the stroke's size, so that one tolerance serves all columns.
+    # Unit states are scaled by the crank radius, so that one tolerance suits all columns.
     radius, columns = case.scene.mechanism.crank_radius, 2 * modes + 1
     starts = radius * np.eye(2 * modes, columns)
     ended = turned(starts, np.eye(1, columns, columns - 1)[0]).y[:, -1].reshape(2 * modes, columns)
     start = np.linalg.solve(np.eye(2 * modes) - ended[:, :-1] / radius, ended[:, -1])
-    # No room is asked for at 2 pi, where the turn is closed.
+    # No output at 2 pi, which coincides with 0.
     y = turned(start, np.ones(1), angle).y[:modes]
     second = np.stack([acceleration(a, c[:, None], np.ones(1))[:, 0] for a, c in zip(angle, y.T, strict=True)])
     second = second @ shapes.T - stroke[:, None] * lift
@@ -272,7 +274,7 @@ def _integrated_modes(modes: int, tolerance: float, count: int, case: EffectsCas
 
 
 def methods() -> Iterator[Method[EffectsCase]]:
-    """Of every part the library's ladder first, then its peers."""
+    """For every part the library's accuracy ladder, then its peers."""
     sizes = ((90, 11, 1e-4), (360, 41, 1e-6), (1440, 161, 1e-8))
     for part in PARTS:
         ladder = {f"accuracy {a:g}": partial(_ours, part, a) for a in LADDER}
@@ -295,8 +297,8 @@ def methods() -> Iterator[Method[EffectsCase]]:
                 f"{m} modes, rtol {t:g}, {a} angles": partial(_integrated_modes, m, t, a) for m, t, a in orders
             }
         for name, settings in peers.items():
-            # A stiff strip's modes take solve_ivp half a minute.
-            yield Method(name, settings, 5 if name in _DEAR else CASES, part)
+            # solve_ivp takes half a minute on the modes of a stiff strip.
+            yield Method(name, settings, 5 if name in _EXPENSIVE else CASES, part)
 
 
-_DEAR = ("scipy solve_bvp, elastica", "beam modes, scipy solve_ivp")
+_EXPENSIVE = ("scipy solve_bvp, elastica", "beam modes, scipy solve_ivp")

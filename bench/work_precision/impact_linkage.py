@@ -30,13 +30,13 @@ JUDGED = ("u31_max", "peak_torque_nm", "box_area_mm2")
 _CORE = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
 _LADDER = (1e-2, 1e-6, 1e-12)
 _DIGITS = 40
-_NEAR = 0.7
+_PEAK_THRESHOLD = 0.7
 """Fraction of the largest sample above which a peak is refined."""
 _GOLDEN = (math.sqrt(5.0) - 1.0) / 2.0
 
 
 class LinkageCase:
-    """A random linkage as a request, with what its peers start from: ratios and sizes in SI."""
+    """A random linkage as a request, with ratios and sizes in SI for the peers."""
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
@@ -59,7 +59,7 @@ def _sharp(scene: Scene) -> Scene:
 
 
 def reference(case: LinkageCase) -> Results:
-    """The judged results at 40 digits."""
+    """The reference values of the judged results, at 40 digits."""
     with mp.workdps(_DIGITS):
         body, kind = case.scene.body, case.bar.kind.name
         links = oracle.ratios(kind, body["restitution"], next(iter(body["ratios"].values())))
@@ -88,7 +88,7 @@ def reference(case: LinkageCase) -> Results:
 
 
 def _angles(reach: float, opening: float) -> list[mp.mpf]:
-    """Crank angles within a turn, crowded toward the blow from both sides, and about pi."""
+    """Crank angles over a revolution, graded towards the blow from both sides and around pi."""
     near = np.geomspace(0.01 * min(reach, 1.0), 1.0, 60)
     middle = math.pi - np.geomspace(0.1 * max(opening, 1e-6), 1.0, 30)
     half = np.unique(np.concatenate([near, middle, np.linspace(0.02, math.pi - 1e-9, 60)]))
@@ -96,17 +96,17 @@ def _angles(reach: float, opening: float) -> list[mp.mpf]:
 
 
 def _greatest(value: Callable[[mp.mpf], mp.mpf], at: list[mp.mpf]) -> mp.mpf:
-    """Greatest value over a list of places and about all peaks among them that come near it."""
+    """Maximum over sample points, with all peaks above ``_PEAK_THRESHOLD`` times the largest refined."""
     values = [value(x) for x in at]
     best = max(values)
     for k in range(1, len(at) - 1):
-        if _NEAR * max(values) < values[k] >= max(values[k - 1], values[k + 1]):
+        if _PEAK_THRESHOLD * max(values) < values[k] >= max(values[k - 1], values[k + 1]):
             best = max(best, -_least(lambda x: -value(x), at[k - 1], at[k + 1]))
     return best
 
 
 def _least(value: Callable[[mp.mpf], mp.mpf], low: mp.mpf, high: mp.mpf) -> mp.mpf:
-    """Least value between two places by golden section; corners are found as well."""
+    """Minimum in an interval by golden-section search, which also converges to corners."""
     a, b = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
     fa, fb = value(a), value(b)
     while high - low > mp.mpf(10) ** -18 * (abs(high) + abs(low)):
@@ -122,12 +122,14 @@ def _least(value: Callable[[mp.mpf], mp.mpf], low: mp.mpf, high: mp.mpf) -> mp.m
 
 
 def _least_area(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], crank: mp.mpf, pad: mp.mpf) -> mp.mpf:
-    """The least box around crank circle, pivots and the rocker joint's arc, which ends in the blow and where crank and
-    coupler lie in line once more."""
+    """Minimum area box around crank circle, pivots and the rocker joint's arc.
+
+    The arc ends at the blow and at the other position with crank and coupler collinear.
+    """
     base, coupler, rocker = links
     straight = coupler - 1 if kind == "largest_coupler" else coupler + 1
     corner = mp.acos((base**2 + rocker**2 - straight**2) / (2 * base * rocker))
-    # Seen from the rocker's pivot, with the base toward pi: the other end lies above the base line, or below for c.
+    # Relative to the rocker pivot, with the base towards pi: the other end lies above the base line, below for c.
     other = mp.pi - corner if kind != "largest_base" else mp.pi + corner
     blow = mp.mpf(0) if kind == "largest_coupler" else mp.pi
     if kind == "largest_rocker":
@@ -160,7 +162,7 @@ def _ours(accuracy: float, case: LinkageCase) -> Results:
 
 
 def _sampled(case: LinkageCase, u: np.ndarray, joint: np.ndarray) -> Results:
-    """The judged results from u31 and the rocker's joint at the middles of equal steps over the turn."""
+    """The judged results from u31 and the rocker joint at midpoints of equal steps over the revolution."""
     if not (np.isfinite(u).all() and np.isfinite(joint).all()):
         raise ArithmeticError("the mechanism did not close")
     count, base = u.size, case.lengths[0]
@@ -187,7 +189,7 @@ def _circles(count: int, case: LinkageCase) -> Results:
     x, distance = bx - base, np.hypot(bx - base, by)
     along = (rocker**2 + distance**2 - coupler**2) / (2 * distance)
     across = np.sqrt(np.maximum(rocker**2 - along**2, 0.0))
-    # The side on which the rocker leaves the blow and stays.
+    # The branch on which the rocker leaves the blow, and remains.
     upward = kind.rocker_sign * (-1.0 if kind.name == "largest_base" else 1.0)
     joints = [
         np.stack([(along * x - s * across * by) / distance, (along * by + s * across * x) / distance]) for s in (1, -1)
@@ -205,7 +207,7 @@ def _pylinkage(count: int, case: LinkageCase) -> Results:
         positions, velocities, _ = made.step_fast_with_kinematics(count)
     except Exception as failure:
         raise ArithmeticError(str(failure)) from failure
-    # The first step leads to the second angle, the last to the first.
+    # The first step ends at the second angle, the last at the first.
     joint, speed = (np.roll(a[:, 3], 1, axis=0) for a in (positions, velocities))
     arm = joint - [case.lengths[0], 0.0]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -237,7 +239,7 @@ def _fsolve(count: int, case: LinkageCase) -> Results:
 
 
 def methods() -> Iterator[Method[LinkageCase]]:
-    """The service's ladder first, then the peers."""
+    """The service's accuracy ladder, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
     yield Method("circles, numpy", {f"{n} angles": partial(_circles, n) for n in (90, 360, 1440, 5760)})
     yield Method("pylinkage", {f"{n} angles": partial(_pylinkage, n) for n in (90, 360, 1440)}, cases=50)

@@ -65,7 +65,7 @@ def table(curves: Sequence[Curve]) -> Iterator[str]:
 
 
 def _reached(part: str, curves: Sequence[Curve]) -> Iterator[str]:
-    """The cheapest setting of each method that reaches an error, beside the first method's."""
+    """The cheapest setting of each method that reaches an error, relative to the first method."""
     of = f"{part}: to" if part else "to"
     yield f"| {of} reach a median error of | " + " | ".join(curve.name for curve in curves) + " |"
     yield "|---" * (len(curves) + 1) + "|"
@@ -91,7 +91,7 @@ def written(page: str, head: str, order: Sequence[str], sections: Mapping[str, s
 
 
 def shown_time(seconds: float) -> str:
-    """With a unit that fits."""
+    """A time with a suitable unit."""
     for unit, size in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"

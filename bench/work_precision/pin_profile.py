@@ -34,15 +34,15 @@ CASES = 200
 _LADDER = (1e-2, 1e-3, 1e-4, 1e-6, 1e-8)
 _BENDING = pin.EffectSelection(exclude=frozenset({"shear_deflection"}))
 _PANELS, _POINTS, _CUTS = 16, 16, 16
-"""Of the reference: panels between two places where loads begin, points of each, halvings toward a corner."""
-_HALVINGS = 64
-_LEAST_PRICE = -60.0
-"""Logarithm of a multiplier below which the limit takes no part."""
+"""Reference quadrature: panels per load segment, points per panel, bisections towards a corner."""
+_BISECTIONS = 64
+_MIN_LOG_PRICE = -60.0
+"""Logarithm of the multiplier below which the limit counts as inactive."""
 
 
 @dataclass(frozen=True)
 class PinCase:
-    """A random pin; ``stiffness`` is where the deflection limit lies between the solid (0) and the free bore (1)."""
+    """A random pin; ``stiffness`` places the deflection limit between the solid (0) and the free bore (1)."""
 
     scene: pin.Scene
     stiffness: float
@@ -70,7 +70,7 @@ def _panels(g: pin.Geometry, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 class Model:
-    """The textbook's pin on midpoints of panels of one half: forces, least walls, deflection in bending, mass."""
+    """Textbook model on panel midpoints of one half: forces, minimum walls, bending deflection, mass."""
 
     def __init__(self, scene: pin.Scene, x: np.ndarray, h: np.ndarray) -> None:
         g, m, p = scene.geometry, scene.material, scene.force
@@ -87,9 +87,9 @@ class Model:
 
     @cached_property
     def least_u(self) -> np.ndarray:
-        """Bisection at all stations at once, in w = 1 - beta."""
+        """Minimum solidity of every station, by simultaneous bisection in w = 1 - beta."""
         low, high = np.zeros_like(self.x), np.ones_like(self.x)
-        for _ in range(_HALVINGS):
+        for _ in range(_BISECTIONS):
             w = 0.5 * (low + high)
             b = 1 - w
             holds = w * (2 - w) * (1 + b * b) >= np.hypot(self.m, self.q * (1 + b + b * b))
@@ -104,13 +104,13 @@ class Model:
         return self.solid_mass * float(self.share @ u)
 
     def stiff(self, least: np.ndarray, limit: float) -> np.ndarray:
-        """The lightest u under the limit: bisection on the multiplier, and on every station's slope."""
+        """Lightest u within the deflection limit: root of the multiplier around bisection for every station."""
         pulls = self.bend > 0
         floor, weight, bend = least[pulls], self.share[pulls], self.bend[pulls] / limit
 
         def best(price: float) -> np.ndarray:
             low, high = floor.copy(), np.ones_like(floor)
-            for _ in range(_HALVINGS):
+            for _ in range(_BISECTIONS):
                 u = 0.5 * (low + high)
                 falls = weight + price * bend * 0.5 * ((2 - u) ** -2 - u**-2) < 0
                 low, high = np.where(falls, u, low), np.where(falls, high, u)
@@ -124,15 +124,15 @@ class Model:
         low, high = -1.0, 1.0
         while self.deflection(at(high)) > limit:
             low, high = high, high + 2.0
-        while self.deflection(at(low)) < limit and low > _LEAST_PRICE:
+        while self.deflection(at(low)) < limit and low > _MIN_LOG_PRICE:
             low, high = low - 2.0, low
-        if low <= _LEAST_PRICE:
+        if low <= _MIN_LOG_PRICE:
             return least
         return at(float(brentq(lambda p: math.log(self.deflection(at(p)) / limit), low, high, xtol=1e-14)))
 
 
 def cases(count: int) -> list[PinCase]:
-    """Random pins from a watch to a ship; a quarter hard: close to what the solid pin carries, thin, or no gap."""
+    """Random pins of any size; a quarter hard: close to the capacity of the solid pin, thin, or without gap."""
     found = []
     for seed in range(count):
         rng = np.random.default_rng(70_000 + seed)
@@ -153,7 +153,7 @@ def _results(model: Model, free: np.ndarray, stiff: np.ndarray) -> Results:
 
 
 def reference(case: PinCase) -> Results:
-    """Both masses by Gauss's rule; panels in which the limit begins to govern are halved until they are nothing."""
+    """Both masses by Gauss quadrature; panels in which the limit becomes active are repeatedly bisected."""
     g = case.scene.geometry
     places = sorted({0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length})
     edges = np.unique(np.concatenate([np.linspace(a, b, _PANELS + 1) for a, b in pairwise(places)]))
@@ -163,7 +163,7 @@ def reference(case: PinCase) -> Results:
         model = Model(case.scene, (edges[:-1, None] + half * (1 + at)).ravel(), (half * weight).ravel())
         stiff = model.stiff(model.least_u, case.limit)
         governs = (stiff > model.least_u * (1.0 + 1e-12)).reshape(-1, _POINTS)
-        # A corner may lie between the last point of a panel and the first of the next one.
+        # The transition may lie between the last point of a panel and the first of the next.
         turns = governs.any(axis=1) & ~governs.all(axis=1)
         turns[1:] |= governs[1:, 0] != governs[:-1, -1]
         if not turns.any():
@@ -191,7 +191,7 @@ def _by_cones(program: Program) -> np.ndarray:
 
 
 def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCase) -> Results:
-    """One of the solver's tiers on the peers' stations."""
+    """A tier of the solver on the peers' stations."""
     x, h = _panels(case.scene.geometry, count)
     stations = Midpoints(x - 0.5 * h, x + 0.5 * h)
     limits = pin.Limits(max_deflection=case.limit)
@@ -201,7 +201,7 @@ def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCa
 
 
 def _by_brentq(count: int, case: PinCase) -> Results:
-    """brentq for every wall and, under the limit, for the multiplier around brentq at every station."""
+    """brentq for every wall; with the limit, brentq for the multiplier around brentq at every station."""
     model = case.model(count)
 
     def least(m: float, q: float) -> float:
@@ -242,7 +242,7 @@ def _by_slsqp(count: int, case: PinCase) -> Results:
 
 
 def methods() -> Iterator[Method[PinCase]]:
-    """The service's ladder first, then the peers."""
+    """The service's accuracy ladder, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
     for name, tier, most in (("one multiplier", _by_multiplier, 200), ("cone program", _by_cones, 20)):
         settings = {f"{n} stations": partial(_on_midpoints, tier, n) for n in (50, 200, 1000)}

@@ -1,6 +1,4 @@
-"""The slider-crank mechanism: its kinematics, its forces over the cycle, and the reduction of its masses.
-
-from solvers import crank
+"""The slider-crank mechanism: kinematics, forces over the cycle, and reduction of its masses.
 
 scene = crank.Scene(crank.Mechanism(...), crank.Cylinder(...), crank.TablePressure(...), crank.Masses(...))
 outcome = crank.analyse(scene)
@@ -11,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_HOME = {
+_SUBMODULE_OF = {
     "Case": "bulk",
     "analyse_many": "bulk",
     "CrankDynamics": "check",
@@ -43,13 +41,13 @@ _HOME = {
     "Mechanism": "scene",
     "Scene": "scene",
 }
-"""Every name of this wing, and the room it lives in; a room is entered when a name of it is asked for."""
+"""Public names and the submodules that define them, imported lazily on first access."""
 
-__all__ = sorted(_HOME)
+__all__ = sorted(_SUBMODULE_OF)
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _HOME:
+    if name not in _SUBMODULE_OF:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = globals()[name] = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    found = globals()[name] = getattr(import_module(f"{__name__}.{_SUBMODULE_OF[name]}"), name)
     return found

@@ -1,7 +1,7 @@
-"""Many cycles analysed in one call: the numbers of ``analyse``, by the same kernels.
+"""Batch analysis of cycles, with the same results and kernels as ``analyse``.
 
-Scenes that differ in speed or masses alone, as in a sweep, share their unrolled pressures. What stands over the angle
-is computed for none that is not read.
+Scenes that differ in speed or masses alone, as in a sweep, share their unrolled pressures. Angle-resolved series are
+computed on access only.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from solvers.outcome import Outcome
 
 @dataclass(frozen=True)
 class Case:
-    """One analysis as ``analyse`` would be asked for it."""
+    """The arguments of one ``analyse``."""
 
     scene: Scene
     effects: EffectSelection = AUTO
@@ -27,12 +27,12 @@ class Case:
     series_angles: int = SERIES_ANGLES
 
     def alone(self) -> Outcome[CrankDynamics]:
-        """The single analysis."""
+        """Run this analysis on its own."""
         return analyse(self.scene, self.effects, self.effect_tolerance, self.accuracy, self.series_angles)
 
 
 def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | InvalidInput]:
-    """An outcome for every case, in their order; in the place of one that makes no sense, what is wrong with it."""
+    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
     known, found = Unroll(), []
     for case in cases:
         try:

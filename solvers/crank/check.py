@@ -1,4 +1,4 @@
-"""The dynamics of a crank mechanism over its cycle: forces, torque and power, the worst instants, unbalance."""
+"""Dynamics of a crank mechanism over its cycle: forces, torque and power, critical instants, unbalance."""
 
 from __future__ import annotations
 
@@ -28,18 +28,18 @@ from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
-_SHARE = 0.1
-"""Of the accuracy, what searches and sums may miss."""
+_TOLERANCE_FRACTION = 0.1
+"""Tolerance of searches and sums, as a fraction of the accuracy."""
 _TIER_TOLERANCE = 1e-6
 _TEXTBOOK_RATIO = 0.5
 
 
 @dataclass(frozen=True)
 class CrankDynamics:
-    """The results, SI units. ``torque_mean`` and ``indicated_power`` are those of one cylinder.
+    """Results, SI units; ``torque_mean`` and ``indicated_power`` are those of one cylinder.
 
-    What stands over the angle (``angle``, ``series``, ``brix_pressure``) and the textbooks' errors (``tiers``) are
-    computed when they are read.
+    Angle-resolved series (``angle``, ``series``, ``brix_pressure``) and the errors of textbook approximations
+    (``tiers``) are computed on first access.
     """
 
     cycle: Cycle
@@ -55,7 +55,7 @@ class CrankDynamics:
 
     @cached_property
     def angle(self) -> Array:
-        """Equally spaced angles [rad] of one period, from 0 on."""
+        """Equally spaced angles [rad] of one period, starting at 0."""
         return np.arange(self.series_angles) * (self.cycle.scene.cylinder.period / self.series_angles)
 
     @cached_property
@@ -65,32 +65,32 @@ class CrankDynamics:
 
     @cached_property
     def brix_pressure(self) -> Array | None:
-        """p [Pa] by Brix's construction; None where nothing is unrolled, or with an offset."""
+        """p [Pa] by Brix's construction; None for table pressures, or with an offset."""
         return self.curve.brix_pressure(self.angle)
 
     @cached_property
     def tiers(self) -> TierErrors:
-        """What the textbooks' approximations get wrong."""
+        """Errors of the textbook approximations."""
         return tier_errors(self.cycle, self.tier_tolerance)
 
     @property
     def curve(self) -> Curve:
-        """The pressures over the angle."""
+        """Pressures over the crank angle."""
         return self.cycle.curve
 
     @property
     def jumps(self) -> tuple[tuple[float, float], ...]:
-        """(angle [rad], p just behind it less p just before it [Pa]) at the dead centres."""
+        """Pressure jumps at the dead centres: (angle [rad], p after minus p before [Pa])."""
         return self.curve.jumps
 
     @property
     def stroke(self) -> float:
-        """[m]"""
+        """Stroke [m]."""
         return self.cycle.motion.stroke
 
     @property
     def dead_centres(self) -> tuple[float, float]:
-        """The upper one and the lower one that follows [rad]."""
+        """Angles of the upper dead centre and of the following lower one [rad]."""
         return self.cycle.motion.dead_centres
 
 
@@ -101,15 +101,15 @@ def analyse(
     accuracy: float = 1e-6,
     series_angles: int = SERIES_ANGLES,
 ) -> Outcome[CrankDynamics]:
-    """Everything about a scene's cycle; ``series_angles`` is the number of equally spaced angles of the series.
+    """Analyse a scene's cycle; ``series_angles`` is the number of equally spaced angles of the series.
 
-    Raises InvalidInput where the request makes no sense: pressures with a fault, phases that cannot share a crank pin.
+    Raises InvalidInput for an invalid request: faulty pressures, phases that cannot share a crank pin.
     """
     return analyse_unrolled(scene, Unroll(), effects, effect_tolerance, accuracy, series_angles)
 
 
 class Unroll(dict[Hashable, Curve]):
-    """Pressures over the crank angle, unrolled once for all scenes that have pressure, motion, cylinder in common."""
+    """Cache of unrolled pressures by pressure, motion and cylinder."""
 
     def __missing__(self, key: tuple[Pressure, ExactMotion, Cylinder]) -> Curve:
         pressure, motion, cylinder = key
@@ -120,7 +120,7 @@ class Unroll(dict[Hashable, Curve]):
 def analyse_unrolled(
     scene: Scene, known: Unroll, effects: EffectSelection, effect_tolerance: float, accuracy: float, series_angles: int
 ) -> Outcome[CrankDynamics]:
-    """``analyse`` with what other scenes have unrolled already."""
+    """As ``analyse``, with a shared cache of unrolled pressures."""
     started = time.perf_counter()
     require_accuracy(accuracy)
     if not 1 <= series_angles <= 100_000:
@@ -131,7 +131,7 @@ def analyse_unrolled(
     composition = compose(choice, scene)
     if composition.offset != scene.mechanism.offset:
         curve = known[scene.pressure, scene.mechanism.motion(with_offset=False), scene.cylinder]
-    cycle, tolerance = Cycle(scene, composition, curve), _SHARE * accuracy
+    cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
     found = whole_cycle(cycle, engine, tolerance)
     torque_mean, swing = found.shaft.whole / scene.cylinder.period, speed_swing(cycle, engine, found.shaft)

@@ -1,8 +1,8 @@
-"""The effects that a crank mechanism's scene can call for, each an object with an a-priori bound.
+"""The selectable effects of a crank mechanism, each with an a-priori bound of its influence.
 
-The bounds hold closed forms against what the gas alone does at some angles of the cycle; they are conservative by test
-over random machines, not by proof. They speak of the greatest forces (of the rod's tension beside its compression), of
-the mean torque and of the work between the extremes of the speed.
+The bounds compare closed forms with the effect of the gas alone at sampled angles of the cycle; they are
+conservative by test over random machines, not by proof. They refer to the maximum forces (including the rod's
+tension), the mean torque and the work between the extremes of the speed.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
-_ANGLES = 128
-"""Per turn; a maximum taken from them is no greater than the true one, which makes the bounds no smaller."""
+_ANGLES_PER_TURN = 128
+"""Sampled angles per turn; a sampled maximum is a lower estimate, which makes the bounds conservative."""
 
-_SEEN = 0.9
-"""Of the work's swing, what sums over the angles are trusted to have seen."""
+_CAPTURED_FRACTION = 0.9
+"""Fraction of the work fluctuation that sums over the sampled angles are trusted to capture."""
 
 
 class Background(NamedTuple):
-    """What acts without an effect, from some angles of the cycle: what that effect's own share is held against.
+    """Reference loads without an effect, from sampled angles of the cycle, to which the effect is compared.
 
-    The greatest magnitude of the gas force [N]; the least of the greatest loads on rod, crank pin and main bearings
-    [N]; the greatest magnitude of the side force [N]; the magnitude of one cylinder's mean torque [N m]; the work
-    between the extremes of the speed, all cylinders together [J].
+    Maximum magnitude of the gas force [N]; minimum of the maximum loads on rod, crank pin and main bearings [N];
+    maximum magnitude of the side force [N]; magnitude of one cylinder's mean torque [N m]; work between the extremes
+    of the speed, all cylinders together [J].
     """
 
     gas_force: float
@@ -66,7 +66,7 @@ def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> B
         mean += torque[i] / count
     surplus = np.full(count, -mean * phases.size)
     for phase in phases:
-        # The other cylinders' torque between the angles seen of the first.
+        # The other cylinders' torque, interpolated between the sampled angles of the first.
         later = (-phase * count / period) % count
         share, low = later - math.floor(later), math.floor(later) % count
         for i in range(count):
@@ -77,17 +77,15 @@ def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> B
     for i in range(count):
         work += surplus[i]
         least, most = min(least, work), max(most, work)
-    swing = _SEEN * (most - least) * period / count
+    swing = _CAPTURED_FRACTION * (most - least) * period / count
     return Background(force, math.sqrt(min(rod, crank_pin, bearing)), side, abs(mean), swing)
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its pressures over the angle, what acts in it without one or the other effect, and how far the rod
-    stands askew.
+    """A scene with its pressures, its reference loads without individual effects, and its maximum rod angle.
 
-    Effects may take away from each other, the inertia above all from the gas: an effect's share is held against the
-    least of what may act beside it.
+    Effects may cancel, above all inertia and gas: an effect is compared with the smallest load it may combine with.
     """
 
     scene: Scene
@@ -100,7 +98,7 @@ class Situation:
 
     @cached_property
     def in_line(self) -> tuple[Background, ...]:
-        """Without an offset: the gas alone, and with the inertia of what goes to and fro."""
+        """Without an offset: the gas alone, and with the reciprocating inertia."""
         return self.gas, self._background(False, True)
 
     @cached_property
@@ -110,7 +108,7 @@ class Situation:
 
     @cached_property
     def every(self) -> tuple[Background, ...]:
-        """All of these."""
+        """All reference loads."""
         both = (self._background(True, True),) if self.scene.mechanism.offset else ()
         return (*self.in_line, *self.still[1:], *both)
 
@@ -119,7 +117,7 @@ class Situation:
         composition = PinOffset().join(composition, scene) if offset else composition
         composition = ReciprocatingInertia().join(composition, scene) if inertia else composition
         machine = Cycle(scene, composition, self.curve).machine
-        count = _ANGLES * scene.cylinder.strokes // 2
+        count = _ANGLES_PER_TURN * scene.cylinder.strokes // 2
         return _background(machine, self.curve.unrolled, np.array(scene.engine.phases), count)
 
     @property
@@ -139,19 +137,19 @@ class Situation:
 
     @property
     def least_rod_cosine(self) -> float:
-        """cos(beta) where the rod stands most askew."""
+        """cos(beta) at the maximum rod angle."""
         m = self.scene.mechanism
         sine = (m.crank_radius + abs(m.offset)) / m.rod_length
         return math.sqrt((1.0 - sine) * (1.0 + sine))
 
     @property
     def greatest_tangent(self) -> float:
-        """tan(beta) there."""
+        """tan(beta) at the maximum rod angle."""
         return math.sqrt(1.0 / self.least_rod_cosine**2 - 1.0)
 
 
 class CrankEffect(Protocol):
-    """An effect of the crank mechanism: what it is, how much it may matter, and its part in the composition."""
+    """An effect: its description, the bound of its influence, and its contribution to the composition."""
 
     name: str
     summary: str
@@ -161,11 +159,11 @@ class CrankEffect(Protocol):
         """See ``solvers.effects.Effect``."""
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
-        """The composition with what this effect adds."""
+        """Return the composition with this effect added."""
 
 
 def _relative(part: float, whole: float) -> float:
-    """part/(whole - part): a change relative to the changed value; inf when it may cancel it."""
+    """part/(whole - part): a change relative to the changed value; inf if it may cancel it."""
     return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
 
 
@@ -199,10 +197,10 @@ class ReciprocatingInertia:
 
 @dataclass(frozen=True)
 class RodInertiaCouple:
-    """The rod's true moment of inertia: a couple Delta J beta'' on top of the two-mass model.
+    """The rod's true moment of inertia: a couple Delta J beta'' in addition to the two-mass model.
 
-    The pair of forces that balances it, Delta J beta''/(L cos beta) at piston and crank pin, does no net work: its
-    torque is the derivative of Delta J beta'^2/2, by which the two-mass model's kinetic energy is too great.
+    The balancing pair of forces, Delta J beta''/(L cos beta) at piston and crank pin, does no net work: its torque
+    is the derivative of Delta J beta'^2/2, the excess kinetic energy of the two-mass model.
     """
 
     name: str = "rod_inertia_couple"
@@ -259,7 +257,7 @@ class PinOffset:
 
 @dataclass(frozen=True)
 class SeveralCylinders:
-    """Summed torque, unbalance and the swing of the speed exist only where this runs."""
+    """Summed torque, unbalance and speed fluctuation, which are results of this effect only."""
 
     name: str = "engine"
     summary: str = "several cylinders on one shaft: summed torque, unbalanced forces and couples"
@@ -273,7 +271,7 @@ class SeveralCylinders:
 
 
 EFFECTS: tuple[CrankEffect, ...] = (PinOffset(), ReciprocatingInertia(), RodInertiaCouple(), SeveralCylinders())
-"""Every effect, in the order in which they join a composition: motion, forces, cylinders."""
+"""All effects, in the order in which they are composed: motion, forces, cylinders."""
 
 
 def choose_for(
@@ -283,12 +281,12 @@ def choose_for(
     tolerance: float = 1e-2,
     demands: tuple[Demand, ...] = (),
 ) -> Choice[CrankEffect]:
-    """The effects for a scene (see ``solvers.effects.choose``)."""
+    """Select the effects for a scene (see ``solvers.effects.choose``)."""
     return choose(EFFECTS, Situation(scene, curve), selection, tolerance, demands)
 
 
 def compose(choice: Choice[CrankEffect], scene: Scene) -> Composition:
-    """The physics that the chosen effects make up, on top of the gas force in an in-line mechanism."""
+    """Return the physics of the selected effects, in addition to the gas force in an in-line mechanism."""
     composition = Composition()
     for effect in choice.active:
         composition = effect.join(composition, scene)

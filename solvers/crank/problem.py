@@ -1,4 +1,4 @@
-"""What is asked of a cycle: the loads that designs are made for, each by its greatest value."""
+"""Names of the maximum loads of a cycle."""
 
 from __future__ import annotations
 
@@ -11,6 +11,6 @@ LOADS = (
     "crank_pin_load_max",
     "main_bearing_load_max",
 )
-"""Names of the greatest loads, in the order of the rows in ``cycle.worst_instants``."""
+"""Names of the maximum loads, in the order of the rows in ``cycle.worst_instants``."""
 OF_THE_ROD = slice(1, 3)
-"""Its compression and its tension: next to none of one beside much of the other is what the other's digits leave."""
+"""Rod compression and tension: the error of the smaller one is relative to the scale of the larger."""

@@ -1,6 +1,6 @@
-"""The inputs of a crank mechanism's dynamics: mechanism, cylinder, pressure, masses, engine. SI units throughout.
+"""Inputs of a crank mechanism's dynamics: mechanism, cylinder, pressure, masses, engine. SI units throughout.
 
-Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+Every dataclass raises ``InvalidInput`` for values outside the model's domain.
 """
 
 from __future__ import annotations
@@ -49,13 +49,13 @@ class Mechanism:
         return 2.0 * math.pi * self.speed
 
     def motion(self, with_offset: bool = True) -> ExactMotion:
-        """The exact motion, with or without the offset."""
+        """Return the exact motion, with or without the offset."""
         return ExactMotion(self.crank_radius, self.rod_length, self.offset if with_offset else 0.0)
 
 
 @dataclass(frozen=True)
 class Masses:
-    """Piston group m_p (pin and rings with it), the rod, the crank throw, and how many rods share a crank pin."""
+    """Piston group m_p (including pin and rings), rod, crank throw, and the number of rods per crank pin."""
 
     piston: float
     rod: RodMass
@@ -72,7 +72,7 @@ class Masses:
         return self.piston + self.rod.at_wrist_pin
 
     def crank(self, crank_radius: float) -> float:
-        """m_k [kg]: the throw reduced to the crank pin; negative where the counterweights outweigh it."""
+        """m_k [kg]: the throw reduced to the crank pin; negative if overbalanced by the counterweights."""
         return self.throw.at_crank_pin(crank_radius)
 
     def rotating(self, crank_radius: float) -> float:
@@ -82,12 +82,12 @@ class Masses:
 
 @dataclass(frozen=True)
 class Engine:
-    """Several like cylinders on one shaft.
+    """Several identical cylinders on one shaft.
 
     phases     crank angle [rad] by which each cylinder's cycle follows the first one's
     axes       direction [rad] of each cylinder's axis about the shaft, in the sense of rotation
-    positions  where each cylinder stands along the shaft [m]; empty: no moments are wanted
-    flywheel_inertia, wanted_irregularity  of the whole shaft, for the swing of its speed
+    positions  axial position of each cylinder along the shaft [m]; empty: no couples are computed
+    flywheel_inertia, wanted_irregularity  of the whole shaft, for the speed fluctuation
     """
 
     phases: tuple[float, ...]
@@ -122,7 +122,7 @@ class Engine:
 
 
 SINGLE = Engine((0.0,), (0.0,))
-"""One cylinder alone."""
+"""A single cylinder."""
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,6 @@
-"""A cycle's greatest loads, torque, work and speed in one compiled call.
+"""Maximum loads, torque, work and speed fluctuation of a cycle in one compiled call.
 
-Handing pressures over to a kernel takes longer than many an analysis needs for one of its questions; asked all at
-once, they are handed over but once.
+Passing pressures to a kernel takes longer than many a single evaluation; one call passes them only once.
 """
 
 from __future__ import annotations
@@ -21,13 +20,16 @@ from solvers.crank.scene import Engine
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
-_CLOSER = 1e-2
-"""Of the tolerance, to which crossings of the mean torque are found: the work there is stationary."""
+_CROSSING_TOLERANCE = 1e-2
+"""Tolerance of crossings of the mean torque relative to that of the work, which is stationary there."""
 
 
 class WholeCycle(NamedTuple):
-    """The ``loads`` of one cylinder (``problem.LOADS``), what the cycle does to the shaft, the greatest relative error
-    of all of it, and the number of pieces it was looked at in."""
+    """Results of a cycle.
+
+    The ``loads`` of one cylinder (``problem.LOADS``), the effect on the shaft, the maximum relative error, and the
+    number of pieces evaluated.
+    """
 
     loads: Greatest
     shaft: ShaftWork
@@ -36,7 +38,7 @@ class WholeCycle(NamedTuple):
 
 
 def whole_cycle(cycle: Cycle, engine: Engine, tolerance: float) -> WholeCycle:
-    """A cycle of one cylinder and of the ``engine``'s together, to the relative ``tolerance``."""
+    """Analyse a cycle of one cylinder and of the ``engine``'s together, to the relative ``tolerance``."""
     return _whole_cycle(
         cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, np.array(engine.phases), tolerance
     )  # fmt: skip
@@ -54,23 +56,25 @@ def _whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array,
         places, samples = sampled(machine, gas, group, TORQUE, TEXTBOOK - TORQUE)
         torque = climbed(machine, gas, group, TORQUE, places, samples, tolerance)
     work = gas_work(machine, gas, tolerance, np.inf)
-    high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, _CLOSER * tolerance)
+    high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, _CROSSING_TOLERANCE * tolerance)
     swing, error = max(high - low, 0.0), 2.0 * (missed + phases.size * work.error)
     if error > tolerance * swing > 0.0:
-        # All cylinders together may run much more evenly than one.
+        # The summed work of all cylinders may fluctuate far less than that of one.
         work = gas_work(machine, gas, tolerance, swing / (4.0 * phases.size))
-        high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, _CLOSER * tolerance)
+        high, low, missed = work_extremes(
+            machine, gas, group, places, samples[-2], work, _CROSSING_TOLERANCE * tolerance
+        )
         swing, error = max(high - low, 0.0), 2.0 * (missed + phases.size * work.error)
     shaft = ShaftWork(
         work.before[-1], work.error, work.magnitude, torque.value[-2], -torque.value[-1],
         max(torque.error[-2], torque.error[-1]), swing, error, work.nodes,
     )  # fmt: skip
-    return WholeCycle(loads, shaft, max(_of_loads(loads), _of_shaft(shaft)), gas.stroke.size)
+    return WholeCycle(loads, shaft, max(_load_error(loads), _shaft_error(shaft)), gas.stroke.size)
 
 
 @kernel
-def _of_loads(loads: Greatest) -> float:
-    """The greatest relative error of the loads."""
+def _load_error(loads: Greatest) -> float:
+    """Return the maximum relative error of the loads."""
     most, rod = 0.0, CANCELLED * np.abs(loads.value[OF_THE_ROD]).max()
     for i in range(len(LOADS)):
         scale = abs(loads.value[i])
@@ -81,8 +85,8 @@ def _of_loads(loads: Greatest) -> float:
 
 
 @kernel
-def _of_shaft(shaft: ShaftWork) -> float:
-    """The greatest relative error of mean torque, work between the extremes of the speed, and extremes of torque."""
+def _shaft_error(shaft: ShaftWork) -> float:
+    """Return the maximum relative error of mean torque, work between the extremes of the speed, and torque extremes."""
     whole, torque = (
         max(abs(shaft.whole), CANCELLED * shaft.magnitude),
         max(abs(shaft.torque_max), abs(shaft.torque_min)),

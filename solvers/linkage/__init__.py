@@ -1,4 +1,4 @@
-"""The crank-rocker impact linkage: change-point four-bars whose rocker strikes once a turn.
+"""The crank-rocker impact linkage: change-point four-bars whose rocker strikes once per crank revolution.
 
 from solvers import linkage
 

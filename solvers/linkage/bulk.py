@@ -1,4 +1,4 @@
-"""Many linkages checked at once: the same numbers as ``check`` gives one by one."""
+"""Batch evaluation of many linkages, with the same results as ``check``."""
 
 from __future__ import annotations
 
@@ -26,15 +26,15 @@ from solvers.outcome import Outcome
 
 Array = NDArray[np.float64]
 
-_NEAR = 1e-3
-"""So far from the least free ratio, relative to it, its distance keeps twelve digits; nearer it is taken exactly,
-number by number."""
+_NEAR_LIMIT = 1e-3
+"""Above this relative distance from the least free ratio, the distance keeps twelve digits; below it, it is computed
+exactly, one number at a time."""
 _ORIENTATION = 1e-13
 
 
 @dataclass(frozen=True)
 class Case:
-    """One check as ``check`` would be asked for it."""
+    """Arguments of one call of ``check``."""
 
     scene: Scene
     mechanism: Mechanism
@@ -45,17 +45,17 @@ class Case:
     demands: tuple[Demand, ...] = ()
 
     def alone(self) -> Outcome[LinkageCheck]:
-        """The single check."""
+        """Evaluate this case by ``check``."""
         return check(
             self.scene, self.mechanism, self.limits, self.effects, self.effect_tolerance, self.accuracy, self.demands
         )
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
-    """An outcome for every case, in their order; in the place of one that makes no sense, what is wrong with it.
+    """Outcomes of all cases, in order; for an invalid case its InvalidInput.
 
-    Peak loads and the greatest transfer are found in one compiled loop; box, running and what else effects bring are
-    found for each by itself.
+    Peak loads and the maximum angular velocity ratio come from one compiled loop; the box, steady running and other
+    effects are computed case by case.
     """
     cases = list(cases)
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
@@ -74,10 +74,10 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
 
 @dataclass(frozen=True)
 class LinkageTable:
-    """Results of many linkages of one kind, SI units, (n,) each, ``lengths`` (n, 4): base, crank, coupler, rocker.
+    """Results of linkages of one kind, SI units, (n,) each, ``lengths`` (n, 4): base, crank, coupler, rocker.
 
-    ``torque`` and ``force`` are the peaks at the crank and along the coupler; box and circle are NaN where they were
-    not asked for, and everything that a full turn takes where the crank does not turn.
+    ``torque`` and ``force`` are the peaks at the crank and along the coupler. Box and circle are NaN if not requested;
+    all results that require a full revolution are NaN where the crank does not rotate fully.
     """
 
     lengths: Array
@@ -103,10 +103,10 @@ def check_family(
     joint_radius: float | None = None,
     threads: int = 1,
 ) -> LinkageTable:
-    """Linkages of one kind from R_k, free ratio, crank [m] and impact energy [J], each (n,) or one for all.
+    """Evaluate linkages of one kind from R_k, free ratio, crank [m] and impact energy [J], each (n,) or scalar.
 
-    With a ``joint_radius`` [m] the least box and circle are found as well. Threads share the linkages; none holds the
-    interpreter's lock. Raises InvalidInput for a free ratio that gives no mechanism.
+    With a ``joint_radius`` [m] the minimum box and circle are computed as well. The linkages are divided among threads,
+    which release the GIL. Raises InvalidInput for a free ratio without a mechanism.
     """
     restitution, parameter, crank, energy = (
         np.ascontiguousarray(values, dtype=float)
@@ -123,21 +123,21 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _shared(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
+    loads = _parallel(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
     if joint_radius is not None:
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
-        area[full] = _shared(
+        area[full] = _parallel(
             lambda a, b: least_areas(
                 swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
             ),
             full.size,
             threads,
         )
-        radius[full] = _shared(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
+        radius[full] = _parallel(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
     middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
@@ -146,20 +146,20 @@ def check_family(
 
 
 def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
-    """The family's ratios as arrays, exact next to the least free ratio too."""
+    """The family's ratios as arrays, exact near the least free ratio too."""
     gain = Gain(restitution)
     found = {
         n: np.array(np.broadcast_to(v, parameter.shape), float) for n, v in vars(kind.family(gain, parameter)).items()
     }
-    for i in np.flatnonzero(np.abs(parameter / kind.least_parameter(gain) - 1.0) < _NEAR).tolist():
+    for i in np.flatnonzero(np.abs(parameter / kind.least_parameter(gain) - 1.0) < _NEAR_LIMIT).tolist():
         exact = kind.family(Gain(float(restitution[i])), float(parameter[i]))
         for name, values in found.items():
             values[i] = getattr(exact, name)
     return Ratios(**found)
 
 
-def _shared(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
-    """What a kernel gives for rows 0 … count - 1, in so many slices at the same time."""
+def _parallel(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
+    """Evaluate a kernel for rows 0 … count - 1 in parallel slices."""
     if threads == 1 or count < threads:
         return solve(0, count)
     ends = np.linspace(0, count, threads + 1).astype(int).tolist()

@@ -1,4 +1,4 @@
-"""Evaluating a given linkage: what kind it is, whether it turns, how it strikes, what it carries and what it sweeps."""
+"""Evaluation of a given linkage: kind, rotatability, impact, loads and swept area."""
 
 from __future__ import annotations
 
@@ -27,15 +27,15 @@ from solvers.outcome import Accuracy, Outcome, Status
 
 Array = NDArray[np.float64]
 _ROUNDING = 1e-14
-"""Relative error of what is in closed form."""
+"""Relative error of closed-form results."""
 PLAIN = Limits()
 
 
 def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
-    """The mechanism of a kind made for the scene's restitution, with its free ratio; sized by the scene.
+    """The mechanism of a kind with this free ratio, made for the scene's restitution and sized by the scene.
 
-    With a tool radius the rocker is that long; else the crank follows from speed and frequency. Raises InvalidInput
-    for a free ratio that gives no mechanism.
+    With a tool radius the rocker has that length; otherwise the crank follows from speed and frequency. Raises
+    InvalidInput for a free ratio without a mechanism.
     """
     field = f"ratios.{kind.parameter}"
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
@@ -60,10 +60,10 @@ def check(
 ) -> Outcome[LinkageCheck]:
     """Evaluate a linkage.
 
-    ``limits`` pads the box and the circle, and turns the box so that it keeps within width and height where it can;
-    nothing else of it is judged. ``accuracy`` is the relative numerical accuracy wanted, 1e-12 …
-    1e-1; ``demands`` are effects that somebody's limits call for. Raises InvalidInput where the request makes no
-    sense, EffectConflict for an excluded effect in demand.
+    ``limits`` sets the pads of box and circle, and the box is oriented to keep within width and height if possible; no
+    other limit is judged. ``accuracy`` is the requested relative numerical accuracy, 1e-12 … 1e-1; ``demands`` are the
+    effects that limits require. Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that
+    is required.
     """
     own = ratio_results([mechanism])[0]
     return check_with(own, scene, mechanism, limits, effects, effect_tolerance, accuracy, demands)
@@ -71,8 +71,8 @@ def check(
 
 @dataclass(frozen=True)
 class RatioResults:
-    """What the ratios of a mechanism alone settle: whether it can strike, whether its crank turns fully, and of one
-    that does both the row of ``unit_peaks`` and the greatest |u31| of the cycle."""
+    """Results that depend on the ratios only: whether the mechanism can strike, whether its crank rotates fully, and if
+    both, the row of ``unit_peaks`` and the maximum |u31| over the cycle."""
 
     strikes: bool
     rotatable: bool
@@ -81,7 +81,7 @@ class RatioResults:
 
 
 def ratio_results(mechanisms: Sequence[Mechanism]) -> list[RatioResults]:
-    """Of many mechanisms, in one call of each kernel."""
+    """Results of many mechanisms, in one call of each kernel."""
     found = [RatioResults(mechanism.can_strike, mechanism.rotatable) for mechanism in mechanisms]
     full = [i for i, results in enumerate(found) if results.strikes and results.rotatable]
     if full:
@@ -103,7 +103,7 @@ def check_with(
     accuracy: float = 1e-6,
     demands: tuple[Demand, ...] = (),
 ) -> Outcome[LinkageCheck]:
-    """``check`` of a mechanism whose own results are known."""
+    """``check`` of a mechanism with precomputed ratio results."""
     started = time.perf_counter()
     require_accuracy(accuracy)
     loads = peaks_of(own.peaks, mechanism.crank, scene.impact_energy) if own.peaks else None

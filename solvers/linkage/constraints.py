@@ -1,4 +1,4 @@
-"""The limits of a design, one row each: by what name they are judged, what they limit, what must be known for it."""
+"""Table of the design limits: name, limited value and required scene data of each."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from solvers.verdict import Sense
 
 @dataclass(frozen=True)
 class Constraint:
-    """A limit [SI], None where there is none, and the value that must keep it, None where a check has none.
+    """A limit [SI], None if not set, and the limited value, None if a check lacks it.
 
-    ``needs`` names what of a scene must be known, and not a stand-in (``verdict.Given``); ``active_name`` is what a
-    design calls the limit where it is met with equality. What is not ``asked`` is judged where there is a value.
+    ``needs`` names the scene data that must be actual values, not placeholders (``verdict.Given``); ``active_name`` is
+    the name under which a design reports the limit as active. If not ``asked``, it is judged only if a value exists.
     """
 
     name: str
@@ -29,7 +29,7 @@ class Constraint:
 
 
 def _angle(check: LinkageCheck) -> float | None:
-    """In mid-cycle, which only a crank that turns fully reaches."""
+    """Mid-cycle transmission angle; it exists only if the crank rotates fully."""
     return check.strike.transmission_angle if check.strike is not None and check.rotatable else None
 
 
@@ -64,11 +64,11 @@ CONSTRAINTS: tuple[Constraint, ...] = (
     Constraint("max_pin_force", Sense.AT_MOST, lambda x: x.max_pin_force, _force, _LOADED),
     Constraint("coupler_peak", Sense.AT_MOST, lambda x: x.max_pin_force, _coupler_peak, _LOADED, asked=False),
 )
-"""Every limit."""
+"""All limits."""
 
 
 def active(limits: Limits, check: LinkageCheck, tolerance: float) -> tuple[str, ...]:
-    """The limits that a checked linkage meets with equality, to a relative tolerance."""
+    """Limits that are active for a checked linkage, to a relative tolerance."""
     found = []
     for row in CONSTRAINTS:
         limit, reached = row.limit(limits), row.reached(check)

@@ -1,4 +1,4 @@
-"""Finding the linkage: the best of every allowed type, the best of all, and the proof that it is."""
+"""Global optimisation of the linkage: the best of every allowed type, the overall best, and its proof of optimality."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Status
 METHOD = "branch and bound over the free ratio of every type, orientation included"
 LEAST_GAP = 1e-6
 _ACTIVE, _WIDE = 1e-7, 5e-4
-_SAME = 1e-10
-"""Quantities that agree as well as this are the same: both are closed forms, or extremes closed in on to less."""
+_EQUALITY_TOLERANCE = 1e-10
+"""Relative tolerance for equality of quantities that are closed forms or extrema converged to less."""
 
 
 @dataclass(frozen=True)
 class Alternative:
-    """The best mechanism of a type with its value of the objective, or why the type has none."""
+    """The best mechanism of a type with its objective value, or the reason why there is none."""
 
     kind: ChangePoint
     mechanism: Mechanism | None
@@ -42,7 +42,7 @@ class Alternative:
 
 @dataclass(frozen=True)
 class LinkageDesign:
-    """The linkage found, the scene it runs in (with the speed or frequency sought), and the best of every type."""
+    """The optimal linkage, its scene (with the speed or frequency found), and the best of every type."""
 
     check: LinkageCheck
     scene: Scene
@@ -58,10 +58,10 @@ def design(
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
 ) -> Outcome[LinkageDesign]:
-    """The best linkage for a problem, or the diagnosis why there is none.
+    """The optimal linkage for a problem, or the diagnosis of infeasibility.
 
-    Made for the middle of the restitution's range. ``accuracy`` is the gap of the proof, no less than 1e-6; the answer
-    itself is closed in on to a small share of it. Raises InvalidInput where the request makes no sense.
+    It is made for the middle of the restitution's range. ``accuracy`` is the gap of the proof, at least 1e-6; the
+    optimum itself is refined to a small fraction of it. Raises InvalidInput for an invalid request.
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
@@ -90,9 +90,9 @@ def design(
     scene = subproblem.settled(best.scale, mechanism.bar.end)
     outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
     value = problem.objective.value(best.cost)
-    # What the check says of the answer may differ from what was searched with: the bound gives way by that.
+    # The checked value may differ from the one used in the search: the bound is relaxed by the difference.
     apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
-    bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _SAME else 0.0))
+    bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _EQUALITY_TOLERANCE else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
     judged = _warned(outcome.value, family, best, gap)
     result = LinkageDesign(

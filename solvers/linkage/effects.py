@@ -1,9 +1,9 @@
-"""The effects an impact linkage's scene can call for, each an object with an a-priori measure and its own results.
+"""Effects of the impact linkage, each with an a-priori bound and its own results.
 
-Three of the four need something of the scene that it may not give: a drive, a stiffness, a tolerance. Without it they
-cannot run, and the manifest says so. Whoever gives a drive asks how the machine runs with it: its speed is not the one
-asked for by as much as the motor likes, so no share of energies bounds what would be lost. An elastic peak or an error
-of the restitution that is left out is one that would be below the tolerance, of the pin force and of one.
+Three of the four require optional scene data: a drive, a stiffness, a tolerance. Without them they cannot run, which
+the manifest states. A given drive always requires the steady running: its speed may deviate arbitrarily from the
+nominal one, so no energy ratio bounds the influence. An omitted elastic peak or restitution error is below the
+tolerance, relative to the pin force and to one respectively.
 """
 
 from __future__ import annotations
@@ -29,17 +29,17 @@ from solvers.outcome import EffectReport, EffectState
 
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 _ORIENTATION, _ROUNDING = 1e-13, 1e-14
-"""Relative errors of the least box, so sharp since that costs microseconds, and of what is in closed form."""
+"""Relative errors of the minimum box, this sharp because it costs microseconds only, and of closed-form results."""
 _LIMIT_ROUNDING = 1e-11
 _STEPS_SHARE = 0.1
-"""Of the accuracy wanted, what the steps of the steady running may take."""
+"""Fraction of the requested accuracy allotted to the discretisation of the steady running."""
 
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its mechanism: what the measures look at, and what the effects work on.
+    """A scene with its mechanism: the input of the bounds and the effects.
 
-    ``strikes`` says whether the mechanism can strike; ``peaks`` are there where its crank turns fully as well.
+    ``strikes`` states whether the mechanism can strike; ``peaks`` is set if its crank also rotates fully.
     """
 
     scene: Scene
@@ -52,8 +52,8 @@ class Situation:
 
 @dataclass(frozen=True)
 class EffectResults:
-    """What the effects that run bring, SI units, None where none did; the greatest relative error among it; sentences
-    for people."""
+    """Results of the active effects, SI units, None for inactive ones; their maximum relative error; messages for the
+    user."""
 
     box: Box | None = None
     enclosing_radius: float | None = None
@@ -66,7 +66,7 @@ class EffectResults:
 
 
 class LinkageEffect(Protocol):
-    """``needs`` names the field of the scene without which the effect cannot run."""
+    """An effect; ``needs`` names the scene field without which it cannot run."""
 
     name: str
     summary: str
@@ -76,7 +76,7 @@ class LinkageEffect(Protocol):
     def influence(self, situation: Situation) -> float: ...
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        """The results with what this effect brings in a situation."""
+        """Add this effect's results for a situation."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class LengthTolerances:
 
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
-"""Every effect."""
+"""All effects."""
 
 
 def choose_for(
@@ -173,7 +173,7 @@ def choose_for(
     tolerance: float = 1e-2,
     demands: tuple[Demand, ...] = (),
 ) -> Choice[LinkageEffect]:
-    """The effects for a mechanism (see ``solvers.effects.choose``); one whose data are missing cannot run."""
+    """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     missing = [effect for effect in EFFECTS if effect.needs and getattr(situation.scene, effect.needs) is None]
     for effect in missing:
         if effect.name in selection.include:
@@ -192,7 +192,7 @@ def choose_for(
 
 
 def compose(choice: Choice[LinkageEffect], situation: Situation) -> EffectResults:
-    """What the chosen effects bring; what is not chosen is not computed."""
+    """Results of the selected effects; the others are not computed."""
     results = EffectResults()
     for effect in choice.active:
         results = effect.join(results, situation)

@@ -1,8 +1,8 @@
-"""Pareto fronts: the best objective for a rising limit on another quantity, each point proven over all types.
+"""Pareto fronts: the optimal objective under a varying limit on a second quantity, each point proven over all types.
 
-The other quantity runs from the least value it can have under the problem's limits to the value it has where the
-objective alone is at its best; beyond these there is nothing to trade. Every point is a design of its own with its own
-certificate, so the front has no gaps that a weighted sum would leave where it is not convex.
+The limit runs from the least attainable value of the second quantity to its value at the unconstrained optimum of the
+objective; beyond these there is no trade-off. Every point is a design with its own certificate, so non-convex parts of
+the front are covered too, which a weighted sum would miss.
 
 Source of the method: the epsilon-constraint of Y. Y. Haimes, L. S. Lasdon, D. A. Wismer (1971).
 """
@@ -26,15 +26,15 @@ _ROUNDING = 1e-9
 _SIZES_AND_LOADS = EffectSelection(
     frozenset({"envelope"}), frozenset({"impact_dynamics", "coupler_elasticity", "tolerances"}), automatic=True
 )
-"""Sizes and loads are all that a front shows."""
+"""Only sizes and loads appear in a front."""
 
 AGAINST = {"longest_link": "longest_link", "enclosing_radius": "enclosing_radius", "pin_force": "max_pin_force"}
-"""Objectives that a front can be drawn against, and the limit that holds each."""
+"""Second quantities of a front, and the limit that constrains each."""
 
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """One design of the front: the limit it was sought under, both quantities, and the gap of its proof."""
+    """One design of the front: its limit, both quantities, and the gap of its proof."""
 
     limit: float
     objective: float
@@ -43,20 +43,24 @@ class FrontPoint:
     check: LinkageCheck
 
 
-def _untold() -> None:
+def _no_callback() -> None:
     pass
 
 
 def front(
-    problem: LinkageProblem, against: str, points: int, accuracy: float = 1e-4, solved: Callable[[], None] = _untold
+    problem: LinkageProblem,
+    against: str,
+    points: int,
+    accuracy: float = 1e-4,
+    solved: Callable[[], None] = _no_callback,
 ) -> tuple[FrontPoint, ...]:
-    """The front of the problem's objective against another quantity, by rising values of that quantity.
+    """The front of the problem's objective against another quantity, by increasing values of that quantity.
 
-    against   a key of ``AGAINST``, not the objective's own name
-    points    2 … 25 limits, evenly in their logarithm; equal designs are told once
-    solved    called after each of the designs, of which there are as many as limits, or fewer
+    against   a key of ``AGAINST``, other than the objective's own name
+    points    2 … 25 limits, logarithmically spaced; equal designs are listed once
+    solved    called after each design; there are at most as many as limits
 
-    Empty where no design meets the limits. Raises InvalidInput where the request makes no sense.
+    Empty if no design is feasible. Raises InvalidInput for an invalid request.
     """
     if problem.objective.settles_motion:
         able = [name for name, objective in OBJECTIVES.items() if not objective.settles_motion]
@@ -85,7 +89,7 @@ def front(
     low, high = least.value.value, other.read(best.value.check, problem.scene)
     if high <= low * (1.0 + _ROUNDING):
         return (point(best, high),)
-    # What has the least of the other quantity is one design; a limit that tight would leave nothing to search.
+    # The design with the least second quantity is known; a limit that tight would leave no range to search.
     end = problem.objective.read(least.value.check, problem.scene)
     found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
     for limit in np.geomspace(low, high, points)[1:-1]:
@@ -98,7 +102,7 @@ def front(
 
 
 def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:
-    """Points in the order of the other quantity, those left out that another beats in both."""
+    """Points ordered by the second quantity, without dominated ones."""
     kept: list[FrontPoint] = []
     for point in sorted(points, key=lambda p: (p.against, p.objective)):
         if not kept or point.objective < kept[-1].objective * (1.0 - _ROUNDING):

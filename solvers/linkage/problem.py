@@ -1,8 +1,8 @@
-"""A design problem of the impact linkage: what is required, what is wanted, and the size each member then takes.
+"""Design problem of the impact linkage: limits, objective, and the resulting size of each member.
 
-The scale V (see ``optimum.family``) is fixed by speed and frequency where the rocker strikes at its own joint:
-V = v/omega. With a tool at a given radius r the free ratio is fixed instead, by v = omega r |u31(2 pi)|, and V is free
-within the limits. Where the speed or the frequency is what is sought, both are free.
+If the rocker strikes at its own joint, speed and frequency fix the scale V (see ``optimum.family``): V = v/omega. With
+a tool at a given radius r they fix the free ratio instead, by v = omega r |u31(2 pi)|, and V is free within the limits.
+If the speed or the frequency is the objective, both are free.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Limits:
-    """Size limits [m], the greatest pin force [N], and the range [rad] of the mid-cycle transmission angle."""
+    """Size limits [m], maximum pin force [N], and range [rad] of the mid-cycle transmission angle."""
 
     min_link: float = 0.0
     joint_radius: float = 0.0
@@ -38,7 +38,7 @@ class Limits:
 
     @property
     def sized(self) -> bool:
-        """Whether something keeps the mechanism from growing."""
+        """Whether a limit bounds the mechanism's size from above."""
         return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
 
     def __post_init__(self) -> None:
@@ -58,11 +58,11 @@ class Limits:
 
 
 class Quantities(Protocol):
-    """What members (one a row) are, or bounds of what ranges of members can be, at least as good as any in the range.
+    """Quantities of members (one per row), or bounds over ranges of members, at least as good as any in the range.
 
-    ``scale`` is the least and greatest V allowed; ``crank``, ``end_high`` are upper bounds, the others lower ones:
-    per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|;
-    the least orientation's max(W/width, H/height) per V; and nu(pi) from the wanted range.
+    ``scale`` is the minimum and maximum feasible V; ``crank`` and ``end_high`` are upper bounds, the others lower ones:
+    per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|; the
+    minimum over orientations of max(W/width, H/height) per V; and nu(pi) from the allowed range.
     """
 
     subproblem: Subproblem
@@ -77,16 +77,16 @@ class Quantities(Protocol):
     end_high: Array
 
     def area(self, scale: Array) -> Array:
-        """The least box area at a V; infinite where none keeps within width and height."""
+        """Minimum box area at a V; inf if no orientation keeps within width and height."""
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What is wanted, as a positive cost to be made small.
+    """The objective, as a positive cost to be minimised.
 
-    ``sign`` -1 for what shall be great, ``effect`` without which it has no value. ``settles_motion`` says that it finds
-    the speed or the frequency of the blow, ``grows`` that a larger V lowers it, ``slows`` that with a tool at its own
-    radius a smaller |u31(2 pi)| does.
+    ``sign`` is -1 for maximisation, ``effect`` the effect required for its value. ``settles_motion``: it determines the
+    speed or the frequency of the blow; ``grows``: it decreases with V; ``slows``: with a tool at its own radius it
+    decreases with |u31(2 pi)|.
     """
 
     name: ClassVar[str]
@@ -97,19 +97,19 @@ class Objective:
     slows: ClassVar[bool] = False
 
     def cost(self, quantities: Quantities) -> Array:
-        """The cost of members, or its lower bound over ranges of members."""
+        """Cost of members, or its lower bound over ranges of members."""
         raise NotImplementedError
 
     def value(self, cost: float) -> float:
-        """The objective [SI] of a cost, and the other way round."""
+        """The objective [SI] from a cost, and vice versa."""
         return cost if self.sign > 0 else 1.0 / cost
 
     def read(self, check: LinkageCheck, scene: Scene) -> float:
-        """The objective [SI] of a checked linkage that runs in this scene."""
+        """The objective [SI] of a checked linkage in this scene."""
         raise NotImplementedError
 
     def settled(self, scene: Scene, stroke: float) -> Scene:
-        """The scene with the speed or the frequency that follows from the stroke v/omega [m], if one is sought."""
+        """The scene with the optimised speed or frequency, if any, from the stroke v/omega [m]."""
         return scene
 
 
@@ -212,49 +212,49 @@ OBJECTIVES: dict[str, Objective] = {
 
 @dataclass(frozen=True)
 class Subproblem:
-    """Scene, limits and objective: all that a search over one family needs to know."""
+    """Scene, limits and objective: the input of the search over one family."""
 
     scene: Scene
     limits: Limits
     objective: Objective
     boxed: bool = True
-    """Whether width and height limit what is allowed, or are only what the fit is measured by."""
+    """Whether width and height are limits, or only the reference of the fit."""
 
     @property
     def fixed_scale(self) -> float | None:
-        """V [m] where speed and frequency fix it."""
+        """V [m] if fixed by speed and frequency."""
         if self.objective.settles_motion or self.scene.tool_radius is not None:
             return None
         return self.scene.impact_speed / self.scene.crank_speed
 
     @property
     def fixed_end(self) -> float | None:
-        """|u31(2 pi)| where speed, frequency and tool radius fix it."""
+        """|u31(2 pi)| if fixed by speed, frequency and tool radius."""
         if self.objective.settles_motion or self.scene.tool_radius is None:
             return None
         return self.scene.impact_speed / (self.scene.crank_speed * self.scene.tool_radius)
 
     @property
     def room(self) -> tuple[float, float] | None:
-        """Width and height left beside the pads, where one of them is limited."""
+        """Width and height left beside the pads, if either is limited."""
         width, height, pads = self.limits.width, self.limits.height, 2.0 * self.limits.joint_radius
         if width is None and height is None:
             return None
         return (math.inf if width is None else width - pads), (math.inf if height is None else height - pads)
 
     def settled(self, scale: float, end: float) -> Scene:
-        """The scene with the speed or the frequency that a member of scale V and of this |u31(2 pi)| has."""
+        """The scene with the speed or the frequency of a member with this scale V and |u31(2 pi)|."""
         return self.objective.settled(self.scene, self.stroke(scale, end))
 
     def stroke(self, scale: Array | float, end: Array | float) -> Array | float:
-        """What the blow's speed is over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""
+        """Impact speed over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""
         radius = self.scene.tool_radius
         return scale if radius is None else radius * end
 
 
 @dataclass(frozen=True)
 class LinkageProblem:
-    """A scene, its limits, the kinds allowed, and what is wanted."""
+    """A scene, its limits, the allowed kinds, and the objective."""
 
     scene: Scene
     limits: Limits
@@ -278,13 +278,13 @@ class LinkageProblem:
         return Subproblem(self.scene, self.limits, self.objective)
 
     def demands(self) -> tuple[Demand, ...]:
-        """The effects without which limits and objective mean nothing."""
+        """The effects required by limits and objective."""
         effect = self.objective.effect
         own = () if effect is None else (Demand(effect, f"objective {self.objective.name}"),)
         return (*own, *demands_of(self.limits))
 
 
 def demands_of(limits: Limits) -> tuple[Demand, ...]:
-    """The effects that these limits cannot do without."""
+    """The effects required by these limits."""
     names = ("width", "height", "enclosing_radius")
     return tuple(Demand("envelope", f"limits.{name}") for name in names if getattr(limits, name) is not None)

@@ -1,4 +1,4 @@
-"""What a check says of a linkage, SI units."""
+"""Results of a linkage check, SI units."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ TRANSFER_POINTS = 181
 
 @dataclass(frozen=True)
 class Strike:
-    """What a mechanism that closes does at the blow.
+    """The impact of a mechanism whose links close.
 
-    |u31| after and before it, R_k, the speed of the tool [m/s], nu in mid-cycle [rad], peak loads. ``greatest`` is the
-    greatest |u31| of the cycle; ``confined`` as in ``LinkageCheck``.
+    |u31| after and before it, R_k, the tool's speed [m/s], nu at mid-cycle [rad], peak loads. ``greatest`` is the
+    maximum |u31| over the cycle; ``confined`` as in ``LinkageCheck``.
     """
 
     mechanism: Mechanism
@@ -40,17 +40,18 @@ class Strike:
 
     @cached_property
     def angles(self) -> Array:
-        """Crank angles [rad] over the cycle; where the crank does not turn fully only those it reaches, in two runs."""
+        """Crank angles [rad] over the cycle; if the crank does not rotate fully only the reachable ones, in two
+        runs."""
         if self.confined is None:
             return np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
-        # The last step before the wall is left out: u31 has no bound there.
+        # The end of the reachable range is omitted: u31 is unbounded there.
         run = np.linspace(0.0, self.confined, TRANSFER_POINTS // 2 + 1)[:-1]
         return np.concatenate([run, 2.0 * math.pi - run[::-1]])
 
     @cached_property
     def transfer(self) -> Array:
         """u31 at these angles."""
-        # Angles beyond pi are counted back from the end of the cycle, which they reach exactly.
+        # Angles beyond pi are measured back from the end of the cycle, which they reach exactly.
         angles = self.angles
         return self.mechanism.bar.transfer(
             np.where(angles > math.pi, np.minimum(angles - 2.0 * math.pi, -1e-300), angles)
@@ -59,11 +60,11 @@ class Strike:
 
 @dataclass(frozen=True)
 class LinkageCheck:
-    """The results of a check, SI units; None where a result does not exist.
+    """The results of a check, SI units; None if a result does not exist.
 
-    ``strike`` is None for lengths that miss their closure and for a kind of motion that cannot strike; ``confined`` is
-    the crank angle [rad] that a crank cannot exceed to either side of the blow where it does not turn fully. What
-    follows ``window``, with the box and the circle, is there only where the effect that brings it runs.
+    ``strike`` is None for lengths that do not close and for motions that cannot strike; ``confined`` is the maximum
+    crank angle [rad] on either side of the blow if the crank does not rotate fully. The box, the circle and the fields
+    after ``window`` exist only if the corresponding effect is active.
     """
 
     mechanism: Mechanism

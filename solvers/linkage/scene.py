@@ -1,6 +1,6 @@
-"""The inputs of the impact linkage: the blow, the drive, what is known of parts and tolerances. SI units throughout.
+"""Inputs of the impact linkage: the blow, the drive, part properties and tolerances. SI units throughout.
 
-Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+Every dataclass rejects values outside the model with ``InvalidInput``; all others can be computed.
 """
 
 from __future__ import annotations
@@ -13,24 +13,24 @@ from solvers.linkage.mechanism.change_point import Gain
 from solvers.linkage.mechanism.lengths import Mechanism
 
 LEAST_RESTITUTION, GREATEST_RESTITUTION = 1e-6, 0.95
-"""A restitution of 0 makes a kite that never strikes back; near 1 the links grow without bound."""
+"""At restitution 0 the mechanism is a kite that never strikes again; near 1 the links grow without bound."""
 
 STRENGTH_SPEED = 10.0
-"""Impact speed [m/s] above which the striking parts do not last, according to the paper."""
+"""Impact speed [m/s] above which the striking parts fail prematurely, according to the paper."""
 
 TRANSMISSION = (math.radians(40.0), math.radians(140.0))
-"""Usual limits of the transmission angle in mid-cycle; at the change point itself it is 0 in every cycle."""
+"""Usual limits of the mid-cycle transmission angle; at the change point itself it is 0 in every cycle."""
 
 
 def require_positive(values: dict[str, float | None]) -> None:
-    """Refuse, with InvalidInput, what is neither None nor a positive finite number."""
+    """Raise InvalidInput for values that are neither None nor positive and finite."""
     for field, value in values.items():
         require(value is None or (math.isfinite(value) and value > 0), field, "must be positive", "(0, inf)")
 
 
 @dataclass(frozen=True)
 class Restitution:
-    """The physical coefficient of restitution of what is struck: a range; low = high where it is known."""
+    """Range of the physical coefficient of restitution of the struck body; low = high if it is known."""
 
     low: float
     high: float
@@ -45,12 +45,12 @@ class Restitution:
 
     @property
     def middle(self) -> float:
-        """R_k to make the mechanism for: the worst mismatch is then the least."""
+        """The design value R_k, which minimises the worst mismatch."""
         return 0.5 * (self.low + self.high)
 
     @property
     def mismatch(self) -> float:
-        """The worst |R - R_k| of a mechanism made for the middle."""
+        """Maximum |R - R_k| of a mechanism made for the middle."""
         return 0.5 * (self.high - self.low)
 
     @property
@@ -60,7 +60,7 @@ class Restitution:
 
 @dataclass(frozen=True)
 class Motor:
-    """A motor with a linear torque-speed line at the crank: torque [N m] at standstill, speed [rad/s] without load."""
+    """A motor with a linear torque-speed line at the crank: stall torque [N m], no-load speed [rad/s]."""
 
     stall_torque: float
     free_speed: float
@@ -70,13 +70,13 @@ class Motor:
 
     @property
     def slope(self) -> float:
-        """Torque lost per speed gained [N m s]."""
+        """Slope of the torque-speed line [N m s], as a positive number."""
         return self.stall_torque / self.free_speed
 
 
 @dataclass(frozen=True)
 class Drive:
-    """The motor and the inertia of crank and flywheel together [kg m^2]."""
+    """The motor and the combined inertia of crank and flywheel [kg m^2]."""
 
     motor: Motor
     crank_inertia: float
@@ -87,10 +87,10 @@ class Drive:
 
 @dataclass(frozen=True)
 class Scene:
-    """The blow: restitution, blows per second, speed [m/s] and energy [J] of the impact, radius [m] of the tool.
+    """The blow: restitution, blows per second, impact speed [m/s] and energy [J], tool radius [m].
 
-    ``tool_radius`` None means that the rocker itself strikes at its joint. ``drive``, ``coupler_stiffness`` [N/m] and
-    ``length_tolerance`` [m] are what the effects of the same names need.
+    ``tool_radius`` None: the rocker itself strikes at its joint. ``drive``, ``coupler_stiffness`` [N/m] and
+    ``length_tolerance`` [m] are required by the corresponding effects only.
     """
 
     restitution: Restitution
@@ -111,7 +111,7 @@ class Scene:
 
     @property
     def crank_speed(self) -> float:
-        """omega [rad/s]: one blow a turn."""
+        """omega [rad/s]: one blow per revolution."""
         return 2.0 * math.pi * self.blow_frequency
 
     def striking_radius(self, mechanism: Mechanism) -> float:

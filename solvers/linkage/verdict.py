@@ -1,4 +1,4 @@
-"""What a linkage must keep: its limits, the speed asked for, and that it turns, strikes and lasts."""
+"""Requirements on a linkage: its limits, the required speed, rotatability, ability to strike, and durability."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ from solvers.outcome import Accuracy
 from solvers.verdict import Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
-_SLOWED = 0.1
-"""How much slower, relative, a motor may let the tool strike before that is told."""
+_MAX_SLOWDOWN = 0.1
+"""Relative reduction of the impact speed by the motor above which a warning is issued."""
 
 
 @dataclass(frozen=True)
 class Given:
-    """What of a scene is known, and not a stand-in: lengths [m], the speed of the blow [m/s], its energy [J].
+    """Scene data that are actual values, not placeholders: lengths [m], impact speed [m/s], energy [J].
 
-    ``speed_asked`` says that the speed is what somebody wants, not what follows from the rest.
+    ``speed_asked``: the speed is a requirement, not a consequence of the other data.
     """
 
     size: bool = True
@@ -56,7 +56,7 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:
     running = check.running
-    if running is None or not given.speed_asked or running.impact_speed > (1.0 - _SLOWED) * scene.impact_speed:
+    if running is None or not given.speed_asked or running.impact_speed > (1.0 - _MAX_SLOWDOWN) * scene.impact_speed:
         return ()
     blow = f"{running.impact_speed:.3g} m/s, at {running.blow_frequency:.3g} blows a second"
     return (f"with this motor the tool strikes at {blow}",)

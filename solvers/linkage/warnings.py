@@ -1,4 +1,4 @@
-"""What a user should know of a linkage beside its numbers."""
+"""Warnings about a linkage."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from solvers.linkage.scene import STRENGTH_SPEED, TRANSMISSION, Scene
 
 _LARGE = 100.0
 SPEED_SLACK = 1e-3
-"""How far, relative, the speed of a blow may be from the one asked for."""
+"""Relative tolerance of the impact speed against the required one."""
 
 
 def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
-    """Sentences for people; empty where there is nothing to say."""
+    """Warning messages; empty if there are none."""
     out = []
     if check.window is not None:
         out.append(_missed(check))

@@ -1,11 +1,11 @@
-"""The piston pin, the lightest bore for a given outer diameter; the bushing, the lightest outside for a given bore.
+"""Piston pin: the lightest bore for a given outer diameter. Bushing: the lightest outer profile for a given bore.
 
 from solvers import pin
 
 scene = pin.Scene(pin.Geometry(...), force, pin.PinMaterial(...))
 outcome = pin.design(pin.PinProblem(scene))
 
-A bushing's scene has a ``pin.BushingGeometry``; everything else is alike.
+A bushing uses the same interface with a ``pin.BushingGeometry``.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection

@@ -1,4 +1,4 @@
-"""Evaluating a given pin or bushing: strength along its length, deflection, the ring, pressures, mass."""
+"""Evaluation of a given pin or bushing: strength along its length, deflection, ring stresses, pressures, mass."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ from solvers.pin.stations.opening import opening_stations
 from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings
 
 Array = NDArray[np.float64]
-_MOST_STATIONS = 20_000
-_PASSES = 40
+_MAX_STATIONS = 20_000
+_MAX_PASSES = 40
 
 
 def check(
@@ -49,8 +49,8 @@ def check(
 ) -> Outcome[PinCheck]:
     """Evaluate a pin with a given bore, or a bushing with given outer diameters.
 
-    ``limits`` do not change a result; what the part breaks is said in its warnings. Raises InvalidInput where the
-    request makes no sense, EffectConflict for an excluded effect that a limit needs.
+    ``limits`` do not change a result; violations are reported as warnings. Raises InvalidInput for an invalid
+    request, EffectConflict if an excluded effect is required by a limit.
     """
     started = time.perf_counter()
     prepared = prepare(scene, profile, criterion, limits, effects, effect_tolerance, accuracy)
@@ -64,7 +64,7 @@ def prepare(
     scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, effects: EffectSelection,
     effect_tolerance: float, accuracy: float,
 ) -> Prepared:  # fmt: skip
-    """A check with its effects chosen. Raises as ``check`` does."""
+    """Validate a check and select its effects. Raises as ``check`` does."""
     require_accuracy(accuracy)
     profile.require_inside(scene.geometry)
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
@@ -78,7 +78,7 @@ def prepare(
 
 @dataclass(frozen=True)
 class Prepared:
-    """A check whose effects are chosen; ``stepped`` is None where it takes stations along the part."""
+    """A check with its effects selected; ``stepped`` is None if it needs stations along the part."""
 
     scene: Scene
     whole: WholeProfile
@@ -90,16 +90,16 @@ class Prepared:
     stepped: Stepped | None
 
     def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
-        """The outcome from a row of ``evaluate_all``'s results."""
+        """Return the outcome from one row of ``evaluate_all``'s results."""
         value = result(self.stepped, results, row, self._sections)
         return self._outcome(value, ROUNDING, {"sections": len(self.stepped.steps.bores)}, seconds)
 
     def on_stations(self) -> Outcome[PinCheck]:
-        """The outcome by quadrature on stations."""
+        """Return the outcome by quadrature on stations."""
         started = time.perf_counter()
         sought, whole = sought_in(self.scene), self.whole
         program, walls, doubt = self._on_profile()
-        # What one diameter under the same limits would weigh, where there is one.
+        # Lightest uniform diameter under the same limits, if feasible, for comparison.
         constant, constant_doubt = lightest_constant(program, self.accuracy) or (None, 0.0)
         value = assess(
             program, walls, self.limits, sought.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
@@ -123,7 +123,7 @@ class Prepared:
 
 
 def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
-    """Whether one half of a profile mirrors the other, to rounding of its walls."""
+    """Return whether a profile is symmetric about the middle, to rounding of its walls."""
     return whole.is_symmetric(scene.geometry.length, sought_in(scene).points(np.array(whole.bore)))
 
 
@@ -135,20 +135,20 @@ def on_profile(
     accuracy: float,
     limits: Limits = NO_LIMITS,
 ) -> tuple[Program, Array, float]:
-    """A program on stations that suit this profile, walls there, and what the deflection and the greatest use of the
-    strength may be off, relative.
+    """Return a program on stations adapted to this profile, its walls at the stations, and an error estimate.
 
-    Panels are halved where the deflection asks for it, and where the strength is used most between two stations.
+    The estimate is the larger of the relative errors of the deflection and the maximum strength utilisation. Panels
+    are refined where the deflection quadrature or a utilisation maximum between stations requires it.
     """
     stations = opening_stations(scene, whole.places)
     points = sought_in(scene).points(np.array(whole.bore))
-    for _ in range(_PASSES):
+    for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
         walls = program.sought.relative(whole.between(points, stations.x, stations.side))
         doubt = deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
         rise = risen(stations, program.uses(walls))
-        if not (rough or rise.max() > 0.1 * accuracy) or stations.x.size > _MOST_STATIONS:
+        if not (rough or rise.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
         excess = doubt * (stations.left.size / (0.05 * accuracy)) if rough else np.zeros_like(doubt)
         stations = refined(program, np.maximum(excess, rise / (0.1 * accuracy)), walls)
@@ -156,7 +156,7 @@ def on_profile(
 
 
 def deflection_doubt(program: Program, walls: Array) -> Array:
-    """Per panel, quadrature's doubt of the deflection, relative."""
+    """Return the relative quadrature error estimate of the deflection, per panel."""
     density = program.densities(program.sought.solidity_of(walls))
     total = float(program.share @ density)
     if not math.isfinite(total) or total == 0.0:
@@ -168,7 +168,7 @@ def assess(
     program: Program, walls: Array, limits: Limits, mass: float, constant_mass: float | None,
     places: tuple[float, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Everything that can be said of walls at a program's stations; masses [kg]."""
+    """Return all results for walls at a program's stations; masses [kg]."""
     scene, sought, physics, stations = program.scene, program.sought, program.physics, program.stations
     is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
     uses, allowable_shear = program.uses(walls), scene.material.allowable_shear
@@ -205,7 +205,7 @@ def assess(
 
 
 def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
-    """What stands along the part at a program's stations; ``places`` [m] where its shape begins anew stay in it."""
+    """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
     scene, forces = program.scene, program.forces
     equivalent = scene.material.allowable_stress * program.uses(walls)[0]
     bore, outer = program.sought.diameters(program.sought.sizes(walls))
@@ -216,11 +216,11 @@ def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) 
 def _warnings(
     program: Program, limits: Limits, walls: Array, use: Array, deflection: float, found: RingResult | None
 ) -> tuple[str, ...]:
-    said, x = [], program.stations.x
+    messages, x = [], program.stations.x
     over = use > 1.0 + 1e-9
     if over.any():
-        said.append(exceeded(x[over], float(use.max())))
-    said += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
+        messages.append(exceeded(x[over], float(use.max())))
+    messages += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
     if found is not None:
-        said += ring_warnings(program.scene, program.sought, limits, x, walls, found)
-    return tuple(said)
+        messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)
+    return tuple(messages)

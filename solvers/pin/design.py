@@ -1,4 +1,4 @@
-"""Finding the lightest pin or bushing: the best of its form on stations refined until the mass is as exact as asked."""
+"""Design of the lightest pin or bushing of a given form, on stations refined to the requested accuracy."""
 
 from __future__ import annotations
 
@@ -32,24 +32,24 @@ from solvers.pin.stations.lobatto_panels import Stations
 from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
-_MOST_STATIONS, _MOST_COUPLED = 4000, 1000
-"""How many stations there may be, and where a slope limit beside a deflection limit couples them all in a cone program,
-whose own noise no more stations would average out."""
-_OVERUSE = 0.5
-"""Of the accuracy: by how much a shape may use more than all of its strength."""
-_SHARE = 0.2
-"""What of the accuracy asked for the mass may be off by: deflection and stresses are off by some times more."""
-_PASSES = 40
-_CLOSE = 1e-6
-"""A gap that needs no warning."""
+_MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
+"""Maximum number of stations, and the same if slope and deflection limits couple them in a cone program, whose
+solver noise is not reduced by further stations."""
+_UTILISATION_OVERSHOOT = 0.5
+"""Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
+_MASS_ERROR_FRACTION = 0.2
+"""Tolerated mass error as a fraction of the accuracy; the errors of deflection and stresses are a few times larger."""
+_MAX_PASSES = 40
+_NEGLIGIBLE_GAP = 1e-6
+"""Largest relative gap reported without a warning."""
 
 
 @dataclass(frozen=True)
 class PinDesign:
-    """The pin or bushing found, as a check sees it, and beside it what other forms weigh under the same limits [kg].
+    """The optimum, its check, and the masses of other forms under the same limits [kg].
 
-    ``corners`` are the points of the diameter sought where it is made of straight lines, else None; ``sizes`` that
-    diameter [m] at ``stations`` of the part, which is ``length`` [m] long.
+    ``corners`` are the vertices of the sought diameter if it is piecewise linear, else None; ``sizes`` that diameter
+    [m] at ``stations``; ``length`` [m] that of the part.
     """
 
     check: PinCheck
@@ -62,7 +62,7 @@ class PinDesign:
 
     @cached_property
     def contour(self) -> tuple[Cubic, ...] | None:
-        """The diameter sought as cubics over the whole part where it is not made of straight lines."""
+        """The sought diameter as cubics over the whole part; None if it is piecewise linear."""
         return None if self.corners else contour(self.stations, self.sizes, self.length)
 
 
@@ -72,9 +72,9 @@ def design(
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
 ) -> Outcome[PinDesign]:
-    """The lightest pin or bushing of a form, with its certificate, or the diagnosis why there is none.
+    """Find the lightest pin or bushing of a form, with its certificate, or the diagnosis if there is none.
 
-    Raises InvalidInput where the request makes no sense, EffectConflict for an excluded effect that a limit needs.
+    Raises InvalidInput for an invalid request, EffectConflict if an excluded effect is required by a limit.
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
@@ -83,7 +83,7 @@ def design(
     physics = compose(choice)
     found = None
     if math.isfinite(sought_in(scene).floor(scene, limits)):
-        found = _admissible(problem, physics, accuracy)
+        found = _feasible_design(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -118,7 +118,7 @@ def design(
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        _warned(value, gap, accuracy),
+        _with_gap_warning(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, max(doubt, made) + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
@@ -126,21 +126,21 @@ def design(
     )
 
 
-def _warned(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
-    """The gap is no error of what is told, so no part of the accuracy; one above what was asked for is told here."""
-    if gap <= max(accuracy, _CLOSE):
+def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
+    """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
+    if gap <= max(accuracy, _NEGLIGIBLE_GAP):
         return value
-    said = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
-    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, said)))
+    message = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
 
 
-def _admissible(
+def _feasible_design(
     problem: PinProblem, physics: Physics, accuracy: float
 ) -> tuple[tuple[Program, Found, float], tuple[Program, Array, tuple[float, ...], float]] | None:
-    """The best shape with what it is as made.
+    """Return the best shape and its evaluation on its own stations.
 
-    A shape of straight lines is sized at the stations of its search. Where it uses more of the strength between them
-    than the accuracy allows, it is searched for on stations as close as a tighter accuracy asks for.
+    A piecewise linear shape is sized at the stations of its search. If its utilisation between them exceeds the
+    tolerance, the search is repeated on stations for a tighter accuracy.
     """
     for tighter in (1.0, 1e-2, 1e-4):
         found = _on_refined_stations(problem, physics, max(tighter * accuracy, LEAST_ACCURACY))
@@ -148,7 +148,7 @@ def _admissible(
             return None
         made = _as_made(problem, physics, found[0], found[1], accuracy)
         shown, walls, _, _ = made
-        if float(shown.uses(walls).max()) <= 1.0 + _OVERUSE * accuracy:
+        if float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
             break
     return found, made
 
@@ -156,8 +156,8 @@ def _admissible(
 def _as_made(
     problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...], float]:
-    """The shape found on stations of its own, its corners among them, by the law that a check uses; what figures
-    there are off."""
+    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
+    estimate."""
     if best.corners is None:
         return program, program.sought.walls(program, best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
@@ -167,60 +167,60 @@ def _as_made(
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
-    """The whole diagnosis of an infeasible problem."""
+    """Return the full diagnosis of an infeasible problem."""
     choice = choose_for(problem.scene, effects, effect_tolerance, demands_of(problem.limits))
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
-def _figures_doubt(program: Program, best: Found) -> Array:
-    """Per panel, what deflection and greatest use of the strength may be off, relative; corners have stations of their
-    own for that."""
+def _result_doubt(program: Program, best: Found) -> Array:
+    """Return the relative error of deflection and maximum utilisation, per panel; zero for shapes with corners,
+    which are evaluated on their own stations."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
     walls = program.sought.walls(program, best.solidity)
     doubt, uses = deflection_doubt(program, walls), program.uses(walls)
-    # Nowhere is more than all of the strength used.
+    # The design never uses more than the full strength.
     return np.maximum(doubt, risen(program.stations, uses, most=1.0))
 
 
 def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float) -> tuple[Program, Found, float] | None:
-    """(program, best profile, doubt of its mass): panels are halved where quadrature or the form's kinks demand it."""
+    """Return (program, best profile, error estimate); panels are refined where quadrature or kinks require it."""
     scene = problem.scene
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
-    most = _MOST_COUPLED if coupled else _MOST_STATIONS
-    wanted, told = (0.5 if coupled else _SHARE) * accuracy, 1.0
+    most = _MAX_COUPLED_STATIONS if coupled else _MAX_STATIONS
+    mass_tolerance, mass_error = (0.5 if coupled else _MASS_ERROR_FRACTION) * accuracy, 1.0
     result = None
-    for _ in range(_PASSES):
+    for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
-        doubt, rough_in = program.stations.doubt(program.lower), program.lower
+        doubt, refinement_values = program.stations.doubt(program.lower), program.lower
         volume = program.volume(program.lower)
-        rough = doubt.sum() > wanted * volume
+        rough = doubt.sum() > mass_tolerance * volume
         if not rough:
-            # Where closing in on the bound is dear: first as close as the stations tell, at last as is asked.
-            for gap in (told, accuracy) if coupled and told > accuracy else (accuracy,):
+            # If tightening the bound is expensive: first to the discretisation error, finally to the accuracy.
+            for gap in (mass_error, accuracy) if coupled and mass_error > accuracy else (accuracy,):
                 best = problem.form.find(program, gap)
                 if best is None:
                     return None
-                volume, rough_in = best.volume, best.solidity
+                volume, refinement_values = best.volume, best.solidity
                 if best.doubt is not None:
                     doubt = np.maximum(doubt, best.doubt)
-                told = float(doubt.sum()) / volume if volume > 0 else 0.0
-                if told > wanted and stations.x.size <= most:
+                mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
+                if mass_error > mass_tolerance and stations.x.size <= most:
                     break
-            result = (program, best, told)
-            if told <= wanted:
-                figures = _figures_doubt(program, best)
-                result = (program, best, max(told, float(figures.sum())))
+            result = (program, best, mass_error)
+            if mass_error <= mass_tolerance:
+                figures = _result_doubt(program, best)
+                result = (program, best, max(mass_error, float(figures.sum())))
                 if figures.sum() <= 0.5 * accuracy:
                     break
                 doubt = volume * figures
         if stations.x.size > most:
             break
-        excess = doubt * (stations.left.size / (0.5 * wanted * max(volume, 1e-300)))
-        stations = refined(program, excess, rough_in)
+        excess = doubt * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
+        stations = refined(program, excess, refinement_values)
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))

@@ -1,4 +1,4 @@
-"""The effects that a pin or a bushing can call for, each an object with an a-priori bound."""
+"""The selectable effects of a pin or a bushing, each with an a-priori bound of its influence."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from solvers.pin.uniform import deflection_parts
 
 @dataclass(frozen=True)
 class Physics:
-    """What is computed beyond strength: whether shear deflects, whether the ring's results are wanted."""
+    """What is computed beyond strength: shear deflection, ring results, bearing pressures."""
 
     shear_deflection: bool = True
     ovalization: bool = True
@@ -24,19 +24,19 @@ class Physics:
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene, and what the bounds need of it."""
+    """A scene with the quantities the bounds need."""
 
     scene: Scene
 
     @cached_property
     def shear_against_bending(self) -> float:
-        """Shear over bending deflection where both sections are full: (E I0/(G A0)) int Q q/int M m."""
+        """Ratio of shear to bending deflection of the solid pin: (E I0/(G A0)) int Q q/int M m."""
         bent, sheared = deflection_parts(self.scene)
         return sheared / bent if bent > 0.0 else 0.0
 
 
 class PinEffect(Protocol):
-    """An effect of the pin: what it is, how much it may matter, and its part in the physics."""
+    """An effect: its description, the bound of its influence, and its contribution to the physics."""
 
     name: str
     summary: str
@@ -49,10 +49,11 @@ class PinEffect(Protocol):
 
 @dataclass(frozen=True)
 class ShearDeflection:
-    """For one bore all along r/(1 + r) is proven: phi v <= 2A + B/2 for every u in (0, 1].
+    """Shear deflection (Cowper). For a uniform bore the bound r/(1 + r) is proven: phi v <= 2A + B/2 for u in (0,
+    1].
 
-    Walls that are thinner at the bosses than in the middle shear more than they bend; for these stands the half on top,
-    held by random bores, not by proof.
+    Walls that are thinner at the bosses than in the middle shear relatively more; the factor 1.5 covers them,
+    verified on random bores, not proven.
     """
 
     name: str = "shear_deflection"
@@ -61,7 +62,7 @@ class ShearDeflection:
 
     def influence(self, situation: Situation) -> float:
         if isinstance(situation.scene.geometry, BushingGeometry):
-            # Shear's part grows with the outside, which is what is sought: up to all of the deflection.
+            # The shear contribution grows with the unknown outer diameter, up to the whole deflection.
             return 1.0
         law = cowper(situation.scene.material.poisson)
         r = (2.0 * law.a + 0.5 * law.b) * situation.shear_against_bending
@@ -73,7 +74,7 @@ class ShearDeflection:
 
 @dataclass(frozen=True)
 class Ovalization:
-    """The ring's results exist only where this runs; it changes no other, so its bound is 1 by definition."""
+    """Ring ovalization. It only adds results and changes no other, so its bound is 1 by definition."""
 
     name: str = "ovalization"
     summary: str = "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"
@@ -103,7 +104,7 @@ EFFECTS: tuple[PinEffect, ...] = (ShearDeflection(), Ovalization(), ContactPress
 
 
 def demands_of(limits: Limits) -> tuple[Demand, ...]:
-    """The effects that these limits cannot do without."""
+    """Return the effects these limits require."""
     names = ("max_ovalization", "max_ring_stress")
     return tuple(Demand("ovalization", f"limits.{name}") for name in names if getattr(limits, name) is not None)
 
@@ -111,12 +112,12 @@ def demands_of(limits: Limits) -> tuple[Demand, ...]:
 def choose_for(
     scene: Scene, selection: EffectSelection = AUTO, tolerance: float = 1e-2, demands: tuple[Demand, ...] = ()
 ) -> Choice[PinEffect]:
-    """The effects for a scene (see ``solvers.effects.choose``)."""
+    """Select the effects for a scene (see ``solvers.effects.choose``)."""
     return choose(EFFECTS, Situation(scene), selection, tolerance, demands)
 
 
 def compose(choice: Choice[PinEffect]) -> Physics:
-    """The physics that the chosen effects make up, on top of strength and bending."""
+    """Return the physics of the selected effects, in addition to strength and bending."""
     physics = Physics(shear_deflection=False, ovalization=False, contact_pressure=False)
     for effect in choice.active:
         physics = effect.join(physics)

@@ -1,4 +1,4 @@
-"""What a pin or a bushing must keep besides strength."""
+"""Design limits of a pin or a bushing besides strength."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from solvers.pin.scene import require_positive
 
 @dataclass(frozen=True)
 class Limits:
-    """What the profile must keep besides strength; None: no such limit.
+    """Design limits besides strength; None: no limit.
 
-    min_wall         least wall thickness [m]
-    max_deflection   greatest deflection of the middle against the bosses' inner edges [m]
-    max_ovalization  greatest growth of a diameter [m]
-    max_slope        greatest change of the bore's diameter per length, |dd/dx|
-    max_ring_stress  greatest hoop stress of the ring that the pin's section is [Pa]
+    min_wall         minimum wall thickness [m]
+    max_deflection   maximum deflection of the middle relative to the bosses' inner edges [m]
+    max_ovalization  maximum growth of a diameter [m]
+    max_slope        maximum slope of the bore's diameter, |dd/dx|
+    max_ring_stress  maximum hoop stress of the section as a ring [Pa]
     """
 
     min_wall: float = 0.0

@@ -1,4 +1,4 @@
-"""What a design is asked for."""
+"""Definition of a design problem."""
 
 from __future__ import annotations
 
@@ -13,8 +13,7 @@ from solvers.pin.shapes.shape import Form
 
 @dataclass(frozen=True)
 class PinProblem:
-    """A scene, the limits that the pin or bushing must keep, the criterion, and the form that the diameter sought shall
-    have."""
+    """A scene, the limits to satisfy, the strength criterion, and the form of the sought diameter."""
 
     scene: Scene
     limits: Limits = NO_LIMITS

@@ -1,4 +1,4 @@
-"""What a check of a pin or a bushing finds."""
+"""Results of a pin or bushing check."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Stress:
-    """Along the whole part: places, bores, outer diameters [m], moment [N m], shear [N], equivalent stress [Pa], each
-    (n,)."""
+    """Distributions along the whole part: positions, bores, outer diameters [m], moment [N m], shear [N], equivalent
+    stress [Pa], each (n,)."""
 
     x: Array
     bore: Array
@@ -32,8 +32,7 @@ class Stress:
 
 @dataclass(frozen=True)
 class Sections:
-    """What ``Stress`` has, (6, n), at a program's stations; places where a shape begins; whether the stations of one
-    half stand for both."""
+    """The rows of ``Stress`` at a program's stations, (6, n), with the shape breaks ``places`` [m] and the symmetry."""
 
     table: Array
     places: tuple[float, ...]
@@ -41,8 +40,8 @@ class Sections:
     symmetric: bool
 
     def along(self) -> Stress:
-        """About four hundred stations of the whole part, among them those where a load or a shape begins and the one of
-        the greatest stress."""
+        """Return about 400 stations of the whole part, including load and shape breaks and the station of maximum
+        stress."""
         table, g, (x, bore, outer) = self.table, self.geometry, self.table[:3]
         starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places}
         worst = np.argmax(np.nan_to_num(table[5]))
@@ -68,11 +67,11 @@ class Sections:
 
 @dataclass(frozen=True)
 class PinCheck:
-    """The results of a check of a pin or a bushing, SI units; None where a result does not exist (an effect that did
-    not run, no wall, what only a pin has).
+    """Results of a pin or bushing check, SI units; None if a result does not exist (inactive effect, no wall, pin
+    only).
 
-    ``constant_mass`` is what one diameter all along would weigh under the same limits, ``force_limit`` the greatest
-    force that a solid pin carries.
+    ``constant_mass`` is the mass of the lightest uniform diameter under the same limits, ``force_limit`` the
+    capacity of the solid pin.
     """
 
     mass: float
@@ -98,10 +97,10 @@ class PinCheck:
 
     @cached_property
     def along(self) -> Stress:
-        """The part from end to end, at some four hundred places; made when it is first read."""
+        """About 400 stations from end to end, computed on first access."""
         return self.sections().along()
 
 
 def finite(value: float) -> float | None:
-    """A result, or None where there is none."""
+    """Return a result, or None if it is not finite."""
     return float(value) if math.isfinite(value) else None

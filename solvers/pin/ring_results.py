@@ -1,4 +1,4 @@
-"""What a check says of the ring: in the middle of the part, and where its wall is thinnest."""
+"""Ring results of a check: in the middle of the part and at its thinnest wall."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 
 Array = NDArray[np.float64]
-_LEAST_RING_WALL = 1e-5
-"""Walls thinner than this share of the radius are no ring that anything could be said of."""
+_MIN_RING_WALL = 1e-5
+"""Minimum wall, relative to the radius, for which the ring model is evaluated."""
 
 
 @dataclass(frozen=True)
 class RingResult:
-    """The ring in the middle of the part, and over its length: None where the wall runs out."""
+    """Ring results in the middle of the part and their maxima over its length (None if the wall vanishes)."""
 
     ovalization: float
     ovalization_max: float | None
@@ -28,8 +28,10 @@ class RingResult:
 
 
 def ring_of(scene: Scene, sought: Sought, sizes: Array) -> RingResult:
-    """The ring in the middle, and where the wall is thinnest, which ovals and stresses it most; ``sizes`` [m] along the
-    part, of a symmetric one from its end to the middle."""
+    """Evaluate the ring in the middle and at the thinnest wall, where ovalization and stress are greatest.
+
+    ``sizes`` [m] along the part; of a symmetric one from its end to the middle.
+    """
     m = scene.material
 
     def like(size: float) -> tuple[float, ...]:
@@ -37,8 +39,8 @@ def ring_of(scene: Scene, sought: Sought, sizes: Array) -> RingResult:
         return scene.force, outer, scene.geometry.length, bore / outer, m.elastic_modulus, m.poisson
 
     middle, thinnest = float(sizes[sizes.size - 1 if scene.symmetric else sizes.size // 2]), sought.thinnest(sizes)
-    own = ovalization.ring(*like(sought.with_wall(middle, _LEAST_RING_WALL)))
-    if thinnest != sought.with_wall(thinnest, _LEAST_RING_WALL):
+    own = ovalization.ring(*like(sought.with_wall(middle, _MIN_RING_WALL)))
+    if thinnest != sought.with_wall(thinnest, _MIN_RING_WALL):
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
     most = own if thinnest == middle else ovalization.ring(*like(thinnest))
     stress = ovalization.greatest_stress(*like(thinnest))

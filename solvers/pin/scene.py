@@ -1,6 +1,6 @@
-"""The inputs: geometry of the pin or the bushing, loads, material. SI units throughout.
+"""Inputs: geometry of the pin or the bushing, loads, material. SI units throughout.
 
-Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+Every dataclass raises ``InvalidInput`` for values outside the model's domain.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_
 
 
 def require_positive(owner: object, prefix: str, *names: str) -> None:
-    """Refuse, with InvalidInput, fields that are not positive numbers."""
+    """Raise InvalidInput for fields that are not positive finite numbers."""
     for name in names:
         value = getattr(owner, name)
         require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
 
 
 class _Lengths:
-    """What a pin and a bushing have alike along their length."""
+    """Axial dimensions common to pin and bushing."""
 
     boss_length: float
     small_end_length: float
@@ -30,12 +30,12 @@ class _Lengths:
 
     @property
     def length(self) -> float:
-        """[m]"""
+        """Total length [m]."""
         return self.places[-1][0]
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """See ``piston_pin.pin_places``."""
+        """Axial positions; see ``piston_pin.pin_places``."""
         return pin_places(self.boss_length, self.small_end_length, self.gap)
 
     def _require_lengths(self) -> None:
@@ -45,7 +45,8 @@ class _Lengths:
 
 @dataclass(frozen=True)
 class Geometry(_Lengths):
-    """Outer diameter D, boss length a, small-end length b, gap delta between them; the pin is L = 2a + b + 2 delta."""
+    """Outer diameter D, boss length a, small-end length b, gap delta between them [m]; total length L = 2a + b + 2
+    delta."""
 
     outer_diameter: float
     boss_length: float
@@ -57,7 +58,7 @@ class Geometry(_Lengths):
         self._require_lengths()
 
     def require_size(self, k: int, bore: float) -> None:
-        """Refuse the k-th bore of a profile where it leaves no wall."""
+        """Raise InvalidInput if the k-th bore of a profile exceeds the outer diameter."""
         require(
             bore <= self.outer_diameter * (1.0 + 1e-12), f"profile.{k}.bore", "is wider than the pin",
             "at most the outer diameter",
@@ -65,19 +66,21 @@ class Geometry(_Lengths):
 
     @property
     def area(self) -> float:
-        """A0 = pi D^2/4 of the solid section."""
+        """Area of the solid section, A0 = pi D^2/4."""
         return math.pi * self.outer_diameter**2 / 4.0
 
     @property
     def inertia(self) -> float:
-        """I0 = pi D^4/64 of the solid section."""
+        """Second moment of area of the solid section, I0 = pi D^4/64."""
         return math.pi * self.outer_diameter**4 / 64.0
 
 
 @dataclass(frozen=True)
 class BushingGeometry(_Lengths):
-    """A bushing's: bore d (0: a shaft); boss length a, small-end length b, gap delta as a pin's. The outer diameter is
-    what is sought."""
+    """Geometry of a bushing: bore d (0: a shaft), boss length a, small-end length b, gap delta [m].
+
+    The outer diameter is sought.
+    """
 
     bore: float
     boss_length: float
@@ -89,7 +92,7 @@ class BushingGeometry(_Lengths):
         require(math.isfinite(self.bore) and self.bore >= 0, "bore", "must not be negative", "[0, inf)")
 
     def require_size(self, k: int, outer: float) -> None:
-        """Refuse the k-th outer diameter of a profile where it leaves no wall."""
+        """Raise InvalidInput if the k-th outer diameter of a profile is below the bore."""
         require(
             outer >= self.bore * (1.0 - 1e-12), f"profile.{k}.outer_diameter", "is narrower than the bore",
             "at least the bore",
@@ -98,7 +101,7 @@ class BushingGeometry(_Lengths):
 
 @dataclass(frozen=True)
 class PinMaterial:
-    """Allowable normal stress, an allowable shear stress of its own (None: only the criterion), E, nu, density."""
+    """Allowable normal stress, optional separate allowable shear stress, E [Pa], nu, density [kg/m^3]."""
 
     allowable_stress: float
     elastic_modulus: float
@@ -119,11 +122,11 @@ class PinMaterial:
 
 @dataclass(frozen=True)
 class Scene:
-    """A pin under its load, outer diameter given, or a bushing, bore given.
+    """A loaded pin with given outer diameter, or a loaded bushing with given bore.
 
-    ``force`` is the piston's greatest force: rod force in the middle, half of it on each boss. ``further_cases`` are
-    load cases that the same pin must carry as well (see ``solvers.pin.load.macaulay``). ``mirrored`` says that the bore
-    may be taken as alike in both halves.
+    ``force`` [N] is the piston's maximum force: the rod force in the middle, half of it on each boss.
+    ``further_cases`` are additional load cases on the same part (see ``solvers.pin.load.macaulay``). ``mirrored``:
+    the sought diameter may be assumed symmetric about the middle.
     """
 
     geometry: Geometry | BushingGeometry
@@ -143,12 +146,12 @@ class Scene:
 
     @property
     def symmetric(self) -> bool:
-        """Whether one half of the pin stands for the other: true of the pin's own loads, not promised by others."""
+        """Whether one half represents both: true for the pin's own load, not assumed for further cases."""
         return self.mirrored and not self.further_cases
 
     @property
     def reference(self) -> DeflectionReference:
-        """The middle against the inner edges of the bosses."""
+        """The middle relative to the inner edges of the bosses."""
         g = self.geometry
         right, rest = g.places[4]
         return DeflectionReference(g.boss_length, right, rest)

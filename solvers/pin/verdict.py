@@ -1,4 +1,4 @@
-"""What a pin or a bushing must keep: its limits, a wall, the allowable stress in bending and shear, and as a ring."""
+"""Verdict on a pin or a bushing: design limits, wall, allowable stress in bending and shear, ring stress."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ Array = NDArray[np.float64]
 def judge(
     check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits, effects: Iterable[EffectReport] = ()
 ) -> Verdict:
-    """The verdict on a pin or a bushing.
+    """Return the verdict on a pin or a bushing.
 
-    Without ``max_ring_stress`` the ring's hoop stress is judged against the allowable stress. Where the effect
-    ovalization did not run, the ring is not judged, and a caution says so.
+    Without ``max_ring_stress`` the ring's hoop stress is compared with the allowable stress. If the ovalization
+    effect did not run, the ring is not judged and a caution says so.
     """
     slack = slack_of(accuracy)
     slope = None
@@ -45,7 +45,7 @@ def judge(
 def _of_stresses(
     equivalent: float | None, shear: float | None, material: PinMaterial, slack: float
 ) -> tuple[Criterion, ...]:
-    """Greatest stresses [Pa] against their allowables; None: there is no wall."""
+    """Compare the maximum stresses [Pa] with their allowables; None: there is no wall."""
     found = [at_most("equivalent_stress", material.allowable_stress, _bounded(equivalent), slack, asked=False)]
     if material.allowable_shear is not None:
         found.append(at_most("shear_stress", material.allowable_shear, _bounded(shear), slack, asked=False))
@@ -55,7 +55,7 @@ def _of_stresses(
 def _of_ring(
     ring: RingResult | None, force: float, material: PinMaterial, limits: Limits, slack: float
 ) -> tuple[Criterion, ...]:
-    """Hoop stress and ovalization where the wall is thinnest."""
+    """Judge hoop stress and ovalization at the thinnest wall."""
     asked = limits.max_ring_stress is not None
     required = limits.max_ring_stress if asked else material.allowable_stress
     name, found = "max_ring_stress" if asked else "ring_stress", []
@@ -72,7 +72,7 @@ def _of_ring(
 
 
 def _of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
-    """The least wall; without a limit there must be one at all."""
+    """Judge the minimum wall; without a limit it must still be positive."""
     asked = limits.min_wall > 0.0
     if wall > 0.0:
         return at_least("min_wall", limits.min_wall, wall, slack, asked)
@@ -80,7 +80,7 @@ def _of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
 
 
 def _of_shape(deflection: float | None, slope: float | None, limits: Limits, slack: float) -> tuple[Criterion, ...]:
-    """Deflection [m] (None: something is held by nothing) and slope against their limits."""
+    """Judge deflection [m] (None: a loaded section has no wall) and slope against their limits."""
     found = []
     if limits.max_deflection is not None:
         found.append(at_most("max_deflection", limits.max_deflection, _bounded(deflection), slack))
@@ -90,21 +90,21 @@ def _of_shape(deflection: float | None, slope: float | None, limits: Limits, sla
 
 
 def _not_judged(ring: RingResult | None) -> tuple[str, ...]:
-    """What the verdict leaves out."""
+    """Return a caution for each criterion that was not judged."""
     if ring is not None:
         return ()
     return ("the ring's hoop stress is not judged: the effect ovalization is left out",)
 
 
 def _of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
-    """Shear that is left out of a deflection that is limited."""
+    """Return a caution if shear is excluded while the deflection is limited."""
     return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 
 
 def steepest(x: Array, diameter: Array) -> float:
-    """The greatest change of a diameter per length between places; inf at a step."""
+    """Return the maximum slope of a diameter between positions; inf at a step."""
     run, rise = np.diff(x), np.abs(np.diff(diameter))
-    # Beside each other places tell their diameters' rounding, not a slope.
+    # Between nearly coincident positions the difference is rounding, not slope.
     apart = run > 1e-9 * x[-1]
     if np.any(rise[~apart] > 1e-7 * diameter.max()):
         return math.inf

@@ -1,4 +1,4 @@
-"""What a check warns of: strength, wall, deflection, ovalization and hoop stress beyond what is allowed."""
+"""Warnings of a check: strength, wall, deflection, ovalization and hoop stress beyond their limits."""
 
 from __future__ import annotations
 
@@ -16,40 +16,40 @@ Array = NDArray[np.float64]
 
 
 def exceeded(x: Array, use: float) -> str:
-    """At which places [m] the strength is exceeded, and by how much."""
+    """Describe where [m] and by how much the strength is exceeded."""
     by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
     return f"the strength is exceeded {_span(x)}, {by}"
 
 
 def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
-    """Least wall [m] and deflection [m] beyond their limits."""
-    said = []
+    """Return warnings for a minimum wall [m] and a deflection [m] beyond their limits."""
+    messages = []
     if least < limits.min_wall * (1.0 - 1e-9):
-        said.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
+        messages.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
-        said.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    return said
+        messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
+    return messages
 
 
 def _span(x: Array) -> str:
-    """Where, in words: from the first to the last of places [m]."""
+    """Describe the range of positions [m]."""
     first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
     return f"at {first} mm" if first == last else f"between {first} and {last} mm"
 
 
 def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
-    """Whether the ring, of which the beam knows nothing, is what the part breaks of; walls at places x [m]."""
-    said: list[str] = []
+    """Return warnings for ring failure, which the beam model does not cover; walls at positions x [m]."""
+    messages: list[str] = []
     if scene.force == 0.0:
-        return said
+        return messages
     if limits.max_ovalization is not None and (
         found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
     ):
-        said.append("the ovalization exceeds its limit")
+        messages.append("the ovalization exceeds its limit")
     allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
         thin, where = sought.over_ring_stress(scene, allowable, walls)
         if thin.any():
             span = f"{_span(x[thin])} (and mirrored)" if scene.symmetric else _span(x[thin])
-            said.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
-    return said
+            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
+    return messages

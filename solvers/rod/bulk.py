@@ -1,8 +1,8 @@
-"""Many strips checked at once: the same numbers as ``check`` gives one by one.
+"""Batch evaluation of many strips, with the same results as ``check``.
 
-Effects are chosen for every case by itself. What has no corrections of its shape - all but the strip's own inertia and
-large displacement - then goes through one compiled loop (``solvers.rod.linear_check``), that of the single check;
-the rest goes through ``check``.
+Effects are selected for every case individually. Cases without shape corrections - all effects but the strip's own
+inertia and large displacement - go through one compiled loop (``solvers.rod.linear_check``), the same as in the single
+check; the others go through ``check``.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ Array = NDArray[np.float64]
 
 _SIZES = slice(INPUTS.index("b"), INPUTS.index("l") + 1)
 _CHUNK = 256
-"""Strips that a thread takes at a time."""
+"""Strips per work item of a thread."""
 
 
 @dataclass(frozen=True)
 class Case:
-    """One check as ``check`` would be asked for it."""
+    """Arguments of one call of ``check``."""
 
     scene: Scene
     dimensions: Dimensions
@@ -49,7 +49,7 @@ class Case:
     demands: tuple[Demand, ...] = ()
 
     def alone(self) -> Outcome[RodCheck]:
-        """The single check."""
+        """Evaluate this case by ``check``."""
         return check(
             self.scene, self.dimensions, self.effects, self.effect_tolerance, self.accuracy, self.criterion,
             self.demands,
@@ -60,8 +60,8 @@ class Case:
 class RodTable:
     """Results of many strips in one machine, SI units, (n,) each; NaN where a result does not exist.
 
-    ``utilisation`` is the inverse of the fatigue safety, ``stability`` P_cr over the greatest compression, inf without
-    any; ``estimated`` the greatest relative numerical error.
+    ``utilisation`` is the inverse of the fatigue safety, ``stability`` P_cr over the maximum compression, inf if there
+    is none; ``estimated`` the maximum relative numerical error.
     """
 
     utilisation: Array
@@ -82,7 +82,7 @@ class RodTable:
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
-    """An outcome for every case, in their order; in the place of one that makes no sense, what is wrong with it."""
+    """Outcomes of all cases, in order; for an invalid case its InvalidInput."""
     cases = list(cases)
     found: list[Outcome[RodCheck] | InvalidInput | None] = [None] * len(cases)
     choices: dict[int, Choice[RodEffect]] = {}
@@ -106,7 +106,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
         diagrams[i] = criteria[i].diagram()
         inputs[i] = inputs_of(scene, case.dimensions, composition, choice.has("friction"), accuracy)
         looks = rule_for(scene.load, accuracy).points.size, stations_for(accuracy)
-        groups.setdefault((_shared(scene.load), diagrams[i].lines.shape, looks), []).append(i)
+        groups.setdefault((_grouping_key(scene.load), diagrams[i].lines.shape, looks), []).append(i)
     for members in groups.values():
         first = cases[members[0]]
         results = _check_rows(first.scene.load, inputs[members], [diagrams[i] for i in members], first.accuracy)
@@ -116,7 +116,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
             found[i] = outcome_of(
                 case.scene, case.dimensions, choices[i], criteria[i], case.accuracy, Results(*row), share
             )
-    return [_alone(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
+    return [_checked_alone(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
 
 
 def check_strips(
@@ -128,10 +128,10 @@ def check_strips(
     criterion: FatigueCriterion | None = None,
     threads: int = 1,
 ) -> RodTable:
-    """Strips of the dimensions b, h, l [m], shape (n, 3), in one machine with physics that somebody has chosen.
+    """Evaluate strips of dimensions b, h, l [m], shape (n, 3), in one machine with a given composition.
 
-    ``contact`` asks for contact pressure and friction power. Threads share the strips; none holds the interpreter's
-    lock. Raises InvalidInput where a strip makes no sense, and ValueError for a composition with corrections.
+    ``contact`` requests contact pressure and friction power. The strips are divided among threads, which release the
+    GIL. Raises InvalidInput for an invalid strip, and ValueError for a composition with corrections.
     """
     require_accuracy(accuracy)
     if composition.corrections:
@@ -151,13 +151,13 @@ def _sound(dimensions: Array, scene: Scene) -> NDArray[np.bool_]:
     return good & (dimensions[:, 2] <= scene.mechanism.rod_length)
 
 
-def _shared(load: Load) -> object:
-    """What loads have in common that may go through the loop together: smooth ones all, others none."""
+def _grouping_key(load: Load) -> object:
+    """Grouping key of loads that the compiled loop can process together: all smooth ones; any other by itself."""
     return None if not load.curve().breaks.size and not load.sharp_angles().size else id(load)
 
 
 def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy: float, threads: int = 1) -> Array:
-    """Results of inputs that share a load's pieces and look at a turn alike, (n, results)."""
+    """Results (n, results) of inputs with the same load pieces and the same sampling rule."""
     results, rule, stations = (
         np.empty((len(inputs), len(Results._fields))),
         rule_for(load, accuracy),
@@ -180,7 +180,7 @@ def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy
     return results
 
 
-def _alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
+def _checked_alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
     try:
         return case.alone()
     except InvalidInput as refusal:

@@ -1,4 +1,4 @@
-"""Evaluating a given strip: stresses, fatigue, stability, and what the piston feels."""
+"""Evaluation of a given strip: stresses, fatigue, stability, and the piston's guide loads."""
 
 from __future__ import annotations
 
@@ -38,12 +38,12 @@ Array = NDArray[np.float64]
 _HALF = 0.5
 _COARSEST = 1e-2
 SMALL_DISPLACEMENT_LIMIT = 0.15
-"""V/l and r/L up to which the paper found the small-displacement theory good to 5 %."""
+"""V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
 
 
 @dataclass(frozen=True)
 class Stresses:
-    """What the fibres see at the section and fibre that govern: lengths in m, stresses in Pa, ``fibre`` +1 or -1."""
+    """Stresses [Pa] at the governing section and fibre: lengths in m, ``fibre`` +1 or -1."""
 
     fatigue_safety: float | None
     yield_safety: float | None
@@ -62,8 +62,8 @@ class Stresses:
 class RodCheck:
     """The results of a check, SI units.
 
-    A safety without a load to fail under is None: stability of a rod never compressed, fatigue of one never
-    stressed. ``stresses`` is None beyond the stability boundary, where the formulas no longer mean anything.
+    A safety without a load that can cause failure is None: stability of a rod never compressed, fatigue of one never
+    stressed. ``stresses`` is None beyond the stability boundary, where the formulas are invalid.
     """
 
     dimensions: Dimensions
@@ -90,9 +90,9 @@ def check(
 ) -> Outcome[RodCheck]:
     """Evaluate a strip in its machine.
 
-    ``accuracy`` is the relative numerical accuracy wanted of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
-    convention, Serensen's unless another is given; ``demands`` are effects that somebody's limits call for.
-    Raises InvalidInput where the request makes no sense, EffectConflict for an excluded effect in demand.
+    ``accuracy`` is the requested relative numerical accuracy of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
+    criterion, by default Serensen's; ``demands`` are the effects that limits require.
+    Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that is required.
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
@@ -122,7 +122,7 @@ def outcome_of(
     found: Results,
     seconds: float,
 ) -> Outcome[RodCheck]:
-    """The results of a strip as a check tells them."""
+    """Assemble the outcome of a check from the results of a strip."""
     material, piston, stresses = scene.material, scene.piston, None
     safety = found.critical_force / found.pushed if found.pushed > 0.0 else None
     if found.stands:
@@ -174,14 +174,14 @@ def require_within_rod(scene: Scene, dimensions: Dimensions) -> None:
 def _with_corrections(
     cycle: Cycle, lines: Array, parabola: Array, contact: bool, accuracy: float, found: Results
 ) -> Results:
-    """The results of a strip with corrections, on top of what is ``found`` without.
+    """The results of a strip with corrections, starting from those ``found`` without.
 
-    What is small beside what it is the difference of needs a finer turn than the rest: an amplitude beside its mean.
+    Small differences of large quantities need a finer discretisation than the rest: an amplitude beside its mean.
     """
     tolerance, panels, stations = SHARE * accuracy, None, stations_for(accuracy)
     along, told = np.empty(READINGS), np.full(GUIDE_READINGS, np.nan)
     for _ in range(REFINEMENTS):
-        # What the corrections themselves do not know is not worth being looked for.
+        # Sampling more accurately than the corrections' own error is futile.
         looked = max(tolerance, min(0.1 * cycle.refinement_error, _COARSEST))
         sampled = SampledCycle.of(cycle, looked, accuracy, panels)
         panels = sampled.panels
@@ -189,7 +189,7 @@ def _with_corrections(
         refined = cycle.refinement_error
         if contact and refined:
             refined = max(refined, _guide_error(cycle, told, power))
-        # What corrections do not know although they were asked to, no finer turn tells.
+        # Errors that the corrections could not reduce on request are not reduced by a finer discretisation either.
         finer_turn = error > _HALF * accuracy and tolerance > ROUNDING
         finer_corrections = refined > _HALF * accuracy and cycle.refinement_error <= cycle.tolerance
         if error + refined <= accuracy or not (finer_turn or finer_corrections):
@@ -200,7 +200,7 @@ def _with_corrections(
             cycle = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
     error = max(found.error, error + refined)
     if found.pushed > 0.0:
-        # Near buckling the last digits of load and strip decide over the first ones of the stresses.
+        # Near buckling the rounding of load and strip is amplified in the stresses.
         error = max(error, LAST_DIGITS / (1.0 - found.pushed / found.critical_force))
     read = dict(zip(Results._fields[5:15], (*along.tolist(), *told.tolist()), strict=True))
     angles = sampled.field.states.shape[1]
@@ -208,11 +208,12 @@ def _with_corrections(
 
 
 def _guide_error(cycle: Cycle, told: Array, power: float) -> float:
-    """What the corrections' errors, shares of the greatest side force and moment, may make in their sum and mean."""
+    """Relative error of contact load and friction power due to the corrections' errors, which are relative to the
+    maximum side force and moment."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
     side, moment, load = told.tolist()
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
-    # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes a turn.
+    # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes per revolution.
     mean = piston.friction_coefficient * (4.0 / math.pi) * (side + couple) * 4.0 * mechanism.crank_radius
     mean *= mechanism.speed
     return max(

@@ -1,7 +1,7 @@
-"""The requirements of a rod's design: one table that problem, search, sensitivities and diagnosis read.
+"""Requirements of a rod's design: the common table of problem, search, sensitivities and diagnosis.
 
-A requirement limits one result of a check, and one row of the search (``solvers.rod.rows``): "row at most so
-much", the row being a logarithm.
+A requirement limits one result of a check, and one row of the search (``solvers.rod.rows``) from above, the row being a
+logarithm.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from solvers.rod.check import RodCheck
 from solvers.rod.scene import Scene
 
 Limits = Mapping[int, float]
-"""What a strip has to meet: the logarithm of the greatest admissible value, by row."""
+"""Limits of the search: the logarithm of the maximum admissible value, by row."""
 
 LEAST_STABILITY = 1.0 + 1e-9
-"""What a search asks of stability at the least: results beyond buckling mean nothing."""
+"""Minimum stability required in a search: results beyond buckling are meaningless."""
 
 
 @dataclass(frozen=True)
@@ -27,11 +27,11 @@ class Constraint:
 
     name       the field of ``Requirements``, in SI units
     row        the row of the search that it limits
-    least      whether it is a least value, of a safety, or a greatest one
-    read       the result of a check that it limits; None where there is no load to fail under
-    serves     the objective that makes this result as good as can be
-    advice     what would help where it cannot be met
-    effect     the effect without which the result does not exist
+    least      whether it is a minimum, of a safety, or a maximum
+    read       the limited result of a check; None without a load that can cause failure
+    serves     the objective that optimises this result
+    advice     remedy if it cannot be met
+    effect     the effect required for the result to exist
     """
 
     name: str
@@ -43,13 +43,13 @@ class Constraint:
     effect: str | None = None
 
     def log_limit(self, required: float, scene: Scene) -> float:
-        """What the row may be at the most."""
+        """Upper limit of the row."""
         if self.row == rows.STABILITY:
             required = max(required, LEAST_STABILITY)
         return _log(self.row, required, self.least, scene)
 
     def log_value(self, check: RodCheck, scene: Scene) -> float:
-        """The row of a check, -inf where there is no load to fail under."""
+        """The row's value in a check, -inf without a load that can cause failure."""
         value = self.read(check)
         if value is None or value == 0.0:
             return -math.inf
@@ -61,7 +61,7 @@ class Constraint:
         return value * scene.material.yield_strength if self.row == rows.STRESS else value
 
     def meets(self, check: RodCheck, required: float) -> bool:
-        """Whether a strip meets the requirement; one that is not loaded does."""
+        """Whether a strip meets the requirement; an unloaded one does."""
         value = self.read(check)
         return value is None or (value >= required if self.least else value <= required)
 
@@ -90,7 +90,7 @@ CONSTRAINTS = (
         "max_friction_power", rows.POWER, False, lambda check: check.stresses.friction_power, "friction_power",
         "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it", "friction",
     ),
-    # Last, so that of a pair of opponents it is the one that is held and not the one that is searched for.
+    # Last, so that of two opposing requirements this is the one held, not the one optimised.
     Constraint(
         "min_yield_safety", rows.STRESS, True, lambda check: check.stresses.yield_safety, "fatigue_safety",
         "a longer strip, a smaller crank radius, a higher yield strength or a lower pressure would raise it",

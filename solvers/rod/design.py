@@ -1,4 +1,4 @@
-"""Finding the strip: the core's global optimum with its proof, then the best strip on the full model."""
+"""Optimisation of the strip: the core's global optimum with its proof, then the best strip on the full model."""
 
 from __future__ import annotations
 
@@ -40,22 +40,22 @@ from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
-_CHOICES = 3
-"""How often effects are chosen anew at the strip found."""
-_GUARD, _ENOUGH = 0.05, 0.1
-"""Shares of the accuracy: how far to the safe side of limits an answer lies, and the gain not worth another step."""
-_ROUGH = 1e-3
-"""The gap of a first search, which only decides whether the piston's mass counts."""
+_MAX_SELECTIONS = 3
+"""Maximum number of effect selections at the optimum."""
+_GUARD, _MIN_GAIN = 0.05, 0.1
+"""Fractions of the accuracy: safety distance of the answer from its limits, and the gain not worth another step."""
+_COARSE_GAP = 1e-3
+"""Gap of a preliminary search that only decides whether the piston's mass is relevant."""
 _CORRECTIONS = 6
-_HOPELESS = 0.1
-"""An excess over the core's limits, in logarithms, that effects may still undo."""
-_PATIENCE = 100
-"""Strips evaluated in search of a first admissible one, whatever the time."""
+_MAX_EXCESS = 0.1
+"""Logarithmic excess over the core's limits below which effects may restore feasibility."""
+_MAX_STRIPS = 100
+"""Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
 
 @dataclass(frozen=True)
 class RodDesign:
-    """The strip found, its check on the full model, and the constraints that shape it."""
+    """The optimal strip, its check on the full model, and the active constraints."""
 
     check: RodCheck
     objective: str
@@ -70,16 +70,16 @@ def design(
     criterion: FatigueCriterion | None = None,
     time_budget: float | None = None,
 ) -> Outcome[RodDesign]:
-    """The best strip for a problem, or the diagnosis why there is none.
+    """The optimal strip for a problem, or the diagnosis of infeasibility.
 
     Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and proves the optimum of the core: gas load,
-    reciprocating inertia, beam-column, contact. Effects are chosen where that optimum lies. Where they go beyond the
-    core, SQP on the full model leads on from there, and effects are chosen again at its end, until no further ones
-    are called for. The answer satisfies every requirement as ``check`` sees it; the certificate says what is proven of
-    it and what is not.
+    reciprocating inertia, beam-column, contact. Effects are selected at that optimum. If they go beyond the core, SQP
+    on the full model continues from there, and effects are selected again at its end, until none is added. The answer
+    satisfies every requirement as evaluated by ``check``; the certificate states what is proven and what is not.
 
-    ``accuracy`` is the relative numerical accuracy wanted of results and optimum, 1e-12 … 1e-1. After ``time_budget``
-    seconds the search on the full model ends with the best admissible strip known; before one is known it goes on.
+    ``accuracy`` is the requested relative numerical accuracy of results and optimum, 1e-12 … 1e-1. After
+    ``time_budget`` seconds the search on the full model returns the best admissible strip known; without one it
+    continues.
     """
     started = time.perf_counter()
     done = _Design(problem, effects, effect_tolerance, accuracy, criterion or serensen(problem.scene.material))
@@ -91,7 +91,7 @@ def design(
 
 @dataclass
 class _Design:
-    """One design on its way."""
+    """State of one design run."""
 
     problem: RodProblem
     selection: EffectSelection
@@ -110,12 +110,12 @@ class _Design:
         chosen: frozenset[str] = frozenset()
         moving = False
         if self.problem.scene.piston.reciprocating_mass:
-            # Whether inertia counts is asked of a strip, and the strip is found with inertia or without.
-            chosen |= self.chosen_at(self.core_search(moving, _ROUGH)[2])
+            # The relevance of inertia is evaluated at a strip, which itself depends on it: start with a coarse search.
+            chosen |= self.chosen_at(self.core_search(moving, _COARSE_GAP)[2])
             moving = "reciprocating_inertia" in chosen
         proof, excess, strip = self.core_search(moving)
         chosen |= self.chosen_at(strip)
-        for _ in range(_CHOICES):
+        for _ in range(_MAX_SELECTIONS):
             outcome, strip = self.solved(chosen, proof, excess, strip)
             further = self.chosen_at(strip) - chosen
             if not further or self.out_of_time:
@@ -126,7 +126,7 @@ class _Design:
         return replace(outcome, effects=self.manifest(strip, chosen))
 
     def core_search(self, moving: bool, gap: float | None = None) -> tuple[Proof, float, Dimensions]:
-        """The core's optimum; where it has none, by how much it misses the limits, and the strip that misses least."""
+        """The core's optimum; if infeasible, the excess over the limits and the strip with the least excess."""
         p = self.problem
         mass = p.scene.piston.reciprocating_mass if moving else 0.0
         self.cycle = core_cycle(p.scene, self.criterion, mass)
@@ -144,11 +144,11 @@ class _Design:
         return choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
 
     def chosen_at(self, strip: Dimensions) -> frozenset[str]:
-        """The effects that a strip calls for."""
+        """The effects selected at a strip."""
         return frozenset(effect.name for effect in self.choice_at(strip).active)
 
     def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
-        """The effects as the answer calls for them; those that only another strip on the way did say so."""
+        """The effects of the answer; those selected only at intermediate strips are reported as such."""
         why = "needed by a strip that the search evaluated"
         return tuple(
             report._replace(state=EffectState.ACTIVE, why=why)
@@ -163,13 +163,13 @@ class _Design:
         composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
         wanted = wanted_of(p.objective, self.limits)
         model = FullModel(p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted)
-        guard, enough = _GUARD * self.accuracy, _ENOUGH * self.accuracy
+        guard, enough = _GUARD * self.accuracy, _MIN_GAIN * self.accuracy
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)
 
         def watch() -> None:
-            # The first admissible strip is waited for, within reason.
-            if model.strips > _PATIENCE or context.known():
+            # Beyond the time limit, still wait for the first admissible strip, up to _MAX_STRIPS.
+            if model.strips > _MAX_STRIPS or context.known():
                 self.watch()
 
         model.watch = watch
@@ -178,13 +178,13 @@ class _Design:
     def solved(
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
     ) -> tuple[Outcome[RodDesign], Dimensions]:
-        """The answer with these effects, without its manifest, and the strip that effects are to be chosen at."""
+        """The answer with these effects, without its manifest, and the strip at which effects are to be selected."""
         context = self.context(chosen)
         beyond = tuple(sorted(chosen - _CORE))
         if not beyond:
             return self.on_core(context, proof, strip)
-        # The effects would have to change results by more than three times as much as they are known to at most.
-        hopeless = excess > max(_HOPELESS, 3.0 * self.influence(strip, beyond))
+        # Infeasible unless the effects changed the results by more than three times their bound.
+        hopeless = excess > max(_MAX_EXCESS, 3.0 * self.influence(strip, beyond))
         optimum = self.on_full_model(context, excess, strip, hopeless)
         if self.out_of_time and optimum is None:
             return self.failed(), strip
@@ -193,7 +193,8 @@ class _Design:
         return self.found(context, proof, beyond, optimum)
 
     def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> tuple[Outcome[RodDesign], Dimensions]:
-        """The answer where nothing goes beyond the core: the search's, held to the limits as a check sees them."""
+        """The answer if no effect goes beyond the core: the search's optimum, with the limits as a check evaluates
+        them."""
         p, limits, latest = self.problem, dict(self.limits), proof
         for _ in range(_CORRECTIONS):
             best = latest.best
@@ -220,7 +221,7 @@ class _Design:
         )  # fmt: skip
         value, density = p.objective.read(result), p.scene.material.density
         cost = p.objective.log_cost(result, density)
-        # What the search's limits had to be shifted by, and its own value of the objective missed, its bound may too.
+        # The bound may be off by the shift of the search's limits and by the error of its objective value.
         gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
         if math.isfinite(cost):
             gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
@@ -229,7 +230,7 @@ class _Design:
         return self.answer(result, conditions.active, estimated, told)
 
     def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
-        """The best strip on the full model that could be found in time."""
+        """The best strip on the full model found within the time."""
         try:
             if excess > 0.0:
                 local = least_violating(context, strip, hopeless) if math.isfinite(excess) else None
@@ -265,18 +266,18 @@ class _Design:
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
-        # What is not worth another step, what the model still promises along the limits, and the distance from them.
+        # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
         short = max(optimum.local.gain, context.task.enough)
         short += optimum.ripple + (0.0 if optimum.second_order is None else optimum.second_order.gain)
         short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
         if not math.isfinite(estimated):
-            # All that is known is how far the answer may be from the bound.
+            # Only the distance from the bound is known.
             estimated = min(told.gap, 1.0)
         return self.answer(result, active, estimated, told), result.dimensions
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
-        """The bounds of what the effects beyond the core change at a strip, added up."""
+        """Sum of the bounds of the effects beyond the core at a strip."""
         return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
 
     def answer(
@@ -296,7 +297,7 @@ class _Design:
     def infeasible(
         self, context: Context, proof: Proof, strip: Dimensions, beyond: tuple[str, ...], nearest: Optimum | None
     ) -> tuple[Outcome[RodDesign], Dimensions]:
-        """Why there is no strip: of the core as proven, on the full model as far as searches tell."""
+        """Diagnosis of infeasibility: proven on the core, by searches only on the full model."""
         limits, excess = self.limits, math.inf
         if nearest is not None:
             check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
@@ -310,12 +311,12 @@ class _Design:
         return outcome, strip
 
     def failed(self) -> Outcome[RodDesign]:
-        """The time was over before any admissible strip was found, or it was known that there is none."""
+        """The time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
 
 
 def _any_strip(problem: RodProblem) -> Dimensions:
-    """One within the bounds: where effects are settled, it does not matter which."""
+    """A strip within the bounds: with fixed effects any will do."""
     b = problem.bounds
     return Dimensions(b.b[1], b.h[1], b.l[0])

@@ -1,6 +1,6 @@
-"""The effects a flexible rod's scene can call for, each an object with an a-priori bound.
+"""Effects of the flexible rod, each with an a-priori bound.
 
-Every bound is a first-order evaluation of the effect in closed form, times a margin
+Every bound is a first-order closed-form evaluation of the effect, times a margin
 (``solvers.rod.effect_bounds.first_order``).
 """
 
@@ -19,7 +19,7 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 
 class RodEffect(Protocol):
-    """An effect of the flexible rod: what it is, how much it may matter, and its part in the composition."""
+    """An effect of the flexible rod: description, influence bound, and contribution to the composition."""
 
     name: str
     summary: str
@@ -61,7 +61,7 @@ class BeamColumnEffect:
 
 @dataclass(frozen=True)
 class FrictionEffect:
-    """Contact and friction results exist only where this runs; it changes no other result, so its bound is 0 or 1."""
+    """Contact and friction results, which require this effect; it changes no other result, so its bound is 0 or 1."""
 
     name: str = "friction"
     summary: str = "contact pressure of the skirt and friction power"
@@ -144,7 +144,7 @@ EFFECTS: tuple[RodEffect, ...] = (
     RodInertiaEffect(),
     FrictionEffect(),
 )
-"""Every effect, in the order in which they join a composition: forces, beam, feedback, corrections, results."""
+"""All effects, in the order in which they join a composition: forces, beam, feedback, corrections, results."""
 
 
 def choose_for(
@@ -154,12 +154,12 @@ def choose_for(
     tolerance: float = 1e-2,
     demands: tuple[Demand, ...] = (),
 ) -> Choice[RodEffect]:
-    """The effects for a scene with this strip (see ``solvers.effects.choose``)."""
+    """Select the effects for a scene with this strip (see ``solvers.effects.choose``)."""
     return choose(EFFECTS, Situation(scene, dimensions), selection, tolerance, demands)
 
 
 def compose(choice: Choice[RodEffect]) -> Composition:
-    """The physics that the chosen effects make up, on top of gas load and plain bending."""
+    """The composition of the selected effects, based on gas load and plain bending."""
     composition = Composition(beam=PLAIN_BENDING)
     for effect in choice.active:
         composition = effect.join(composition)

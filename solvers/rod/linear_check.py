@@ -1,12 +1,12 @@
-"""The check of a strip without corrections of its shape, compiled: rows of inputs in, rows of results out.
+"""Compiled check of strips without shape corrections: rows of inputs to rows of results.
 
-Gas and inertia, beam-column, shear and friction that acts back are in the states (``state``); the strip's own inertia
-and large displacement are corrections. Where the axial force does not bend the strip, its shape goes with the stroke,
+Gas and inertia, beam-column, shear and friction feedback are part of the states (``state``); the strip's own inertia
+and large displacement are corrections. Without coupling the strip's shape is proportional to the stroke,
 
     sigma+- = P/(b h) +- (E h/2) kappa(z) s,    kappa = (L - z)/det,    V = (L z^2/2 - z^3/6 + g z)/det s
 
-(``strip.beam_column`` at q = 0). So every severity that is convex in the greatest and the least stress is greatest at
-the clamp, the deflection at the head, and side force, clamp moment and contact load all at the greatest stroke r.
+(``strip.beam_column`` at q = 0). Then every severity that is convex in maximum and minimum stress is largest at the
+clamp, the deflection at the head, and side force, clamp moment and contact load at the maximum stroke r.
 """
 
 from __future__ import annotations
@@ -69,20 +69,20 @@ INPUTS = (
     "elastic_modulus", "density", "shear_modulus", "b", "h", "l", "skirt_length", "clamp_offset",
     "friction_coefficient", "couples", "shears", "feedback", "contact", "reads", "accuracy",
 )  # fmt: skip
-"""Of a row, SI units; ``shear_modulus`` is k G. From ``couples`` to ``contact`` 1.0 for effects that run, else 0.0;
-``reads`` is 0.0 where forces, stability and frequency alone are asked for."""
+"""Columns of an input row, SI units; ``shear_modulus`` is k G. ``couples`` to ``contact`` are 1.0 for active effects,
+else 0.0; ``reads`` is 0.0 if only forces, stability and frequency are requested."""
 
 
 class Results(NamedTuple):
-    """Of a row, SI units; NaN where there is none: beyond buckling but for forces, stability and frequency.
+    """Columns of a result row, SI units; NaN if undefined: beyond buckling all but forces, stability and frequency.
 
     stands           whether the strip does not buckle
-    pushed, pulled   greatest compression and tension; where it takes friction to buckle the strip, ``pushed`` is P_cr
-    strength         greatest |stress|
+    pushed, pulled   maximum compression and tension; ``pushed`` is P_cr if the strip buckles by friction only
+    strength         maximum |stress|
     high, low        stresses of the section and fibre that govern fatigue; ``layer`` is 0 at +h/2, 1 at -h/2
     contact_load     |T| + 6 |M0 + T e|/Lp
-    error            the greatest relative error of all
-    angles           crank angles that the turn was sampled at, to ``tolerance``
+    error            the maximum relative error of all results
+    angles           number of sampled crank angles, for sampling to ``tolerance``
     """
 
     stands: float
@@ -107,13 +107,13 @@ class Results(NamedTuple):
 
 
 _ALONG, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE = 5, 12, 15, 16, 17, 18
-"""Columns of a row of results where those along the strip and those of the guide begin, and single ones."""
+"""Columns of a result row: the first of those along the strip and of the guide, and single ones."""
 
 SHARE = 0.1
-"""Of the accuracy, that the turn is sampled to."""
+"""Sampling tolerance as a fraction of the accuracy."""
 ROUNDING = 1e-14
 REFINEMENTS = 4
-_LOOSE = 1e-4
+_LOW_ACCURACY = 1e-4
 LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
 _CONVEX = 1e-12
 _ROUND = float(FIRST_ROOT_LIMITS[1])
@@ -122,7 +122,7 @@ _ROUND = float(FIRST_ROOT_LIMITS[1])
 def inputs_of(
     scene: Scene, d: Dimensions, composition: Composition, contact: bool, accuracy: float
 ) -> tuple[float, ...]:
-    """The row of a check, whose corrections are nobody's business here; only without them is it read."""
+    """The input row of a check; corrections are ignored, the row being valid only without them."""
     m, p, material, load = scene.mechanism, scene.piston, scene.material, scene.load
     curve, beam = load.curve(), composition.beam
     return (
@@ -137,15 +137,15 @@ def inputs_of(
 def check_linear(
     load: Load, inputs: Array, lines: Array, parabolas: Array, rule: Rule, stations: int, results: Array
 ) -> None:
-    """Results of checks of one load's pieces, or of smooth loads, into ``results`` (items, results), from ``inputs``
+    """Evaluate checks with the same load pieces, or with smooth loads: ``results`` (items, results) from ``inputs``
     (items, INPUTS) and the fatigue diagrams of each (items, …)."""
     curve, sharp = load.curve(), np.ascontiguousarray(load.sharp_angles(), dtype=float)
     _check_rows(inputs, lines, parabolas, curve.breaks, curve.pieces, sharp, rule, stations, energies(), results)
 
 
 def stations_for(accuracy: float) -> int:
-    """At how many sections a strip is looked at first."""
-    return FEW_STATIONS if accuracy >= _LOOSE else STATIONS
+    """Number of initial sections along a strip."""
+    return FEW_STATIONS if accuracy >= _LOW_ACCURACY else STATIONS
 
 
 @kernel
@@ -179,7 +179,7 @@ def _check_row(
         pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
     stands = pushed < critical
     if not stands:
-        # Beyond buckling there is no shape that would tell the friction; the force alone has a meaning.
+        # A buckled strip has no shape to determine friction; only the force is meaningful.
         bare = Strip(stiffness, l, length, 0.0, 0.0, 0.0, lever, offset, -2.0 * plain)
         edges, states = sample(drive, bare, first_edges(drive, bare, sharp), rule, tolerance)
         pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
@@ -195,22 +195,22 @@ def _check_row(
             found = _read(drive, strip, row, edges, rule, states, lines, parabola, stations, tolerance, out)
             if found <= accuracy or tolerance <= ROUNDING:
                 break
-            # What is small beside what it is the difference of needs a finer turn than the rest.
+            # Small differences of large quantities need a finer discretisation than the rest.
             tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
             edges, states = sample(drive, strip, edges, rule, tolerance)
         error = max(error, found)
         if pushed > 0.0:
-            # Near buckling the last digits of load and strip decide over the first ones of the stresses.
+            # Near buckling the rounding of load and strip is amplified in the stresses.
             error = max(error, LAST_DIGITS / (1.0 - pushed / critical))
     if critical + mean > 0.0:
-        # The frequency goes with the root of what the mean force leaves of the critical one.
+        # The frequency is proportional to the square root of the critical force plus the mean force.
         error = max(error, 0.5 * (of_pulled + of_pushed) / (critical + mean) + (OF_FEW if few else 0.0))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 
 @kernel
 def _forces(edges: Array, rule: Rule, force: Array, tolerance: float) -> tuple[float, float, float, float]:
-    """The greatest compression and tension [N] of the turn, and their errors."""
+    """Maximum compression and tension [N] over the revolution, and their errors."""
     wanted = tolerance * largest(force)
     pushed, of_pushed, _ = greatest(edges, rule, force, -1.0, wanted)
     pulled, of_pulled, _ = greatest(edges, rule, force, 1.0, wanted)
@@ -222,7 +222,7 @@ def _read(
     drive: Drive, strip: Strip, row: Array, edges: Array, rule: Rule, states: Array, lines: Array, parabola: Array,
     stations: int, tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Everything that a standing strip's turn tells into ``out``; the greatest relative error."""
+    """Write all results of an unbuckled strip to ``out``; returns the maximum relative error."""
     direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
     force, none, along = states[FORCE], np.empty((0, states.shape[1])), out[_ALONG : _ALONG + READINGS]
     level = force.min() == force.max()
@@ -233,7 +233,7 @@ def _read(
         clamp, shear, l = most[CLAMP, 0], most[SHEAR, 0], strip.length
         along[DEFLECTED] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
     else:
-        # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
+        # A large constant force would mask a small amplitude: the criterion adds its stress separately.
         mean = direct * force[0] if level else 0.0
         field = Field(
             edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, 0.0 if level else direct,
@@ -261,7 +261,7 @@ def _read(
 
 @kernel
 def _is_convex(lines: Array, parabola: Array) -> bool:
-    """Whether the utilisation is convex in the greatest and falls, convex, with the least stress."""
+    """Whether the utilisation is convex in both extreme stresses, and decreasing in the minimum."""
     convex = parabola[0] == 0.0 and lines.shape[1] == 1
     for c in range(lines.shape[0]):
         convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEX)
@@ -273,8 +273,8 @@ def _along_straight(
     edges: Array, rule: Rule, states: Array, direct: float, bending: float, lines: Array, parabola: Array,
     tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Stresses at the clamp of a shape that goes with the stroke into ``out`` (READINGS,); the greatest relative
-    error."""
+    """Write the clamp stresses of a shape proportional to the stroke to ``out`` (READINGS,); returns the maximum
+    relative error."""
     best, most, of_best, of_most, amplitude_error, other = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
     stress = np.empty(states.shape[1])
     for layer in range(2):

@@ -1,4 +1,4 @@
-"""A design problem of the flexible rod: what is free, what is required, what is wanted."""
+"""Design problem of the flexible rod: free dimensions, requirements, objective."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Bounds:
 
 @dataclass(frozen=True)
 class Requirements:
-    """Limits on the results, SI units; None asks for nothing. Safeties are least values, the others greatest ones."""
+    """Limits on the results, SI units; None: no limit. Safeties have minima, other results maxima."""
 
     min_fatigue_safety: float
     min_stability_safety: float
@@ -50,29 +50,29 @@ class Requirements:
             raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
 
     def asked(self) -> tuple[tuple[Constraint, float], ...]:
-        """What is required, and how much."""
+        """The constraints set, with their values."""
         found = ((constraint, getattr(self, constraint.name)) for constraint in CONSTRAINTS)
         return tuple((constraint, required) for constraint, required in found if required is not None)
 
     def demands(self) -> tuple[Demand, ...]:
-        """The effects without which these limits mean nothing."""
+        """The effects required by these limits."""
         return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.asked() if c.effect is not None)
 
     def limits(self, scene: Scene) -> Limits:
-        """The same by rows of the search, which always keeps clear of buckling."""
+        """The limits by rows of the search, always including stability."""
         limits = {c.row: c.log_limit(required, scene) for c, required in self.asked()}
         return {STABILITY: -math.log(LEAST_STABILITY)} | limits
 
     def met_by(self, check: RodCheck) -> bool:
-        """Whether a strip meets every requirement; none that buckles does."""
+        """Whether a strip meets every requirement; a buckled one never does."""
         return check.stresses is not None and all(c.meets(check, required) for c, required in self.asked())
 
 
 @dataclass(frozen=True)
 class Objective:
-    """What is wanted: a result to be made small (``sign`` +1) or great (-1), and the effect it needs, if any.
+    """A result to be minimised (``sign`` +1) or maximised (-1), and the effect it requires, if any.
 
-    ``weights`` are the factors of its logarithm, as made small, in the rows of ``solvers.rod.rows``; a mass is
+    ``weights`` are the coefficients of the logarithmic cost in the rows of ``solvers.rod.rows``; a mass is
     one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
     """
 
@@ -87,9 +87,9 @@ class Objective:
         return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
 
     def log_cost(self, check: RodCheck, density: float) -> float:
-        """The logarithm that ``weights`` make up, of a check's result: one of 1/n for a safety, of mass/density.
+        """Logarithmic cost of a check's result, as given by ``weights``: of 1/n for a safety, of mass/density.
 
-        -inf where nothing can be better: of a safety without a load to fail under, of no friction at all.
+        -inf at an unbounded optimum: a safety without a load that can cause failure, zero friction.
         """
         value = self.read(check)
         return self.sign * math.log(value / (density if self.per_density else 1.0)) if value else -math.inf
@@ -115,8 +115,8 @@ OBJECTIVES = {
 
 @dataclass(frozen=True)
 class RodProblem:
-    """A scene and what is asked of its strip. ``stock_h`` lists the thicknesses to be had, ``step_b`` and ``step_l``
-    are the steps to which width and length are rounded."""
+    """A scene and the requirements on its strip. ``stock_h`` lists the available thicknesses; width and length are
+    rounded to multiples of ``step_b`` and ``step_l``."""
 
     scene: Scene
     bounds: Bounds

@@ -1,8 +1,8 @@
-"""The rows of a design: logarithms of the results of a strip that objectives and limits are made of.
+"""Rows of a design: logarithms of a strip's results, of which objectives and limits are composed.
 
-In logarithms the mass is linear, and a relative tolerance is an absolute one. Every limit of a design is "row at most
-so much"; a least safety n is a greatest utilisation 1/n. The first rows are results; a result that is the greatest of
-several smooth ones, its parts, is followed by a row for each of them (``Layout``).
+In logarithms the mass is linear, and a relative tolerance is an absolute one. Every limit is an upper limit of a row; a
+minimum safety n is a maximum utilisation 1/n. The first rows are results; a result that is the maximum of several
+smooth functions, its parts, is followed by a row for each of them (``Layout``).
 """
 
 from __future__ import annotations
@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 TAU, LENGTH, THICKNESS, UTILISATION, STABILITY, SIDE, PRESSURE, POWER, SIDEWAYS, STRESS = range(10)
 """ln of 1/(b h^3), l, h, fatigue utilisation 1/n, compression/critical force in the crank's plane, side force [N],
-contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, greatest stress [Pa]."""
+contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, maximum stress [Pa]."""
 
 COUNT = 8
-"""Rows that an objective may weigh: those up to POWER."""
+"""Number of rows available to an objective: those up to POWER."""
 
 FIRST_PART = 10
 
@@ -22,12 +22,12 @@ NEVER_COMPRESSED = -700.0
 """ln(compression/critical force) of a strip that is never compressed: finite, and smaller than any other."""
 
 BUCKLED = 40.0
-"""The rows of a buckled strip, whose results mean nothing: finite, and greater than any other."""
+"""The rows of a buckled strip, whose results are meaningless: finite, and greater than any other."""
 
 
 class Layout(NamedTuple):
-    """Where the parts are: so many utilisations, so many stresses, then side force and contact pressure at each of so
-    many peaks in turn."""
+    """Layout of the parts: the numbers of utilisations and stresses, then side force and contact pressure in turn at
+    each of ``peaks`` peaks."""
 
     utilisations: int
     stresses: int
@@ -35,11 +35,11 @@ class Layout(NamedTuple):
 
     @property
     def size(self) -> int:
-        """The number of all rows."""
+        """Total number of rows."""
         return FIRST_PART + self.utilisations + self.stresses + 2 * self.peaks
 
     def parts(self, row: int) -> range:
-        """The rows that a row is the greatest of, or the row itself."""
+        """The parts of a row, or the row itself."""
         stresses = FIRST_PART + self.utilisations
         reactions = stresses + self.stresses
         if row == UTILISATION:

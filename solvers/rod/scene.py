@@ -1,6 +1,6 @@
-"""The inputs of the flexible rod: mechanism, piston, load, material, dimensions. SI units throughout.
+"""Inputs of the flexible rod: mechanism, piston, load, material, dimensions. SI units throughout.
 
-Every dataclass refuses, with ``InvalidInput``, what the model cannot mean; whatever passes may be computed.
+Every dataclass rejects values outside the model with ``InvalidInput``; all others can be computed.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ class Piston:
 
 
 class PressureCurve(NamedTuple):
-    """A pressure cycle as kernels take it.
+    """Kernel representation of a pressure cycle.
 
     Without breaks it is level (1 + sharpness)/(1 - sharpness cos(phi - phase)); with them, of shape (pieces + 1,) over
-    one turn, ``pieces`` holds the coefficients of cubics in phi - break, highest power first, shape (4, pieces).
+    one revolution, ``pieces`` holds the coefficients of cubics in phi - break, highest power first, shape (4, pieces).
     """
 
     level: float
@@ -79,24 +79,24 @@ class PressureCurve(NamedTuple):
 
 
 class Load(Protocol):
-    """A pressure cycle of one turn, in Pa over the crank angle from top dead centre."""
+    """A pressure cycle of one revolution, in Pa over the crank angle from top dead centre."""
 
     def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
-        """p(phi) [Pa], periodic with one turn, same shape as the angles [rad]."""
+        """p(phi) [Pa], 2 pi periodic, same shape as the angles [rad]."""
 
     def reference_pressure(self) -> float:
-        """The pressure behind the piston [Pa]: the one given, else the mean of the cycle."""
+        """The back pressure [Pa]: as given, else the mean of the cycle."""
 
     def sharp_angles(self) -> NDArray[np.float64]:
-        """Angles [rad] between which the pressure is smooth, where even sampling might step over a peak or a jump."""
+        """Angles [rad] between which the pressure is smooth; uniform sampling might miss a peak or jump there."""
 
     def curve(self) -> PressureCurve:
-        """The pressure for kernels."""
+        """Kernel representation of the pressure."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A machine and what drives it: everything but the strip's own dimensions."""
+    """A machine and its load: everything except the strip's dimensions."""
 
     mechanism: Mechanism
     piston: Piston

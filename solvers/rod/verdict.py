@@ -1,4 +1,4 @@
-"""What a strip must keep: the requirements of its design, and safeties of 1 against buckling, fatigue and yield."""
+"""Requirements on a strip: those of its design, and safeties of at least 1 against buckling, fatigue and yield."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ OWN = (
     ("fatigue_safety", "min_fatigue_safety"),
     ("yield_safety", "min_yield_safety"),
 )
-"""Safeties that must be 1 in every strip, and the requirements that may ask for more."""
+"""Safeties that must be at least 1 in every strip, and the requirements that may demand more."""
 
 
-_TELLING = frozenset(effect.name for effect in EFFECTS) - {"friction"}
-"""Effects that change the safeties; friction alone brings results of its own."""
+_SAFETY_EFFECTS = frozenset(effect.name for effect in EFFECTS) - {"friction"}
+"""Effects that change the safeties; friction only adds results of its own."""
 
 
 def judge(
@@ -30,17 +30,17 @@ def judge(
     requirements: Requirements | None = None,
     effects: Iterable[EffectReport] = (),
 ) -> Verdict:
-    """The verdict on a strip; without ``requirements`` on its own safeties alone.
+    """The verdict on a strip; without ``requirements`` by its own safeties only.
 
-    ``effects`` is the manifest: one left out that matters is a caution. Where the strip buckles nothing else is known,
-    and what is not known does not hold.
+    ``effects`` is the manifest: a relevant effect left out is a caution. If the strip buckles nothing else is known,
+    and an unknown result does not satisfy its requirement.
     """
     slack = slack_of(accuracy)
     asked = [_asked(check, constraint, required, slack) for constraint, required in _of(requirements)]
     least = {constraint.name: required for constraint, required in _of(requirements)}
-    # A requirement of 1 or more says it already.
+    # A requirement of 1 or more already covers it.
     own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
-    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _TELLING)))
+    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _SAFETY_EFFECTS)))
 
 
 def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
@@ -68,5 +68,5 @@ def _stability(check: RodCheck, name: str, required: float, slack: float, asked:
     found = at_least(name, required, check.stability_safety, slack, asked)
     if check.stresses is not None or found.margin is None:
         return found
-    # It buckles, be it only by what friction adds: its safety is then told as 1, and 1 is not enough.
+    # It buckles, possibly by friction only: the safety is then reported as 1, which is not sufficient.
     return replace(found, holds=False, margin=min(found.margin, -slack))

@@ -18,7 +18,7 @@ SECTIONS, ANGLES = 97, 3000
 
 
 def seen(scene, strip, composition):
-    """The worst that the grid shows, by the names of results; of safeties what they are at the most."""
+    """Worst values on the grid by result name; upper bounds for safeties."""
     angle = np.linspace(0.0, 2.0 * np.pi, ANGLES, endpoint=False)
     now = Cycle(scene, strip, composition, 0.1 * ACCURACY).at(
         np.sort(np.concatenate([angle, scene.load.sharp_angles()]))
@@ -43,7 +43,7 @@ def seen(scene, strip, composition):
 
 CLOSED_FORMS = EffectSelection(exclude=frozenset({"rod_inertia", "large_displacement"}))
 BESIDE_A_DEAD_CENTRE = 2178, 3006, 3186, 7290
-"""Scenes with their greatest stress where the strip is all but straight."""
+"""Scenes whose maximum stress occurs where the strip is almost straight."""
 
 
 @pytest.mark.parametrize("seed", [*range(1000, 1050), *BESIDE_A_DEAD_CENTRE])

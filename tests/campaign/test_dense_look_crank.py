@@ -1,7 +1,7 @@
-"""What a dense look at the cycle sees is never worse than what an analysis says: a look searches for nothing.
+"""Dense sampling of the cycle never finds values worse than the analysis reports; sampling needs no search.
 
-Every angle of a fine grid is evaluated, both sides of every break included, and the work is added up from cell to cell;
-pieces, humps and crossings of the mean torque play no part.
+Every angle of a fine grid is evaluated, with both sides of every discontinuity, and the work is summed over the cells,
+without using pieces, peaks or crossings of the mean torque.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from tests.solvers.crank.machines import CAR, car
 
 ACCURACY = 1e-6
 ANGLES = 3000
-"""Per turn."""
+"""Grid points per revolution."""
 
 LOADS = {
     "gas_force_max": lambda f: f.gas,
@@ -36,13 +36,13 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 
 def cycle_of(scene):
-    """The cycle with every effect."""
+    """The cycle with all effects."""
     curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
     return Cycle(scene, compose(Choice(EFFECTS, ()), scene), curve)
 
 
 def grid_of(cycle):
-    """Angles from the cycle's start to its end: evenly, and both sides of where any cylinder's pressure has a point."""
+    """Uniform angles over the cycle, and both sides of every data point of any cylinder's pressure."""
     start, period = cycle.curve.breaks[0], cycle.scene.cylinder.period
     later = [start + np.mod(cycle.curve.breaks[:-1] - start + phase, period) for phase in cycle.scene.engine.phases]
     points = np.concatenate([cycle.curve.breaks, *later])
@@ -56,7 +56,7 @@ def summed(cycle, angle):
 
 
 def over_cells(function, angle):
-    """The integral over every cell of the grid."""
+    """Integrals over the cells of the grid."""
     half = 0.5 * np.diff(angle)[:, None]
     at = angle[:-1, None] + half * (1.0 + NODES)
     return np.sum(function(at.ravel()).reshape(at.shape) * half * WEIGHTS, axis=1)
@@ -69,7 +69,7 @@ def no_extreme_is_passed_by(scene):
     angle = grid_of(cycle)
 
     forces = cycle.forces(angle)
-    # Of the rod's two signs the lesser is told to the greater one's digits.
+    # The smaller of the rod's two extremes is only accurate relative to the larger.
     rod = 1e-4 * np.max(np.abs(forces.rod))
     for worst in found.worst:
         scale = max(abs(worst.force), rod if worst.name.startswith("rod") else 0.0)
@@ -89,11 +89,11 @@ def no_extreme_is_passed_by(scene):
 
 
 CROWDED = 2044
-"""Its least torque is passed by where humps are climbed in the order of their samples' heights."""
+"""Its minimum torque is missed if peaks are refined in the order of their sampled values."""
 
 
 @pytest.mark.parametrize("seed", [*range(3000, 3024), CROWDED])
-def test_no_extreme_of_a_random_cycle_is_missed(seed):
+def test_no_extremum_of_a_random_cycle_is_missed(seed):
     scene, _ = scene_of("crank-dynamics", seed).request().scene()
     no_extreme_is_passed_by(scene)
 
@@ -103,9 +103,8 @@ SPARSE = np.concatenate([np.arange(5.0, 360.0, 59.0), CLOSE, np.arange(405.0, 71
 
 
 @pytest.mark.parametrize("speed", [65.0448, 93.6637])
-def test_a_peak_far_from_any_point_is_found(speed):
-    """The gas loads crank pin or wrist pin all but as much as the inertia does, whose peak an offset moves off the dead
-    centre."""
+def test_a_peak_far_from_data_points_is_found(speed):
+    """Gas and inertia load a pin almost equally, and an offset moves the inertia peak off dead centre."""
     pressure = 1e5 + 3e6 * np.exp(-(((SPARSE - 380.0) / 25.0) ** 2))
     table = crank.TablePressure(tuple(np.radians(SPARSE).tolist()), tuple(pressure.tolist()))
     no_extreme_is_passed_by(car(mechanism=replace(CAR, speed=speed, offset=-0.01), pressure=table))

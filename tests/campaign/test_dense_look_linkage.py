@@ -1,7 +1,7 @@
-"""What a dense look at an impact linkage sees is never worse than what a check says: a look searches for nothing.
+"""Dense sampling of an impact linkage never finds values worse than a check reports; sampling needs no search.
 
-Crank angles, directions of the box, centres of the circle and steps of a turn under a motor are taken on fine grids, so
-that a peak which a search passed by would show, though not to many digits.
+Crank angles, box directions, circle centres and time steps under a motor are sampled on fine grids, so that a missed
+peak is detected, though not to many digits.
 """
 
 from __future__ import annotations
@@ -22,11 +22,11 @@ ACCURACY = 1e-6
 ANGLES, SWEPT, DIRECTIONS, CENTRES, PARTS = 20_000, 1_200, 721, 31, 64
 
 BESIDE_A_QUARTER_TURN = 259, 3343, 4196, 6130, 6544, 7180, 9047
-"""Scenes with their greatest torque or force beside a quarter of a turn before the blow."""
+"""Scenes whose maximum torque or force occurs near a quarter turn before the blow."""
 
 
 @pytest.mark.parametrize("seed", [*range(1000, 1040), *BESIDE_A_QUARTER_TURN])
-def test_no_extreme_of_a_cycle_is_missed(seed):
+def test_no_extremum_of_a_cycle_is_missed(seed):
     request = scene_of("impact-linkage", seed).request()
     scene, mechanism = request.mechanism()
     limits = request.limits.to_solver()
@@ -36,7 +36,7 @@ def test_no_extreme_of_a_cycle_is_missed(seed):
     told, slack = outcome.value, outcome.accuracy.estimated + 1e-12
     for name, worst in peaks_seen(scene, mechanism).items():
         assert getattr(told.strike, name, getattr(told.strike.peaks, name, None)) >= worst * (1.0 - slack), name
-    # Joints that are seen at some angles sweep a little less than they do.
+    # Joints sampled at discrete angles underestimate the swept area slightly.
     area, radius = sizes_seen(mechanism, limits.joint_radius)
     assert told.box.area <= area * (1.0 + 2e-5)
     assert told.enclosing_radius <= radius * (1.0 + 1e-3)
@@ -45,7 +45,7 @@ def test_no_extreme_of_a_cycle_is_missed(seed):
 
 
 def peaks_seen(scene, mechanism):
-    """The greatest |u31|, crank torque and pin force of the grid: even, and closer by the blow and opposite to it."""
+    """Maxima of |u31|, crank torque and pin force on a uniform grid, refined near the blow and opposite to it."""
     near = np.geomspace(1e-9, 1.0, 1_000)
     phi = np.concatenate(
         [np.linspace(0.0, 2.0 * math.pi, ANGLES), 2.0 * math.pi - near, math.pi - near, math.pi + near]
@@ -57,7 +57,7 @@ def peaks_seen(scene, mechanism):
 
 
 def sizes_seen(mechanism, pad):
-    """The least box area over directions, and the least radius over centres, around the joints where they were seen."""
+    """Minimum box area over directions and minimum radius over centres, around the sampled joints."""
     bar, near = mechanism.bar, np.geomspace(1e-6, 1.0, 60)
     phi = np.concatenate([np.linspace(-math.pi, math.pi, SWEPT), near, -near, math.pi - near, near - math.pi])
     pivots = np.array([[0.0, bar.ratios.base], [0.0, 0.0]])
@@ -72,7 +72,7 @@ def sizes_seen(mechanism, pad):
 
 
 def irregularity_seen(scene, mechanism, running):
-    """(Greatest - least)/mean speed of the crank at the ends of many steps of the turn that the answer tells of."""
+    """(Maximum - minimum)/mean crank speed [-] over many time steps of the reported revolution."""
     bar, drive = mechanism.bar, scene.drive
     rocker, tool = rocker_inertia(bar, scene), mechanism.crank * bar.ratios.rocker
     first = running.impact_speed / (bar.end * tool) * (1.0 + running.jump)

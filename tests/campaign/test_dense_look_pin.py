@@ -1,7 +1,7 @@
-"""What a dense look along a pin or a bushing sees is never worse than what a check says: a look searches for nothing.
+"""Dense sampling along a pin or bushing never finds values worse than a check reports; sampling needs no search.
 
-Forces in the textbook's pieces, stresses in diameters and bore ratios, means by Gauss's rule on panels that crowd at
-both ends of every straight part: nothing of the check's stations is in it.
+Forces by the textbook's pieces, stresses in diameters and bore ratios, means by Gauss quadrature on panels graded
+towards both ends of every straight part, independent of the check's stations.
 """
 
 from __future__ import annotations
@@ -28,8 +28,7 @@ RINGS = np.linspace(0.0, 1.0, 30)
 
 @dataclass(frozen=True)
 class Part:
-    """A part of the bar whose material D - d is straight, from ``low`` to ``high``; of what holds it: 0, 2 the bosses,
-    1 the rod, None nothing."""
+    """A part of the bar from ``low`` to ``high`` with linear D - d; ``held`` by a boss (0, 2), the rod (1) or None."""
 
     low: float
     high: float
@@ -66,12 +65,12 @@ class Bar:
         return next((which for which, here in held.items() if here), None)
 
     def place(self, part, share):
-        """How far from the nearer end."""
+        """Distance from the nearer end."""
         x = part.low + share * (part.high - part.low)
         return np.clip(self.length - x if part.low + part.high > self.length else x, 0.0, 0.5 * self.length)
 
     def forces(self, part, share):
-        """Shear force, moment, and those of a unit force in the middle."""
+        """Shear force and moment, and those of a unit force in the middle."""
         x = self.place(part, share)
         force, a, none = self.scene.force, self.a, np.zeros_like(x)
         if part.held in (0, 2):
@@ -81,13 +80,13 @@ class Bar:
         return force / 2 - force * t / self.b, moment, none + 0.5, 0.5 * (x - a)
 
     def section(self, part, share):
-        """Outer diameter, bore ratio, and 1 - ratio^2 as a product that keeps a thin wall's digits."""
+        """Outer diameter, bore ratio, and 1 - ratio^2 without cancellation for thin walls."""
         material = part.ends[0] * (1.0 - share) + part.ends[1] * share
         outer = self.size + material if self.around else np.full_like(material, self.size)
         return outer, 1.0 - material / outer, material / outer * (2.0 - material / outer)
 
     def stresses(self, part, share):
-        """Equivalent and greatest shear stress."""
+        """Equivalent and maximum shear stress."""
         (Q, M, _, _), (D, r, u), nu = self.forces(part, share), self.section(part, share), self.scene.material.poisson
         v = u * (1.0 + r**2)
         bending = 32 * M / (math.pi * D**3 * v)
@@ -103,7 +102,7 @@ class Bar:
         return math.pi / 4 * D**2 * u
 
     def bends(self, part):
-        """Its share of the deflection of the middle: bending and Cowper's shear, by the unit load."""
+        """Contribution to the midspan deflection by the unit load method: bending and Cowper's shear."""
         (Q, M, q, m), (D, r, u), steel = self.forces(part, MEAN), self.section(part, MEAN), self.scene.material
         r2, nu = r**2, steel.poisson
         k = 6 * (1 + nu) * (1 + r2) ** 2 / ((7 + 6 * nu) * (1 + r2) ** 2 + (20 + 12 * nu) * r2)
@@ -112,7 +111,7 @@ class Bar:
         return (part.high - part.low) * float(WEIGHT @ (flat + sheared))
 
     def hoop(self, part):
-        """The greatest hoop stress of rings that are rings at all."""
+        """Maximum hoop stress over the proper rings."""
         D, ratio, _ = self.section(part, RINGS)
         m = self.scene.material
         rings = (
@@ -123,7 +122,7 @@ class Bar:
         return max(rings, default=0.0)
 
     def pressures(self):
-        """Mean pressure in the small end, greatest mean and peak in the bosses."""
+        """Mean pressure in the small end; maximum mean and peak pressure in the bosses."""
         area, peak, force = [0.0, 0.0, 0.0], 0.0, self.scene.force
         for part in self.parts:
             if part.held is not None:
@@ -134,7 +133,7 @@ class Bar:
         return force / area[1], 0.5 * force / min(area[0], area[2]), peak
 
     def seen(self):
-        """(greatest values, means) by the names of results, in SI units."""
+        """(maxima, means) by result name, in SI units."""
         looks = [self.stresses(part, LOOK) for part in self.parts]
         equivalent, shear = (max(float(look[k].max()) for look in looks) for k in (0, 1))
         steel = self.scene.material
@@ -149,7 +148,7 @@ class Bar:
 
 
 def told(answer):
-    """The check's own words for the same, in SI units."""
+    """The check's values of the same results, in SI units."""
     r = answer.result
     found = {name: r[f"{name}_mpa"] for name in ("equivalent_stress_max", "shear_stress_max")}
     found |= {**r["contact_pressures_mpa"], "hoop": r["ovalization_stress_max_mpa"]}
@@ -171,22 +170,22 @@ def nothing_is_passed_by(scene):
 
 
 SHEAR_IS_LIMITED_ELSEWHERE = 252, 2320, 2878
-"""Pins that use most of the shear allowable in one place, and most of the criterion between stations of another."""
+"""Pins with critical shear at one section, and a critical criterion between stations at another."""
 
 
 @pytest.mark.parametrize("seed", [*range(1000, 1050), *SHEAR_IS_LIMITED_ELSEWHERE])
-def test_no_extreme_of_a_random_pin_is_missed(seed):
+def test_no_extremum_of_a_random_pin_is_missed(seed):
     nothing_is_passed_by(scene_of("pin-profile", seed))
 
 
 def random_pin(seed):
-    """A random pin, its outer diameter and its length in millimetres."""
+    """A random pin with its outer diameter and length [mm]."""
     scene = next(s for s in (scene_of("pin-profile", 100 * seed + k) for k in range(100)) if "variable" not in s.body)
     return scene, scene.body["geometry"]["outer_diameter_mm"], 1e3 * scene.request().scene().geometry.length
 
 
 def pin_of(seed, points):
-    """A random pin with another bore: places over its length and bores over its diameter."""
+    """A random pin with another bore, given as relative positions x/L and bores d/D."""
     scene, size, length = random_pin(seed)
     bore = [{"x_mm": length * x, "bore_mm": size * d} for x, d in points]
     return replace(scene, body={**scene.body, "bore_mm": None, "profile": bore})
@@ -194,7 +193,7 @@ def pin_of(seed, points):
 
 @pytest.mark.parametrize("seed", range(20))
 def test_no_groove_with_one_slanting_flank_is_missed(seed):
-    """Beside it the bore is the same in both halves, at its own places too."""
+    """Apart from the groove the bore is symmetric, including its points."""
     rng = np.random.default_rng(seed)
     (begin, end), (even, deep) = np.sort(rng.uniform(0.0, 1.0, 2)), np.sort(rng.uniform(0.2, 0.97, 2))
     step = end if seed % 2 else begin
@@ -218,7 +217,7 @@ def test_no_ring_in_a_taper_is_missed(seed):
 
 
 @pytest.mark.parametrize("seed", range(24))
-def test_no_extreme_of_a_random_bushing_is_missed(seed):
+def test_no_extremum_of_a_random_bushing_is_missed(seed):
     rng = np.random.default_rng(seed)
     (scene, size, length), points = random_pin(seed), int(rng.integers(1, 6))
     x, bore = np.sort(rng.uniform(0.0, length, points)), size * rng.uniform(0.1, 0.9)

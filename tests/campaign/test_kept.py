@@ -1,4 +1,4 @@
-"""A campaign that was interrupted goes on where it stopped; one by other sources starts anew."""
+"""An interrupted campaign is resumed; one with changed sources is restarted."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def parts_of(seed: int) -> list[Part]:
 
 @pytest.fixture
 def sources(tmp_path):
-    """A copy of all that verdicts depend on."""
+    """A copy of all sources that affect verdicts."""
     for folder in kept._SOURCES:
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "*.json"))
     return tmp_path
@@ -60,7 +60,7 @@ def test_a_failed_write_keeps_earlier_results(tmp_path, monkeypatch):
     known.add(parts_of(1))
 
     class Full(io.FileIO):
-        """A disk that takes a few bytes more."""
+        """A disk that fails after a few more bytes."""
 
         def write(self, data):
             super().write(bytes(data)[:30])
@@ -118,7 +118,7 @@ def test_a_new_file_belongs_to_the_kind_in_whose_folder_it_lies(sources, source,
 
 
 def test_the_fingerprint_covers_all_judging_sources():
-    """All that the campaign and the kinds import of this repository is in the folders that are read."""
+    """All repository modules imported by the campaign and the kinds are in the hashed folders."""
     folders = tuple(folder.replace("/", ".") for folder in kept._SOURCES)
     wanted = re.compile(r"^\s*(?:from|import) ((?:app|bench|solvers|tests|oracles)[\w.]*)", re.MULTILINE)
     for folder in ("app/designs", "bench/campaign"):
@@ -135,7 +135,7 @@ def test_the_fingerprint_depends_on_kind_and_time_limit(sources):
 
 @pytest.mark.parametrize("slug", DRAWN)
 def test_the_fingerprint_covers_all_imports(slug):
-    """Of solvers: what the kind's own modules name, and what those do in turn."""
+    """Solver modules imported directly or transitively by the kind's own modules."""
     others = frozenset().union(*kept.OWN.values()) - kept.OWN[slug]
     waiting = [p for name in kept.OWN[slug] for p in ROOT.glob(f"solvers/{name}/**/*.py")]
     waiting += (ROOT / "app/designs" / slug.replace("-", "_")).rglob("*.py")

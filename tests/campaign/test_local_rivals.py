@@ -58,7 +58,7 @@ def test_the_papers_pin_is_not_beaten():
 
 
 def soften(monkeypatch, module):
-    """Shear a tenth too soft where designs are sought: part of the limit stays unused."""
+    """Shear compliance 10 % too high in the design search, so that part of the limit is unused."""
     true = module.cowper
     monkeypatch.setattr(module, "cowper", lambda nu: ShearFlexibility(1.1 * true(nu).a, 1.1 * true(nu).b))
 
@@ -105,7 +105,7 @@ def test_a_truncated_range_is_detected(monkeypatch):
 
 
 def test_truncated_bounds_of_a_rod_are_detected(monkeypatch):
-    """Strips are sought a tenth narrower than allowed."""
+    """The design search covers widths only up to 90 % of the bound."""
     example = KINDS["flexible-rod"].example(Mode.DESIGN)
     machine = {name: example[name] for name in ("mechanism", "piston", "load", "material")}
     core = {"include": ["beam_column", "friction"]}

@@ -20,7 +20,7 @@ from bench.campaign.scenes import DRAWN, scene_of, scenes
 
 CHOSEN = {"flexible-rod": 3}
 DESIGNS = {"flexible-rod": 2, "impact-linkage": 5, "pin-profile": 7}
-"""Scenes that are judged for their effects (of the other kinds 12), and designs."""
+"""Number of scenes for the selection of effects (12 for the other kinds), and of designs."""
 
 
 def test_every_kind_with_selectable_accuracy_has_scenes():
@@ -66,36 +66,36 @@ def test_certificates_hold(slug):
 
 
 def test_cones_hold_between_stations():
-    """A problem that the campaign found: a cone too thin between two stations."""
+    """Regression found by the campaign: a cone too thin between two stations."""
     found = judge_design("pin-profile", 83, quick=True)
     assert found.proven and found.admissible and found.bounded and found.honest
 
 
 @pytest.mark.parametrize(("seed", "uneven"), [(950, 1e-5), (1200, 5e-4)])
-def test_what_the_proof_leaves_out_moves_the_strip(seed, uneven):
-    """Problems that the campaign found: a better strip where friction and inertia change with it, and one of another
-    stock thickness, between which gas load and beam-column alone do not tell. The second strip rings so much that its
-    results are uneven from strip to strip: there a rival may be better by as much."""
+def test_effects_beyond_the_proof_change_the_optimum(seed, uneven):
+    """Regressions found by the campaign: a better strip by friction and inertia, and one of another stock thickness
+    that gas load and beam-column alone cannot distinguish. The second strip vibrates so strongly that its results are
+    irregular in its sizes; a competitor may be better by as much (``uneven``)."""
     found = judge_design("flexible-rod", seed, quick=True)
     assert found.admissible and found.bounded and found.honest and found.closest > -uneven
 
 
-def test_a_table_that_jumps_makes_the_strip_ring():
-    """A scene that the campaign found: pressures a tenth of a degree apart, the strip stiff otherwise."""
+def test_a_discontinuous_table_excites_vibration():
+    """Regression found by the campaign: pressure points 0.1 degrees apart on an otherwise stiff strip."""
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", 28), (1e-1,), needless=False))
 
 
 @pytest.mark.parametrize(("seed", "tolerance"), [(701, 1e-3), (1351, 1e-1), (608, 1e-1), (6398, 1e-1), (8982, 1e-1)])
 def test_effects_that_amplify_each_other_are_kept(seed, tolerance):
-    """Scenes that the campaign found: shear in a strip whose inertia and friction feed on it; friction beside a side
-    force that nearly vanishes; a strip that its friction buckles; a side force that vanishes far below buckling; and
-    friction whose corners make the strip ring."""
+    """Regressions found by the campaign: shear amplified by inertia and friction; friction with a side force close to
+    zero; buckling caused by friction; a side force that vanishes far below buckling; vibration excited by the corners
+    of friction."""
     assert all(v.kept_promise for v in judge_choice(scene_of("flexible-rod", seed), (tolerance,), needless=False))
 
 
 @pytest.mark.parametrize("seed", [887, 5793, 7752])
 def test_a_skewed_peak_is_not_underestimated(seed):
-    """Scenes that the campaign found: one with the greatest contact pressure 2e-8 too low, told as known to 5e-9."""
+    """Regressions found by the campaign, e.g. a contact pressure 2e-8 too low with an estimate of 5e-9."""
     judged = judge_estimate(scene_of("flexible-rod", seed))
     assert judged.honest and judged.met
 
@@ -170,7 +170,7 @@ def test_inconclusive_estimates_are_counted_separately():
 
 
 def test_a_pin_with_an_uncertain_reference_is_not_judged():
-    """A scene that the campaign found: the reference's own doubt is many times the accuracy asked for."""
+    """Regression found by the campaign: the reference's uncertainty far exceeds the requested accuracy."""
     judged = judge_estimate(scene_of("pin-profile", 4550))
     assert judged.doubt > 100.0 * judged.requested
     assert not judged.met and not judged.meeting_judged

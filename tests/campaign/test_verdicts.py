@@ -16,7 +16,7 @@ STRENGTH = ("equivalent_stress_max_mpa", "shear_stress_max_mpa")
 
 @pytest.mark.parametrize(("slug", "seed"), [("pin-profile", k) for k in range(24)] + [("impact-linkage", 1)])
 def test_a_design_meets_its_limits_at_any_accuracy(slug, seed):
-    """On its limits as it lies; what it was not asked to keep may fail, and the verdict then says so."""
+    """Active limits must not fail by rounding; criteria that were not requested may fail, and are reported."""
     rng = np.random.default_rng(seed)
     problem, job = PROBLEMS[slug](rng), KINDS[slug].jobs[Mode.DESIGN]
     body = {**problem.body, "accuracy": float(rng.choice([1e-1, 1e-3, 1e-6, 1e-9]))}
@@ -37,14 +37,14 @@ def test_a_design_meets_its_limits_at_any_accuracy(slug, seed):
 
 @pytest.mark.parametrize("seed", range(12))
 def test_verdicts_on_changed_pins_agree_with_the_campaign(seed):
-    """The walls of a design thickened and thinned: strength and limits hold in both readings, or in none."""
+    """With walls thickened or thinned, strength and limits hold by both evaluations or by neither."""
     rng = np.random.default_rng(100 + seed)
     problem, kind = pin_designs.problem(rng), KINDS["pin-profile"]
     answer = kind.jobs[Mode.DESIGN].run(kind.jobs[Mode.DESIGN].request.model_validate(problem.body))
     if answer.status == "infeasible":
         return
     given = problem.given(answer)
-    if given is None:  # a free form: its stations are the shape
+    if given is None:  # a free form is defined by its stations
         return
     job, bare, seen = kind.jobs[Mode.CHECK], problem.body.get("bore_mm"), set()
     for factor in (0.9, 0.999, 1.001, 1.05):

@@ -1,9 +1,9 @@
-"""Bytes that no client should send, and what must come back: an answer of HTTP, or an end, never a 5xx or silence.
+"""Malformed requests over raw sockets: the service must answer with HTTP or close, never with a 5xx or a timeout.
 
     python -m tests.reliability.attacks 100000 .campaign/attacks
 
-sends that many to a service of its own, a thousand a seed. A line of ``parts.jsonl`` tells how a seed went; started
-again, it goes on behind the last line.
+sends that many requests to a local service, a thousand per seed. Each seed appends a line to ``parts.jsonl``; a restart
+continues after the last line.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from tests.app.running import Running, wait_until
 
 PATIENCE_S = 30.0
 AT_ONCE = 16
-"""Connections of a campaign: most of its time it waits for heads and bodies that do not come."""
+"""Concurrent connections of a campaign, which mostly waits for timeouts of incomplete requests."""
 OF_A_SEED = 1000
 _TOKENS = (
     b"NaN", b"-", b"1e999", b"\\ud83d", b'"', b"{", b"]", b"\x00", b"\xff\xfe", b"null", b"[]", b"1" * 400, b"true",
     b"\\u0000", b"\xe2\x80\xae", b"=cmd|", b",", b":", b"e", b"\xed\xa0\x80",
 )  # fmt: skip
-_SPOILS: tuple[Callable[[random.Random, bytearray, int], None], ...] = (
+_MUTATIONS: tuple[Callable[[random.Random, bytearray, int], None], ...] = (
     lambda rng, body, at: body.__delitem__(slice(at, at + rng.randint(1, 40))),
     lambda rng, body, at: body.__setitem__(at, rng.randrange(256)),
     lambda rng, body, at: body.__setitem__(slice(at, at), body[at : at + rng.randint(1, 40)]),
@@ -41,16 +41,16 @@ _SPOILS: tuple[Callable[[random.Random, bytearray, int], None], ...] = (
 
 
 def spoiled(rng: random.Random, body: bytes) -> bytes:
-    """The bytes with one to six of them cut, overwritten, doubled or put in."""
+    """Apply one to six random mutations: deletion, overwrite, duplication or insertion."""
     found = bytearray(body)
     for _ in range(rng.randint(1, 6)):
         if found:
-            rng.choice(_SPOILS)(rng, found, rng.randrange(len(found)))
+            rng.choice(_MUTATIONS)(rng, found, rng.randrange(len(found)))
     return bytes(found)
 
 
 def _examples() -> list[tuple[str, bytes]]:
-    # Studies and designs that are understood take seconds; their bodies are those of checks and more.
+    # No studies and designs: valid ones take seconds, and their bodies extend those of checks.
     kinds = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind) if mode in (Mode.CHECK, Mode.ANALYSIS)]
     return [(f"/api/v1/{PATHS[mode]}/{kind.slug}", json.dumps(example_of(kind, mode)).encode()) for kind, mode in kinds]
 
@@ -65,7 +65,7 @@ _TARGETS = (
 
 
 def raw_request(rng: random.Random) -> bytes:
-    """A request as it goes over the wire, spoiled in its head or its body, sometimes in both, sometimes not at all."""
+    """Wire format of a request with a mutated head, body, both or neither."""
     if rng.random() < 0.5:
         path, body = rng.choice(EXAMPLES)
         body = spoiled(rng, body)
@@ -82,7 +82,7 @@ def raw_request(rng: random.Random) -> bytes:
 
 
 def sent(address: tuple[str, int], request: bytes) -> str:
-    """What came back for raw bytes: the status, ``closed``, or ``silence`` where nothing came within the patience."""
+    """Outcome of a raw request: the status, ``closed``, or ``silence`` after ``PATIENCE_S``."""
     with socket.create_connection(address, timeout=PATIENCE_S) as connection:
         try:
             connection.sendall(request)
@@ -97,7 +97,7 @@ def sent(address: tuple[str, int], request: bytes) -> str:
 
 
 def attack(address: tuple[str, int], seed: int, number: int) -> tuple[Counter[str], list[bytes]]:
-    """How often each outcome came, and the requests to which a bad one did."""
+    """Send ``number`` random requests; returns the counts of outcomes and the requests with a bad one."""
     rng, outcomes, bad = random.Random(seed), Counter[str](), []
     for _ in range(number):
         request = raw_request(rng)
@@ -109,7 +109,7 @@ def attack(address: tuple[str, int], seed: int, number: int) -> tuple[Counter[st
 
 
 def good(outcome: str) -> bool:
-    """501 and 505 are the words for methods and versions that there are not, 503 for kernels that are not there yet."""
+    """Acceptable outcome. 501 and 505: unsupported method or version; 503: kernels not yet compiled."""
     return outcome == "closed" or (outcome.isdigit() and (outcome[0] in "234" or outcome in ("501", "503", "505")))
 
 
@@ -118,7 +118,7 @@ def told(outcomes: Counter[str]) -> dict[str, Any]:
 
 
 def campaign(number: int, folder: Path) -> list[dict[str, Any]]:
-    """What came back for that many requests, those of before too."""
+    """Run until ``number`` requests have been sent in total; returns all reports, earlier included."""
     folder.mkdir(parents=True, exist_ok=True)
     told_to = folder / "parts.jsonl"
     done = [json.loads(line) for line in told_to.read_text().splitlines()] if told_to.exists() else []

@@ -1,4 +1,4 @@
-"""A service without file descriptors to spare: connections are many, the limit is low, and nothing is lost."""
+"""Exhaustion of file descriptors: many connections under a low limit must not lose acknowledged runs."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ CHECKS = "/api/v1/checks/pin-profile"
 
 
 def held(pid: int) -> int:
-    """How many descriptors a process has open."""
+    """Number of open descriptors of a process."""
     return len(os.listdir(f"/proc/{pid}/fd"))
 
 
 @contextlib.contextmanager
 def exhausted(running: Running, port: int, spare: int) -> Iterator[None]:
-    """So many descriptors more than it has now, and connections that take them all."""
+    """Limit the process to ``spare`` further descriptors and occupy them all with connections."""
     before = resource.prlimit(running.pid, resource.RLIMIT_NOFILE)
     most = held(running.pid) + spare
     resource.prlimit(running.pid, resource.RLIMIT_NOFILE, (most, before[1]))
@@ -51,7 +51,7 @@ def exhausted(running: Running, port: int, spare: int) -> Iterator[None]:
 
 @dataclass
 class Asked:
-    """What was answered, and what was acknowledged."""
+    """Counts of answers, and acknowledged runs."""
 
     statuses: Counter[str] = field(default_factory=Counter)
     acknowledged: dict[str, bytes] = field(default_factory=dict)
@@ -72,10 +72,9 @@ class Asked:
 
 
 def exhaust(folder: Path, rounds: int, spare: int = 12) -> Counter[str]:
-    """So many times without a descriptor to spare, with a worker or their template killed meanwhile; what was answered.
+    """Exhaust the descriptors ``rounds`` times while killing a worker or the template; returns counts of answers.
 
-    Raises where an answer was none of those that are documented, one that was acknowledged is lost, or the service
-    does not come back.
+    Asserts that all answers are documented ones, no acknowledged run is lost, and the service recovers.
     """
     asked = Asked()
     with Running(folder, workers=2, batch_workers=0, head_timeout_s=60) as running, running.client() as client:
@@ -88,7 +87,7 @@ def exhaust(folder: Path, rounds: int, spare: int = 12) -> Counter[str]:
                     asked.ask(another, 2, "on a new connection")
                 victims = [running.template] if turn % 2 else running.family() - {running.pid, running.template}
                 os.kill(min(victims), signal.SIGKILL)
-                time.sleep(1.2)  # so that starting another is tried in vain
+                time.sleep(1.2)  # so that a restart attempt fails
                 asked.ask(client, 4, "with the template killed" if turn % 2 else "with a worker killed")
             wait_until(lambda: running.ready(client), 30.0)
             asked.ask(client, 3, "after")

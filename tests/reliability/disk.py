@@ -1,8 +1,8 @@
-"""A disk that loses the end of the journal, changes it, or fails in the midst of a commit: all of it or nothing.
+"""Atomicity of commits under disk faults: truncated or corrupted write-ahead log, and failing system calls.
 
     python -m tests.reliability.disk 900
 
-cuts or changes the write-ahead log at that many places, then fails every input and output of a commit once.
+truncates or corrupts the log at that many positions, then fails every I/O call of a commit once.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ from tests.app.store.records import make_record, make_response
 
 COMMITS = 30
 _HEADER_BYTES = 32
-"""Of a write-ahead log; its pages follow, each with a checksum over all before it."""
+"""Header size of a write-ahead log; frames follow, each with a checksum cumulative over its predecessors."""
 
 
 class Journal:
-    """A database whose commits all stand in its write-ahead log, and how long that was after each."""
+    """A database with all commits in its write-ahead log, and the length of the log after each."""
 
     def __init__(self, folder: Path) -> None:
         self.file = folder / "runs.sqlite3"
@@ -58,7 +58,7 @@ class Journal:
         return self.file.with_name(self.file.name + "-wal")
 
     def damaged(self, folder: Path, rng: random.Random) -> tuple[str, int]:
-        """A copy whose log is cut or changed at some place; how, and how many commits end before that place."""
+        """Copy with a log damaged at a random position; returns the damage and the number of commits before it."""
         folder.mkdir()
         for file in self.kept.iterdir():
             shutil.copy(file, folder)
@@ -70,7 +70,7 @@ class Journal:
             del content[place:]
         elif how == "bit":
             content[place] ^= 1 << rng.randrange(8)
-        else:  # a sector that was never written
+        else:  # a sector never written
             place -= place % 512
             content[place : place + 512] = bytes(len(content[place : place + 512]))
         if how == "zeros":
@@ -81,7 +81,7 @@ class Journal:
 
 
 def cut_and_changed(places: int, folder: Path, seed: int = 1) -> Counter[str]:
-    """How often which damage was tried; raises where what comes back is no whole prefix of what was committed."""
+    """Damage the log; asserts that recovery yields a complete prefix of the commits. Counts by kind of damage."""
     journal, rng, tried = Journal(folder), random.Random(seed), Counter[str]()
     for number in range(places):
         where = folder / f"place-{number}"
@@ -97,13 +97,13 @@ def cut_and_changed(places: int, folder: Path, seed: int = 1) -> Counter[str]:
     return tried
 
 
-# -- every input and output of a commit --------------------------------------------------------------------------
+# -- every I/O call of a commit ----------------------------------------------------------------------------------
 
 
 def failed_io(folder: Path, every: int = 1) -> Counter[str]:
-    """Fail each n-th call that a commit and the end of its store make, by turns with EIO and ENOSPC.
+    """Fail every ``every``-th I/O call of commits and of closing the store, alternating EIO and ENOSPC.
 
-    For a process into which ``faulty_io.c`` is loaded. How often which call failed; raises where a commit was half.
+    Requires ``faulty_io.c`` to be preloaded. Returns failures by call; asserts that no commit is partial.
     """
     faults = ctypes.CDLL(None)
     faults.fired.restype = ctypes.c_char_p
@@ -150,7 +150,7 @@ def _one_failure(faults: ctypes.CDLL, where: Path, number: int, error: int) -> s
 
 
 def in_a_faulty_process(every: int = 1) -> Counter[str]:
-    """`failed_io` in a process of its own; needs a C compiler, else FileNotFoundError."""
+    """Run ``failed_io`` in a subprocess. Raises FileNotFoundError without a C compiler."""
     with tempfile.TemporaryDirectory() as folder:
         library = Path(folder) / "faulty_io.so"
         source = Path(__file__).with_name("faulty_io.c")

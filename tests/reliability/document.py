@@ -1,10 +1,10 @@
-"""Requests made from the OpenAPI document, and whether each is answered as it says.
+"""Conformance of the API to its OpenAPI document, tested with generated requests.
 
     python -m tests.reliability.document 50000 .campaign/document
 
-A round makes cases of every operation: what the schema allows and what it does not, or near the examples and with names
-of runs, batches and plots that exist. A line of ``parts.jsonl`` tells how an operation of a round went;
-started again, it goes on behind the last line, and tries again what failed.
+Each round generates cases for every operation: valid and invalid by the schema, or mutations of the examples with
+existing names of runs, batches and plots. Each operation of a round appends a line to ``parts.jsonl``; a restart
+continues after the last line and retries failures.
 """
 
 from __future__ import annotations
@@ -40,16 +40,16 @@ from tests.reliability.attacks import spoiled
 
 CHECKED = [not_a_server_error, status_code_conformance, content_type_conformance, response_schema_conformance]
 CASES_OF_A_ROUND = 50
-"""Of each operation; of studies, which take a second each, a fifth."""
+"""Cases per operation; a fifth for studies, which take about 1 s each."""
 STUDY_S = 0.3
-"""What studies near the example may take."""
+"""Time budget [s] of studies derived from the example."""
 DOCUMENT = create_app().openapi()
 ROWS = [(kind, mode) for kind in KINDS.values() for mode in modes_of(kind) if mode is not Mode.ACCURACY]
 OPERATIONS = [each.ok() for each in schemathesis.openapi.from_dict(DOCUMENT).get_all_operations()]
 
 
 def known_values(client: TestClient) -> dict[str, list[str]]:
-    """What parameters may name: stored runs of every kind, a batch with items and one with none, plots and exports."""
+    """Existing parameter values: runs of every kind, a batch with items and an empty one, plots and exports."""
     runs, batches, parts = [], [], {"plots": {"none"}, "exports": {"none"}}
     for kind, mode in ROWS:
         answer = client.post(f"/api/v1/{PATHS[mode]}/{kind.slug}", json=example_of(kind, mode)).json()
@@ -72,7 +72,7 @@ def known_values(client: TestClient) -> dict[str, list[str]]:
 
 
 def mixed(example: Any, generated: Any, rng: random.Random) -> Any:
-    """The example with one in ten of its values, or groups of them, as they were generated."""
+    """The example with one in ten values or groups replaced by generated ones."""
     if not isinstance(example, dict) or not isinstance(generated, dict):
         return generated if rng.random() < 0.1 else example
     found = {key: mixed(value, generated.get(key, value), rng) for key, value in example.items()}
@@ -80,12 +80,12 @@ def mixed(example: Any, generated: Any, rng: random.Random) -> Any:
 
 
 def near(case: Case, known: dict[str, list[str]], rng: random.Random) -> Case:
-    """The case with names that exist for most of its parameters, and a body near the example."""
+    """The case with existing names in most parameters and a body derived from the example."""
     for values in (case.path_parameters, case.query):
         for name in known.keys() & (values or {}):
             if rng.random() < 0.9:
                 values[name] = rng.choice(known[name])
-    if rng.random() < 0.7:  # else most would meet a key that is taken
+    if rng.random() < 0.7:  # otherwise most keys would conflict
         (case.headers or {}).pop("idempotency-key", None)
     content = case.operation.definition.raw.get("requestBody", {}).get("content", {})
     if "example" in content.get("application/json", {}):
@@ -101,7 +101,7 @@ def near(case: Case, known: dict[str, list[str]], rng: random.Random) -> Case:
 
 
 def cases_of(operation: Any, known: dict[str, list[str]], turn: int) -> st.SearchStrategy[Case]:
-    """What the schema allows and what it does not; two turns in three near what exists."""
+    """Valid and invalid cases by the schema; in two of three turns derived from existing data."""
     cases = st.one_of(operation.as_strategy(generation_mode=mode) for mode in GenerationMode)
     has_values = bool(operation.definition.raw.get("parameters") or operation.body)
     if turn % 3 == 0 or not has_values:
@@ -110,21 +110,21 @@ def cases_of(operation: Any, known: dict[str, list[str]], turn: int) -> st.Searc
 
 
 def hold(client: TestClient, case: Case) -> int:
-    """Send a case; the status of its answer, after it was held against the document."""
+    """Send a case, validate the answer against the document and return its status."""
     sent = case.as_transport_kwargs(base_url=str(client.base_url))
     try:
         answer = client.request(
             sent["method"], sent["url"], params=sent.get("params"), headers=sent["headers"],
             content=sent.get("data") or (json.dumps(sent["json"]) if "json" in sent else None),
         )  # fmt: skip
-    except InvalidURL:  # longer than this client sends
+    except InvalidURL:  # too long for this client
         reject()
     case.validate_response(answer, checks=CHECKED)
     return answer.status_code
 
 
 def part(client: TestClient, operation: Any, known: dict[str, list[str]], turn: int, cases: int) -> Counter[int]:
-    """Cases of one operation; how often each status came. Raises for the first answer that is not as documented."""
+    """Run cases of one operation; returns counts by status. Raises at the first undocumented answer."""
     statuses = Counter[int]()
 
     @seed(turn)
@@ -144,7 +144,7 @@ def part(client: TestClient, operation: Any, known: dict[str, list[str]], turn: 
 
 
 def campaign(wanted: int, folder: Path) -> list[dict[str, Any]]:
-    """Rounds until that many cases were sent, those of before too; what failed before is tried again first."""
+    """Run until ``wanted`` cases have been sent in total; earlier failures are retried first."""
     folder.mkdir(parents=True, exist_ok=True)
     told = folder / "parts.jsonl"
     lines = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []

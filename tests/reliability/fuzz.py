@@ -1,8 +1,8 @@
-"""Parsers under bytes of any kind: a row is a request, a refusal, or unreadable; nothing else may come of it.
+"""Fuzzing of the parsers: every row must yield a request, a refusal or an unreadable row, and nothing else.
 
     python -m tests.reliability.fuzz ndjson 100000
 
-Guided by coverage where atheris is installed (it is no dependency of this project), else by spoiling good examples.
+Coverage-guided if atheris is installed (not a dependency of this project), else by mutation of valid examples.
 """
 
 from __future__ import annotations
@@ -31,19 +31,19 @@ PIN, CRANK = KINDS["pin-profile"], KINDS["crank-dynamics"]
 
 
 def _rows(data: bytes, quotes: bool) -> list[Row]:
-    """The rows of bytes, which are the same however the bytes are cut, and as they come back from a block."""
+    """Split bytes into rows; asserts independence of chunking and a lossless round trip through a block."""
     whole, cut = Lines(quotes), Lines(quotes)
     rows = [*whole.feed(data), *filter(None, [whole.end()])]
     at = len(data) // 3
     again = [*cut.feed(data[:at]), *cut.feed(data[at:]), *filter(None, [cut.end()])]
-    # A byte order mark is looked for in what comes first, so it must not be cut.
+    # A byte order mark is only recognised if it is not split between parts.
     assert rows == again or data.startswith(b"\xef")
     assert not rows or unpacked_rows(packed_rows(rows), 0, len(rows)) == rows
     return rows
 
 
 def _judge(source: Source, rows: list[Row]) -> int:
-    """How many of the rows are requests."""
+    """Validate the rows; returns the number of valid requests."""
     job, understood = job_of(PIN, Mode.CHECK), 0
     for row in rows:
         try:
@@ -59,12 +59,12 @@ def _judge(source: Source, rows: list[Row]) -> int:
 
 
 def ndjson(data: bytes) -> int:
-    """Lines of JSON."""
+    """Parse NDJSON."""
     return _judge(Source("ndjson"), _rows(data, quotes=False))
 
 
 def table(data: bytes) -> int:
-    """Records of CSV with their header."""
+    """Parse CSV with its header."""
     rows = _rows(data, quotes=True)
     try:
         names = header_of(rows[0]) if rows and not rows[0].unfit else ()
@@ -75,21 +75,21 @@ def table(data: bytes) -> int:
 
 
 def indicator(data: bytes) -> int:
-    """Strokes of an indicator diagram: bytes taken for floats between the good ones."""
+    """Parse indicator diagrams with bytes inserted as floats between valid points."""
     body = json.loads(json.dumps(_DIAGRAM))
     body["pressure"]["repair"] = len(data) % 2 == 0
     strokes = body["pressure"]["strokes"]
-    for place, value in struct.iter_unpack("<Bf", data[: len(data) // 5 * 5]):
-        points = strokes[place % len(strokes)]["volume_cm3" if place & 64 else "pressure_mpa"]
-        at = (place >> 1) % (len(points) + 1)
-        points[at : at + (place >> 7)] = [value]
+    for position, value in struct.iter_unpack("<Bf", data[: len(data) // 5 * 5]):
+        points = strokes[position % len(strokes)]["volume_cm3" if position & 64 else "pressure_mpa"]
+        at = (position >> 1) % (len(points) + 1)
+        points[at : at + (position >> 7)] = [value]
     (answer,) = answer_many(CRANK.slug, Mode.ANALYSIS, [body], Detail.SCALARS)
     assert answer.status in ("succeeded", "infeasible", "refused"), answer.problem
     return answer.status == "succeeded"
 
 
 def _cells(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    """The dotted names of a body's values, and what is written in their cells."""
+    """The dotted names and values of all leaves of a body."""
     children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else None
     if children is None:
         yield name, value
@@ -111,11 +111,11 @@ PARSERS: dict[str, tuple[Callable[[bytes], int], bytes]] = {
     "csv": (table, _example_table()),
     "indicator": (indicator, struct.pack("<BfBf", 3, 0.1, 80, 30.0)),
 }
-"""Each with an example to begin with."""
+"""Parsers with their seed inputs."""
 
 
 def spoil(name: str, number: int, seed: int = 1) -> int:
-    """Put that many spoiled examples through a parser; how many requests were understood."""
+    """Run a parser on ``number`` mutated examples; returns the number of valid requests."""
     parser, example = PARSERS[name]
     rng = random.Random(seed)
     return sum(parser(spoiled(rng, example)) for _ in range(number))
@@ -131,7 +131,7 @@ def main() -> None:
     parser, example = PARSERS[name]
 
     def one(data: bytes) -> Any:
-        # Every other one beside a good example, so that what lies deep is reached.
+        # Every other input extends a prefix of a valid example, to reach deeper code.
         parser(data if len(data) % 2 else example[: len(data) * 7 % len(example)] + data)
 
     for owner in (Lines, Source):

@@ -1,11 +1,12 @@
-"""SIGKILL of services, templates and workers while batches and promised runs come in: rounds, each on a fresh database.
+"""Crash test: SIGKILL of services, worker templates and workers under load of batches and asynchronous runs.
 
     python -m tests.reliability.kills 1000 .campaign/kills
 
-A round sends batches under idempotency keys, again and again until each is acknowledged, and runs that are promised;
-meanwhile it kills at random moments. Then everything acknowledged must be there, whole and once, and no process left.
-A line of ``rounds.jsonl`` tells how each went; of one that failed the folder stays, with its message, its database and
-what its services wrote. Started again, it goes on with the rounds that have no line. Three rounds go on at once.
+Each round, on a fresh database, sends batches and asynchronous runs under idempotency keys, retrying until each is
+acknowledged, and kills processes at random times. Afterwards everything acknowledged must be stored, complete and
+exactly once, and no process may be left. Every round appends a line to ``rounds.jsonl``; the folder of a failed one is
+kept with its message, database and service output. A restart continues with the missing rounds. Three rounds run
+concurrently.
 """
 
 from __future__ import annotations
@@ -44,15 +45,15 @@ KILLS_OF_A_ROUND = 25
 SENDERS = 3
 LEASE_S = 1.0
 BUDGET_S = 300.0
-"""So that a solve ends however slow the machine is."""
+"""Solve budget [s], generous so that solves finish on a loaded machine."""
 ENDED_S = 180.0
 GONE_S = 15.0
-"""So long the processes of a killed service may live on: Linux ends them at once, a loaded machine a little later."""
+"""Time limit [s] for the orphans of a killed service to exit; immediate on Linux unless the machine is loaded."""
 
 
 @dataclass(frozen=True)
 class Work:
-    """Requests that are told apart by one number of theirs."""
+    """A type of request, individualised by one numeric field at ``path``."""
 
     kind: str
     mode: Mode
@@ -74,7 +75,7 @@ WORKS = (
 
 @dataclass
 class Sent:
-    """What was acknowledged."""
+    """Acknowledged batches and runs, and failures of the senders."""
 
     batches: dict[str, tuple[Work, list[float]]] = field(default_factory=dict)
     promised: set[str] = field(default_factory=set)
@@ -83,12 +84,12 @@ class Sent:
 
 
 def numbers(rng: random.Random, count: int) -> list[float]:
-    """Different from one another, so that nothing is answered from an earlier answer."""
+    """Distinct numbers, so that no request is answered from the cache."""
     return [round(0.5 + 1e-4 * k + rng.random() * 1e-5, 9) for k in range(count)]
 
 
 class Sender(threading.Thread):
-    """Sends until it is told to stop; what is not answered it sends again under the same key."""
+    """Sends requests until stopped; unanswered ones are retried under the same idempotency key."""
 
     def __init__(self, rng: random.Random, sent: Sent, address: Callable[[], str]) -> None:
         super().__init__(name="sender", daemon=True)
@@ -134,7 +135,7 @@ class Sender(threading.Thread):
     def _acknowledged(
         self, path: str, headers: dict[str, str], content: Callable[[], Any], query: dict[str, str]
     ) -> dict[str, Any] | None:
-        """The answer with 202; None if the round ended before there was one."""
+        """Retry until a 202 answer; None if the round ends first."""
         headers = {**headers, "Idempotency-Key": f"{self._rng.getrandbits(64):x}"}
         while not self._sent.stop.is_set():
             try:
@@ -153,16 +154,16 @@ class Sender(threading.Thread):
 
 
 class Round:
-    """One database, one or two services on it, and what is done to them."""
+    """One database with one or two services, and the kills inflicted on them."""
 
     def __init__(self, folder: Path, url: str, seed: int, services: int) -> None:
         self.folder, self.url, self.rng = folder, url, random.Random(seed)
         self.killed: Counter[str] = Counter()
         self.sent = Sent()
         self._starts = 0
-        self.services: list[tuple[Running, str]] = [self._started() for _ in range(services)]
+        self.services: list[tuple[Running, str]] = [self._start_service() for _ in range(services)]
 
-    def _started(self) -> tuple[Running, str]:
+    def _start_service(self) -> tuple[Running, str]:
         self._starts += 1
         folder = self.folder / f"service-{self._starts}"
         folder.mkdir(parents=True)
@@ -203,8 +204,8 @@ class Round:
             os.kill(running.pid, signal.SIGKILL)
             running.process.wait()
             wait_until(lambda: not family & parents().keys(), GONE_S)
-            self.services[at] = self._started()
-            if self.rng.random() < 0.7:  # else what is just starting may be hit
+            self.services[at] = self._start_service()
+            if self.rng.random() < 0.7:  # else the next kill may hit a starting service
                 self._wait_until_it_works(self.services[at][1])
         else:
             templates = {pid for pid, parent in parents().items() if parent == running.pid}
@@ -212,7 +213,7 @@ class Round:
             pid = self.rng.choice(sorted(workers if what == "worker" else templates) or [0])
             if not pid:
                 return
-            with contextlib.suppress(ProcessLookupError):  # it ended a moment ago
+            with contextlib.suppress(ProcessLookupError):  # it has just exited
                 os.kill(pid, signal.SIGKILL)
         self.killed[what] += 1
 
@@ -222,12 +223,14 @@ class Round:
             wait_until(lambda: client.get("/readyz").status_code == 200, 120.0)
 
     def check(self) -> dict[str, int]:
-        """Everything acknowledged is there, whole and once; how much that is."""
+        """Assert that everything acknowledged is stored completely and exactly once; returns the counts."""
         with httpx.Client(base_url=self.services[0][1], timeout=60) as client:
             for batch in self.sent.batches:
-                wait_until(lambda b=batch: self._over(client, f"/api/v1/batches/{b}", ("queued", "running")), ENDED_S)
+                wait_until(
+                    lambda b=batch: self._finished(client, f"/api/v1/batches/{b}", ("queued", "running")), ENDED_S
+                )
             for run in self.sent.promised:
-                wait_until(lambda r=run: self._over(client, f"/api/v1/runs/{r}", ("queued", "running")), ENDED_S)
+                wait_until(lambda r=run: self._finished(client, f"/api/v1/runs/{r}", ("queued", "running")), ENDED_S)
                 shown = client.get(f"/api/v1/runs/{run}").json()
                 assert shown["status"] in ("succeeded", "infeasible"), shown
         for running, _ in self.services:
@@ -242,7 +245,7 @@ class Round:
         return {"batches": len(self.sent.batches), "items": items, "promised": len(self.sent.promised)}
 
     @staticmethod
-    def _over(client: httpx.Client, place: str, still: tuple[str, ...]) -> bool:
+    def _finished(client: httpx.Client, place: str, still: tuple[str, ...]) -> bool:
         time.sleep(0.05)
         return client.get(place).json()["status"] not in still
 
@@ -265,7 +268,7 @@ class Round:
 
 
 def one_round(folder: Path, url: str, seed: int, services: int, kills: int) -> dict[str, Any]:
-    """What a round was and found; raises what failed, and then leaves the folder."""
+    """Run one round; returns its counts. On failure raises and keeps the folder."""
     folder.mkdir(parents=True)
     began = time.monotonic()
     round_ = Round(folder, url, seed, services)
@@ -279,12 +282,12 @@ def one_round(folder: Path, url: str, seed: int, services: int, kills: int) -> d
 
 
 def told_round(server: str, folder: Path, seed: int) -> dict[str, Any]:
-    """A round and what came of it; a quarter of them each on SQLite and PostgreSQL, with one service and two."""
+    """Run one round and report it; seeds alternate over SQLite and PostgreSQL, with one service and two."""
     where, services, on_server = folder / f"round-{seed}", 1 + seed % 2, seed % 4 >= 2
     database = fresh_database(server) if on_server else contextlib.nullcontext(f"sqlite:///{where}/runs.sqlite3")
     line = {"seed": seed, "database": "postgresql" if on_server else "sqlite", "services": services}
     line |= {"kills": KILLS_OF_A_ROUND, "failure": None}
-    shutil.rmtree(where, ignore_errors=True)  # of a campaign that was interrupted
+    shutil.rmtree(where, ignore_errors=True)  # left by an interrupted campaign
     with database as url:
         try:
             line |= one_round(where, url, seed, services, KILLS_OF_A_ROUND)
@@ -295,14 +298,14 @@ def told_round(server: str, folder: Path, seed: int) -> dict[str, Any]:
 
 
 def campaign(kills: int, folder: Path, until: float = float("inf"), at_once: int = 3) -> list[dict[str, Any]]:
-    """Rounds, some at once, until that many kills are done or the time is over; what they gave, those of before too."""
+    """Run rounds concurrently until ``kills`` or the time ``until`` is reached; returns all reports ever made."""
     folder.mkdir(parents=True, exist_ok=True)
     told = folder / "rounds.jsonl"
     done = [json.loads(line) for line in told.read_text().splitlines()] if told.exists() else []
     begun = {line["seed"] for line in done}
     seeds = (seed for seed in itertools.count() if seed not in begun)
     wanted = -(-(kills - sum(line["kills"] for line in done)) // KILLS_OF_A_ROUND)
-    # Threads that live on: what a thread starts ends with it.
+    # Long-lived threads: a child process ends with the thread that started it.
     with postgres_server() as server, ThreadPoolExecutor(at_once) as threads, told.open("a") as sink:
 
         def one(seed: int) -> dict[str, Any] | None:

@@ -1,4 +1,4 @@
-"""The suite's share of the campaign: raw bytes and kills against a service of processes of its own."""
+"""Short versions of the reliability campaigns, run with the test suite."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running, httpx.Client]]:
     folder = tmp_path_factory.mktemp("attacked")
     with Running(folder, body_idle_s=1, head_timeout_s=1) as running, running.client() as client:
-        # Pages, refusals and the analyses that are asked for need no compiled kernel; the rest is told to come later.
+        # No wait for kernels: pages, refusals and the analyses used here need none, the rest is answered with 503.
         wait_until(lambda: client.get("/healthz").status_code == 200, 170.0)
         yield running, client
 
 
 @pytest.mark.timeout(180)
-def test_no_bytes_break_it(service):
-    """``python -m tests.reliability.attacks`` sends a hundred thousand."""
+def test_the_service_survives_malformed_requests(service):
+    """Short version of ``python -m tests.reliability.attacks``."""
     running, client = service
     outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW)
     print(told(outcomes))
@@ -51,8 +51,8 @@ def test_no_bytes_break_it(service):
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
-def test_what_was_acknowledged_survives_kills(tmp_path: Path):
-    """SIGKILL to the service in the midst of writes: every run with a 201 is there, whole, and once."""
+def test_acknowledged_runs_survive_kills(tmp_path: Path):
+    """SIGKILL during writes: every run answered with 201 is stored, complete and exactly once."""
     rng, acknowledged = random.Random(1), {}
     for kill in range(KILLS):
         with Running(tmp_path) as running, running.client() as client:
@@ -78,15 +78,15 @@ def test_what_was_acknowledged_survives_kills(tmp_path: Path):
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
-def test_without_descriptors_it_answers_or_refuses_and_comes_back(tmp_path: Path):
+def test_the_service_recovers_from_descriptor_exhaustion(tmp_path: Path):
     told = exhaust(tmp_path, 50 if CAMPAIGN else 2)
     print(dict(told))
     assert told["on a connection that is open: 201"] > 0
 
 
 @pytest.mark.timeout(600)
-def test_the_dearest_requests_at_once_leave_the_service_alive(tmp_path: Path):
-    """``python -m tests.reliability.worst 60`` measures; here nothing but that looks come through the flood."""
+def test_health_checks_are_answered_under_overload(tmp_path: Path):
+    """Short version of ``python -m tests.reliability.worst``: only checks that health checks are answered."""
     shorter = {} if CAMPAIGN else {"solve_budget_s": 1, "queue_patience_s": 2}
     idle, busy, told = measure(60.0 if CAMPAIGN else 1.0, tmp_path, **shorter)
     print(f"idle: {idle}\nbusy: {busy}\n{dict(told)}")
@@ -95,8 +95,8 @@ def test_the_dearest_requests_at_once_leave_the_service_alive(tmp_path: Path):
 
 
 @pytest.mark.timeout(600)
-def test_batches_and_promises_survive_kills(tmp_path: Path):
-    """A short round of what ``python -m tests.reliability.kills`` does a thousand times."""
+def test_batches_and_asynchronous_runs_survive_kills(tmp_path: Path):
+    """One short round of ``python -m tests.reliability.kills``."""
     found = one_round(tmp_path / "round", f"sqlite:///{tmp_path}/round/runs.sqlite3", 4, 1, 3)
     print(found)
     assert found["items"] > 0
@@ -104,8 +104,8 @@ def test_batches_and_promises_survive_kills(tmp_path: Path):
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
 @pytest.mark.parametrize("parser", PARSERS)
-def test_no_bytes_break_a_parser(parser):
-    """``python -m tests.reliability.fuzz`` looks further, guided by coverage."""
+def test_parsers_survive_mutated_input(parser):
+    """Mutation only; ``python -m tests.reliability.fuzz`` is guided by coverage."""
     number = 100_000 if CAMPAIGN else 150
     understood = spoil(parser, number)
     print(f"{parser}: {number} spoiled examples, {understood} requests understood")
@@ -113,7 +113,7 @@ def test_no_bytes_break_a_parser(parser):
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
-def test_a_journal_that_is_cut_or_changed_gives_a_whole_prefix(tmp_path: Path):
+def test_a_damaged_journal_yields_a_complete_prefix(tmp_path: Path):
     places = 900 if CAMPAIGN else 25
     tried = cut_and_changed(places, tmp_path)
     print(dict(tried))
@@ -122,8 +122,8 @@ def test_a_journal_that_is_cut_or_changed_gives_a_whole_prefix(tmp_path: Path):
 
 @pytest.mark.skipif(sys.platform != "linux" or shutil.which("cc") is None, reason="fails calls of Linux's C library")
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
-def test_a_commit_whose_disk_fails_is_whole_or_not_at_all(tmp_path: Path):
-    """Each input and output of three commits and of the store's end, once in turn; in the suite each seventh."""
+def test_commits_are_atomic_under_disk_failures(tmp_path: Path):
+    """Fail every I/O call of three commits and of closing the store, in the suite every seventh."""
     tried = in_a_faulty_process(1 if CAMPAIGN else 7)
     print(dict(tried))
     assert tried["pwrite"] > 5 and tried["fsync"] > 0

@@ -1,9 +1,9 @@
-"""64 of the dearest valid requests at once, and how long ``/healthz`` takes meanwhile.
+"""Overload test: 64 concurrent clients with the most expensive valid requests, and the latency of ``/healthz``.
 
     python -m tests.reliability.worst 60
 
-The dearest of a kind: the least accuracy and effect tolerance that may be asked for, the longest tables, the most
-steps, points, cylinders and stock sizes. Each is sent as one that no earlier answer serves, at default settings.
+The most expensive request of a kind has the smallest accuracy and effect tolerance allowed, the longest tables and the
+most steps, points, cylinders and stock sizes. Each is made unique to bypass the cache; settings are the defaults.
 """
 
 from __future__ import annotations
@@ -34,11 +34,11 @@ from tests.app.running import ROOT, Running, wait_until
 
 AT_ONCE = 64
 LEAST = 1e-12
-_BETWEEN_LOOKS_S = 0.02
+_POLL_INTERVAL_S = 0.02
 
 
 def _table(period_deg: float, number: int = 10_000) -> dict[str, Any]:
-    """A pressure that rises and falls over a cycle, at as many angles as a table may have."""
+    """A periodic pressure table [MPa over deg] of maximum length."""
     angles = [round(k * period_deg / number, 6) for k in range(number)]
     pressures = [round(1.0 + 0.3 * math.sin(math.radians(angle)) + 0.1 * math.cos(math.radians(5 * angle)), 6)
                  for angle in angles]  # fmt: skip
@@ -46,7 +46,7 @@ def _table(period_deg: float, number: int = 10_000) -> dict[str, Any]:
 
 
 def _profile(pin: dict[str, Any], number: int = 5000) -> list[dict[str, float]]:
-    """Half a pin's bore, widening towards its end, at as many points as a profile may have."""
+    """A half-pin bore profile [mm], widening towards the end, of maximum length."""
     geometry = pin["geometry"]
     half = geometry["boss_length_mm"] + geometry["gap_mm"] + geometry["small_end_length_mm"] / 2
     least, rest = 0.6 * geometry["outer_diameter_mm"], 0.1 * geometry["outer_diameter_mm"]
@@ -55,7 +55,7 @@ def _profile(pin: dict[str, Any], number: int = 5000) -> list[dict[str, float]]:
 
 
 def dearest() -> dict[str, tuple[str, dict[str, Any]]]:
-    """Path and body of each, by name."""
+    """Path and body of each expensive request, by name."""
     found: dict[str, tuple[str, dict[str, Any]]] = {}
 
     def put(name: str, slug: str, mode: Mode, **changes: Any) -> None:
@@ -88,14 +88,14 @@ def dearest() -> dict[str, tuple[str, dict[str, Any]]]:
 
 
 def unlike(body: dict[str, Any], number: int) -> bytes:
-    """The request as one that no earlier answer serves."""
+    """The request made unique, so that no cached answer serves it."""
     tolerance = {"effect_tolerance": LEAST * (1.0 + 1e-6 * number)}
     spec = body["spec"] | tolerance if "spec" in body else None
     return json.dumps(body | ({"spec": spec} if spec else tolerance)).encode()
 
 
 async def flood(address: str, seconds: float) -> Counter[str]:
-    """64 clients, each with one request after the other; what they were answered."""
+    """Run 64 clients with back-to-back requests; returns the counts of answers."""
     requests, numbers, told = list(dearest().values()), count(1), Counter[str]()
     end = time.monotonic() + seconds
     limits = httpx.Limits(max_connections=None)
@@ -118,7 +118,7 @@ async def flood(address: str, seconds: float) -> Counter[str]:
 
 @dataclass(frozen=True)
 class Waits:
-    """How long answers took, in order."""
+    """Sorted latencies [s]."""
 
     seconds: list[float]
 
@@ -131,7 +131,7 @@ class Waits:
 
 
 def look(port: int, going_on: Iterator[Any]) -> Waits:
-    """Ask ``/healthz`` on connections of their own for as long as that goes on."""
+    """Poll ``/healthz``, each time on a new connection, until the iterator ends."""
     waits = []
     for _ in going_on:
         began = time.monotonic()
@@ -139,17 +139,17 @@ def look(port: int, going_on: Iterator[Any]) -> Waits:
             connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
             assert connection.recv(4096).startswith(b"HTTP/1.1 200")
         waits.append(time.monotonic() - began)
-        time.sleep(_BETWEEN_LOOKS_S)
+        time.sleep(_POLL_INTERVAL_S)
     return Waits(sorted(waits))
 
 
 def measure(seconds: float, folder: Path, **settings: object) -> tuple[Waits, Waits, Counter[str]]:
-    """``/healthz`` on an idle service, and under the flood; and what the flood was answered."""
+    """Latency of ``/healthz`` on an idle and on a flooded service, and the answers to the flood."""
     with Running(folder, **settings) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
         address, port = str(client.base_url), client.base_url.port
         idle = look(port, iter(range(100)))
-        # In a process of its own: what it takes to send a megabyte must not keep the looks waiting.
+        # In a separate process: sending megabytes must not delay the polls.
         words = [sys.executable, "-m", "tests.reliability.worst", "flood", address, str(seconds)]
         with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
             busy = look(port, iter(lambda: process.poll() is None, False))
@@ -160,7 +160,7 @@ def measure(seconds: float, folder: Path, **settings: object) -> tuple[Waits, Wa
 
 
 def each_alone() -> None:
-    """What each of them takes when nobody else asks."""
+    """Print the solve time of each request on an otherwise idle service."""
     with tempfile.TemporaryDirectory() as folder, Running(Path(folder)) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
         for name, (path, body) in dearest().items():

@@ -1,4 +1,4 @@
-"""The page of the rod's effects on one machine: every part's reference, the solver and its peers meet."""
+"""Costs of the rod's effects on one machine: reference, solver and peers agree in every part."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ def test_all_ways_lead_to_the_reference(part):
 
 
 def test_effects_together_differ_from_each_alone():
-    """The model of all effects is more than any of its parts: at one angle, against the core's side force."""
+    """The model with all effects differs from each part; compared at one angle with the core's side force."""
     angle = np.array([1.2])
     core, *alone, whole = (RodModel(PAPER, STRIP, frozenset(p)).bent(angle).side[0] for p in effects.PARTS.values())
     moved = [side / core - 1 for side in alone]
     assert min(map(abs, moved)) > 1e-5
-    # To first order they add up.
+    # To first order the effects are additive.
     assert whole / core - 1 == pytest.approx(sum(moved), rel=0.1)
 
 

@@ -1,1 +1,1 @@
-"""Forms from the request models: what can be filled in, and what it means as a request."""
+"""Forms generated from the request models, and their conversion to and from requests."""

@@ -1,4 +1,4 @@
-"""What is wrong with a form, said at its fields."""
+"""Validation errors of a form, mapped to its inputs."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ SAYS = {
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
 }
-_TOLD_BY_WHAT_IS_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
-_SAID_ALREADY = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
+_REPLACED_BY_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
+_REDUNDANT_LIMITS = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
 
 
 @dataclass(frozen=True)
 class Faults:
-    """Words by the name of the input; ``labels`` of the same for a summary; those that no input is to blame for."""
+    """``at``: messages by input name; ``labels``: input labels for a summary; ``elsewhere``: other messages."""
 
     at: Mapping[str, str] = field(default_factory=dict)
     labels: Mapping[str, str] = field(default_factory=dict)
@@ -42,17 +42,17 @@ _PATH = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 
 
 def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> str:
-    """An entry of problem details in words: what is wrong, what is allowed; fields by their labels, not their paths."""
+    """Translated message of a problem-details entry, with field labels in place of paths."""
 
     def label(found: re.Match[str]) -> str:
         return f"“{named[found[0]]}”" if found[0] in named else found[0]
 
     detail, allowed = entry["detail"], entry["allowed"]
     words = _PATH.sub(label, spoken(SAYS.get(detail, detail)))
-    if allowed in _SAID_ALREADY or allowed == "see the contract":
+    if allowed in _REDUNDANT_LIMITS or allowed == "see the contract":
         return words
     limits = _PATH.sub(label, _limits(allowed, unit))
-    if detail.startswith(_TOLD_BY_WHAT_IS_ALLOWED):
+    if detail.startswith(_REPLACED_BY_ALLOWED):
         return _("must be %(allowed)s") % {"allowed": limits}
     if detail == "is out of range":
         return f"{words}: {limits}"
@@ -60,23 +60,23 @@ def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> 
 
 
 def _limits(allowed: str, unit: str) -> str:
-    """What is allowed: a sentence of its own, or limits with commas between."""
+    """The allowed values: a translated sentence, or comma-separated limits."""
     if (whole := _(allowed)) != allowed:
         return whole
     return ", ".join(_limit(text, unit) for text in allowed.split(", "))
 
 
 def _limit(text: str, unit: str) -> str:
-    """A limit as `app.errors` words it: its figure put into the same words of the page's language."""
+    """A limit in the wording of ``app.errors``, translated with its figure in the displayed unit."""
     for pattern in sorted(LIMITS.values(), key=len, reverse=True):
         before, _sep, behind = pattern.partition("{}")
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
-            return _(pattern).format(_told(figure, unit))
+            return _(pattern).format(_in_display_unit(figure, unit))
     return spoken(text)
 
 
-def _told(figure: str, unit: str) -> str:
+def _in_display_unit(figure: str, unit: str) -> str:
     try:
         return f"{told(float(figure), unit):.6g}" if unit_shown(unit) != unit else figure
     except ValueError:
@@ -84,7 +84,7 @@ def _told(figure: str, unit: str) -> str:
 
 
 def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
-    """The entries of a problem at the inputs that are to be seen, each at the nearest one there is."""
+    """Assign each entry of a problem to the nearest visible input."""
     parts = [part for part in form.parts(texts) if part.pointer]
     named = {part.path: part.label for part in parts if "." in part.path and part.label}
     at: dict[str, str] = {}
@@ -103,6 +103,6 @@ def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
 
 
 def _nearest(parts: list[Node], pointer: str) -> Node | None:
-    """The part with the longest pointer at or above that one; the last of several alike, which is the innermost."""
+    """The part with the longest pointer that is a prefix of ``pointer``; of equals the last, i.e. innermost."""
     above = [part for part in parts if pointer == part.pointer or pointer.startswith(part.pointer + "/")]
     return max(enumerate(above), key=lambda pair: (len(pair[1].pointer), pair[0]))[1] if above else None

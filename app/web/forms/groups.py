@@ -1,4 +1,4 @@
-"""Parts made of parts: ranges, objects, unions."""
+"""Composite form nodes: ranges, objects, unions."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.web.forms.nodes import NO_VALUE, Node, Number, Texts, applies
 
 @dataclass(frozen=True, kw_only=True)
 class Range(Node):
-    """Least and greatest."""
+    """Lower and upper bound."""
 
     sort: ClassVar[str] = "range"
     low: Number
@@ -46,7 +46,7 @@ class Range(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Group(Node):
-    """Fields of an object; with no key the fields are those of the object around it, and it is only a heading."""
+    """Fields of an object; without a key, a mere heading for fields of the enclosing object."""
 
     sort: ClassVar[str] = "group"
     children: tuple[Node, ...]
@@ -97,7 +97,7 @@ def _filled(value: Any) -> bool:
 
 @dataclass(frozen=True)
 class Member:
-    """A member of a union: its tag, how it is told from a value, what it starts with, and its part of the form."""
+    """A member of a union: tag, predicate on values (``meant``), initial value and form node."""
 
     tag: str
     meant: Callable[[Any], bool]
@@ -107,9 +107,9 @@ class Member:
 
 @dataclass(frozen=True, kw_only=True)
 class Union(Node):
-    """A value of one of several forms; all of them are in the page, the one chosen is shown and counts.
+    """A tagged union: all members are rendered, only the selected one is shown and submitted.
 
-    With no key the forms are those of the whole request.
+    Without a key the members are alternatives of the whole request.
     """
 
     sort: ClassVar[str] = "union"

@@ -1,7 +1,7 @@
-"""The parts of a form. Each knows how to write its texts from a request, and its share of the request from texts.
+"""Form nodes: each converts its part of a request to texts and back.
 
-Texts are what a browser sends: the name of an input → what stands in it; a box that is not ticked is not there.
-``take`` reads an object of the request into texts, ``put`` writes texts into an object of the request.
+Texts map input names to their contents as a browser sends them; an unticked checkbox is absent. ``take`` reads a
+request object into texts, ``put`` writes texts into a request object.
 """
 
 from __future__ import annotations
@@ -14,12 +14,12 @@ from app.web.forms.numbers import number, shown
 
 Texts = Mapping[str, str]
 NO_VALUE = object()
-"""What an empty field without a null means: it is left out."""
-_FEW = 3
+"""Value of an empty non-nullable field, which is omitted from the request."""
+_MAX_OPEN_OPTIONS = 3
 
 
 def applies(when: str, texts: Texts) -> bool:
-    """Whether a condition as ``FormWords.when`` writes it is met."""
+    """Evaluate a condition in the syntax of ``FormWords.when``; an empty one is true."""
     if not when:
         return True
     return any(
@@ -30,7 +30,7 @@ def applies(when: str, texts: Texts) -> bool:
 
 @dataclass(frozen=True, kw_only=True)
 class Node:
-    """What every part has: its key in the request's object, name of its input, JSON pointer, words, condition."""
+    """Base of all nodes: key in the request object, input name, JSON pointer, texts and visibility condition."""
 
     sort: ClassVar[str]
     key: str
@@ -41,17 +41,17 @@ class Node:
     help: str = ""
     when: str = ""
     toggled: bool = False
-    """Whether it is added with a click; without it the request has null."""
+    """Whether a checkbox enables the node; if unticked, the request has null."""
 
     @property
     def hint(self) -> str:
-        """What is said below it, if that is more than its label."""
+        """The help text, if it adds to the label."""
         said = self.help.strip()
         return "" if said.lower() in self.label.lower() else said
 
     @property
     def box(self) -> str:
-        """The name of the box that adds it."""
+        """Name of the enabling checkbox."""
         return f"{self.name}.on"
 
     def present(self, texts: Texts) -> bool:
@@ -81,22 +81,22 @@ class Node:
         raise NotImplementedError
 
     def parts(self, texts: Texts) -> Iterator[Node]:
-        """Itself and all below that applies."""
+        """This node and its descendants, if their conditions hold."""
         if applies(self.when, texts):
             yield self
 
     def every(self) -> Iterator[Node]:
-        """Itself and all below, whether it applies or not."""
+        """This node and all descendants, regardless of conditions."""
         yield self
 
     def names(self) -> Iterator[str]:
-        """The names of all inputs."""
+        """Names of all inputs."""
         yield self.name
         if self.toggled:
             yield self.box
 
     def fault(self, pointer: str, words: str) -> str:
-        """What to say of a fault at or below its pointer."""
+        """The message of a fault at or below this node's pointer."""
         return words
 
 
@@ -112,7 +112,7 @@ class Number(Node):
 
     @property
     def hint(self) -> str:
-        """The range, and what there is to say."""
+        """The allowed range and the help text."""
         return "; ".join(part for part in (self.allowed, super().hint) if part)
 
     @property
@@ -122,7 +122,7 @@ class Number(Node):
     def value(self, texts: Texts) -> Any:
         text = texts.get(self.name, "").strip()
         if not text:
-            # What is ticked must be filled in; what has a default falls back to it.
+            # An enabled field is required; a field with a default falls back to it.
             return None if self.nullable and not self.toggled else NO_VALUE
         found = number(text, self.unit)
         return int(found) if self.whole and isinstance(found, float) and found.is_integer() else found
@@ -167,7 +167,7 @@ class Flag(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Choice(Node):
-    """One of a list; ``values`` are what the request has for them. With ``runs`` the list is one of stored runs."""
+    """One of several options; ``values`` are their request values. ``runs``: the options are stored runs."""
 
     sort: ClassVar[str] = "choice"
     options: Mapping[str, str]
@@ -177,8 +177,8 @@ class Choice(Node):
 
     @property
     def few(self) -> bool:
-        """Whether all options are shown at once."""
-        return not self.runs and len(self.options) <= _FEW
+        """Whether the options are few enough to be shown at once."""
+        return not self.runs and len(self.options) <= _MAX_OPEN_OPTIONS
 
     @property
     def default(self) -> Any:
@@ -195,7 +195,7 @@ class Choice(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Switched(Choice):
-    """A choice that the request does not name; others depend on it."""
+    """A form-only choice on which the conditions of other nodes depend; absent from the request."""
 
     sort: ClassVar[str] = "union"
     of: Callable[[Mapping[str, Any]], str]
@@ -213,7 +213,7 @@ class Switched(Choice):
 
 @dataclass(frozen=True, kw_only=True)
 class Several(Node):
-    """Any of a list, each with its box."""
+    """Any number of options, one checkbox each."""
 
     sort: ClassVar[str] = "several"
     options: Mapping[str, str]
@@ -237,7 +237,7 @@ class Several(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Effects(Node):
-    """Which effects run: a rule for all, or for each one whether it must, must not, or follows its bound."""
+    """Selection of effects: one rule for all, or per effect include, exclude or automatic."""
 
     sort: ClassVar[str] = "effects"
     options: Mapping[str, str]
@@ -268,7 +268,7 @@ class Effects(Node):
 
 @dataclass(frozen=True, kw_only=True)
 class Constant(Node):
-    """What a member of a union says of itself."""
+    """Constant discriminator of a union member."""
 
     sort: ClassVar[str] = "constant"
     constant: Any

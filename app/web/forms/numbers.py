@@ -1,4 +1,4 @@
-"""Numbers as people type them: a comma or a point, and a unit behind if it is not the field's own."""
+"""Parsing and formatting of numbers with decimal comma or point and an optional unit suffix."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ UNITS: dict[str, dict[str, float]] = {
     "W": {"w": 1.0, "kw": 1e3},
 }  # fmt: skip
 
-_MOST_DIGITS = 16
+_MAX_DIGITS = 16
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)?")
 
 
 def others(unit: str) -> str:
-    """The units that a field takes beside the one it is told in, for people."""
+    """Other units that a field accepts, as displayed text."""
     known = {unit: 1.0, **{name: size for name, size in UNITS.get(unit, {}).items() if size != 1.0}}
     here = unit_shown(unit).lower()
     found = [name for name in known if name not in ("um", '"', "msi") and name.lower() != here]
@@ -42,7 +42,7 @@ def others(unit: str) -> str:
 
 
 def number(text: str, unit: str = "") -> float | str:
-    """What the text means in the unit; the text itself where it is no finite number."""
+    """The number in ``unit``; the text itself if it is not a finite number with a known unit."""
     matched = _NUMBER.fullmatch(text.strip().replace("\u2212", "-"))
     if matched is None:
         return text
@@ -53,18 +53,17 @@ def number(text: str, unit: str = "") -> float | str:
     size = 1.0 if behind == unit else UNITS.get(unit, {}).get(behind.strip().lower())
     if size is None:
         return text
-    # A unit of its own is multiplied in; the field's own number stays as it was typed.
     value = value if size == 1.0 else value * size
     return value if math.isfinite(value) else text
 
 
 def shown(value: Any, unit: str = "") -> str:
-    """A value of a request as text of its field: without loss in its own unit, to a dozen digits in another."""
+    """A request value as text: exact in its own unit, to 12 significant digits in another."""
     if value is None:
         return ""
     if unit_shown(unit) != unit and isinstance(value, (int, float)):
-        # As few digits as mean the same.
-        texts = (f"{told(value, unit):.{digits}g}" for digits in range(3, _MOST_DIGITS))
+        # The fewest digits that convert back to the same value.
+        texts = (f"{told(value, unit):.{digits}g}" for digits in range(3, _MAX_DIGITS))
         return next((text for text in texts if meant(float(text), unit) == value), repr(told(value, unit)))
     if isinstance(value, float):
         return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)

@@ -1,4 +1,4 @@
-"""Lists of numbers, and rows of them, as lines of text."""
+"""Number lists and tables entered as lines of text."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from app.words.units import unit_shown
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers(Node):
-    """A short list of numbers in one line."""
+    """A short list of numbers on one line."""
 
     sort: ClassVar[str] = "numbers"
     unit: str = ""
@@ -30,7 +30,7 @@ class Numbers(Node):
 
 
 def cells_of(line: str, columns: int = 0) -> list[str]:
-    """The cells of a line: between tabs, semicolons or spaces; between commas where nothing else parts them."""
+    """Split a line at tabs, semicolons or spaces; at commas only if there is no other separator."""
     line = line.strip()
     cells = [cell.strip() for cell in re.split(r"[\t;]|\s+", line) if cell.strip(" ,")]
     cells = [cell.rstrip(",") for cell in cells]
@@ -42,7 +42,7 @@ def cells_of(line: str, columns: int = 0) -> list[str]:
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table: its key in the request, heading, unit."""
+    """A table column: request key, heading, unit."""
 
     key: str
     label: str
@@ -51,10 +51,10 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Table(Node):
-    """Rows of numbers as one text, a line for each row: what a spreadsheet puts on the clipboard.
+    """A table of numbers as text, one line per row, compatible with spreadsheet clipboards.
 
-    ``shape`` tells how the request holds them: "columns", lists beside each other in the object itself; "rows", a
-    list of objects; "groups", a list of objects of columns, the number of the object (from 1) in the first column.
+    ``shape`` is its layout in the request: "columns", parallel lists in the object itself; "rows", a list of objects;
+    "groups", a list of objects of columns, with the object's number (from 1) in the first column.
     """
 
     sort: ClassVar[str] = "table"
@@ -106,12 +106,12 @@ class Table(Node):
         return [list(line) for line in zip(*lists, strict=False)]
 
     def fault(self, pointer: str, words: str) -> str:
-        places = [part for part in pointer.split("/") if part.isdigit()]
-        row = _("row %(row)s") % {"row": int(places[-1]) + 1} + ", " if places else ""
-        if self.shape == "groups" and len(places) == 2:
-            row = f"{self.first} {int(places[0]) + 1}, " + _("its point %(row)s") % {"row": int(places[1]) + 1} + ", "
-        elif self.shape == "groups" and places:
-            row = f"{self.first} {int(places[0]) + 1}, "
+        indices = [part for part in pointer.split("/") if part.isdigit()]
+        row = _("row %(row)s") % {"row": int(indices[-1]) + 1} + ", " if indices else ""
+        if self.shape == "groups" and len(indices) == 2:
+            row = f"{self.first} {int(indices[0]) + 1}, " + _("its point %(row)s") % {"row": int(indices[1]) + 1} + ", "
+        elif self.shape == "groups" and indices:
+            row = f"{self.first} {int(indices[0]) + 1}, "
         column = next((c.label + ": " for c in self.columns if f"/{c.key}" in pointer), "")
         return row + column + words
 

@@ -1,4 +1,4 @@
-"""From a request model's JSON schema to the parts of its form."""
+"""Builds the form tree from the JSON schema of a request model."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from app.words.units import system, told
 
 Schema = Mapping[str, Any]
 _WIDE = (1e-6, 1e6)
-"""Limits as wide as these only keep the arithmetic in range; nobody is told of them."""
+"""Limits at least this wide are numerical safeguards and are not shown."""
 _TAGS = ("kind", "method")
 
 
 def form_of(kind: Kind, mode: Mode) -> Group:
-    """The form of a kind and mode in the language and the units in use, as one group of sections."""
+    """The form of a kind and mode in the current language and units (cached), as a group of sections."""
     return _form_in(kind, mode, language(), system())
 
 
@@ -33,7 +33,7 @@ def _form_in(kind: Kind, mode: Mode, _language: str, _system: str) -> Group:
 
 
 def build(kind: Kind, mode: Mode) -> Group:
-    """The form anew."""
+    """Build the form, uncached."""
     return _Builder(kind, mode).form()
 
 
@@ -49,7 +49,7 @@ class _Builder:
         return Group(key="", name="", pointer="", path="", children=self._sections(self._children(root, "", "", "")))
 
     def _of_union(self, root: Schema) -> Group:
-        """The form of a request that is one of several: what they share, the choice, and the fields of each."""
+        """The form of a union request: the choice with each member's fields, then the shared fields."""
         models = [self._resolved(s) for s in root["oneOf"]]
         shared = set.intersection(*(set(m["properties"]) for m in models))
         shared = {n for n in shared if all(m["properties"][n] == models[0]["properties"][n] for m in models)}
@@ -77,7 +77,7 @@ class _Builder:
         return Group(key="", name="", pointer="", path="", children=self._sections((union, *common)))
 
     def _sections(self, children: tuple[Node, ...]) -> tuple[Node, ...]:
-        """The parts under their headings; what no section names comes before the common ones."""
+        """Nodes grouped into sections; unassigned ones go before the common sections."""
         switches = {name: s for name, s in self._words.switches.items() if s.mode in ("", self._mode)}
         left: dict[str, list[Node]] = {}
         for child in children:
@@ -129,7 +129,7 @@ class _Builder:
         return schema
 
     def _children(self, model: Schema, prefix: str, path: str, unit: str) -> tuple[Node, ...]:
-        """The parts of an object; ``prefix`` stands before the names of its inputs, ``path`` before its paths."""
+        """Nodes of an object; ``prefix`` is prepended to input names, ``path`` to field paths."""
         required, out = set(model.get("required", ())), []
         properties = {n: self._resolved(s) for n, s in model["properties"].items()}
         lists = [n for n, s in properties.items() if n in required and _is_numbers(s)]
@@ -190,7 +190,7 @@ class _Builder:
         match schema["type"]:
             case "object":
                 children = self._children(schema, f"{name}.", path, unit)
-                # Headings within headings only where someone wrote one.
+                # Nested headings only where explicitly worded.
                 shared["help"] = shared["help"] if path in self._words.helps else ""
                 shared["label"] = shared["label"] if adds or path in self._words.labels else ""
                 return [Group(**shared, children=children, toggled=adds)]
@@ -298,7 +298,7 @@ def _is_numbers(schema: Schema) -> bool:
 
 
 def _tag(model: Schema, item: Schema) -> tuple[str, Any]:
-    """A name for a member of a union, and how to tell it from a value."""
+    """The tag of a union member and the predicate that recognises its values."""
     for name in _TAGS:
         constant = model.get("properties", {}).get(name, {}).get("const")
         if constant is not None:
@@ -317,13 +317,13 @@ def _sentence(model: Schema) -> str:
 
 
 def _help(schema: Schema, nullable: bool) -> str:
-    """The field's own description; what null means becomes what an empty field means."""
+    """The field's description, with the meaning of null stated for an empty field."""
     text = schema.get("description", "")
     return text.replace("null:", "empty:") if nullable else text
 
 
 def _allowed(schema: Schema, unit: str) -> str:
-    """The range in words; nothing where it is as wide as the arithmetic."""
+    """The range as text; limits beyond ``_WIDE`` are omitted."""
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
     high = None if high is not None and high >= _WIDE[1] else high

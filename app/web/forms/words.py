@@ -1,4 +1,4 @@
-"""What the script of the forms says."""
+"""Texts of the form script."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from app.words.languages import gettext as _
 
 
 def script_words() -> dict[str, str]:
-    """Its texts in the language of the page; braces stand for what it puts in."""
+    """Translated texts by key; the script fills the placeholders in braces."""
     return {
         "add_row": _("add a row"),
         "remove_row": _("remove this row"),

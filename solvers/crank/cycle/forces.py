@@ -1,10 +1,10 @@
-"""One cylinder's forces over its cycle: what the gas and the masses do to piston, rod, crank pin and bearing.
+"""Forces of one cylinder over its cycle: effect of gas and masses on piston, rod, crank pin and bearing.
 
-With the axial force P on the wrist pin (toward the crank) and the rod's angle beta:
-side force N = P tan(beta), rod force S = P/cos(beta), tangential T = P sin(phi + beta)/cos(beta), radial (toward the
-shaft) Z = P cos(phi + beta)/cos(beta), torque M = T r. All are written in tan(beta), so that Z^2 + T^2 = S^2 = P^2 +
-N^2 holds to rounding. With a couple on the rod its end forces no longer point along it; S is then the magnitude of
-what the rod passes from pin to pin.
+With the axial force P on the wrist pin (toward the crank) and the rod angle beta: side force N = P tan(beta), rod
+force S = P/cos(beta), tangential T = P sin(phi + beta)/cos(beta), radial (toward the shaft) Z = P cos(phi +
+beta)/cos(beta), torque M = T r. All are expressed in tan(beta), so that Z^2 + T^2 = S^2 = P^2 + N^2 holds to
+rounding. With a couple on the rod its end forces are not along it; S is then the magnitude of the force transmitted
+from pin to pin.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -27,16 +27,16 @@ from solvers.numerics.jit import inlined_kernel, kernel
 Array = NDArray[np.float64]
 
 LONGEST_PIECE = math.pi / 24.0
-_SHARP = 0.3
+_SHARP_LIMIT = 0.3
 _NONE = np.empty(0)
 
 
 @dataclass(frozen=True)
 class Composition:
-    """The physics of a scene: what the chosen effects add to the gas force of one in-line cylinder without masses.
+    """The physics of a scene: what the active effects add to the gas force of one in-line cylinder without masses.
 
     ``offset`` of the cylinder axis [m]; ``reciprocating`` mass and the ``piston``'s part of it [kg]; the rod's
-    ``inertia_defect`` [kg m2]; the cylinders of the ``engine`` where they act together.
+    ``inertia_defect`` [kg m2]; the ``engine`` if several cylinders are evaluated together.
     """
 
     offset: float = 0.0
@@ -47,8 +47,11 @@ class Composition:
 
 
 class Machine(NamedTuple):
-    """A cylinder as kernels take it: its motion, omega [rad/s], piston area [m2] and the pressure behind it [Pa], what
-    its composition adds, and the centrifugal forces [N] of the rod's big end and of all that turns."""
+    """Kernel data of a cylinder.
+
+    Motion, omega [rad/s], piston area [m2] and crankcase pressure [Pa], the contributions of its composition, and
+    the centrifugal forces [N] of the rod's big end and of all rotating masses.
+    """
 
     frame: Frame
     speed: float
@@ -62,8 +65,7 @@ class Machine(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """p [Pa] and the forces [N] at one angle: of the gas, of the inertia, on the wrist pin along the axis, side,
-    tangential and radial."""
+    """p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, tangential and radial."""
 
     pressure: float
     gas: float
@@ -78,8 +80,8 @@ class Instant(NamedTuple):
 class Forces:
     """Forces at angles, each of the angles' shape; N, N m, Pa. Rod force and axial force positive in compression.
 
-    ``crank_pin_load`` is what the rod's big end and the pin exchange, the rod's rotating share included;
-    ``main_bearing_load`` what the shaft passes to its bearings for this throw.
+    ``crank_pin_load`` acts between the rod's big end and the pin, including the rod's rotating mass;
+    ``main_bearing_load`` acts from the shaft on its bearings for this throw.
     """
 
     pressure: Array
@@ -98,10 +100,10 @@ class Forces:
 
 @inlined_kernel
 def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
-    """Everything at an angle of a piece."""
+    """Return pressure and forces at an angle of a piece."""
     frame = machine.frame
     at = stand_at(phi, frame)
-    # A bound of an effect asks for pressures of the mechanism with its offset in one without.
+    # An effect's bound may evaluate the pressures of a mechanism with offset in one without.
     seen = frame.offset == gas.frame.offset
     pressure = pressure_of(phi, at, piece, gas) if seen else pressure_at(phi, piece, gas)
     force, hastened = (pressure - machine.back) * machine.area, -machine.speed * machine.speed
@@ -154,7 +156,7 @@ class Cycle:
 
     @cached_property
     def machine(self) -> Machine:
-        """One cylinder with a rod of its own on the crank pin."""
+        """One cylinder with its own rod on the crank pin."""
         scene, made = self.scene, self.composition
         masses, r, speed = scene.masses, scene.mechanism.crank_radius, scene.mechanism.angular_speed
         turned = r * speed**2
@@ -165,21 +167,25 @@ class Cycle:
 
     @property
     def sharp_angles(self) -> Array:
-        """Rising angles [rad] about those at which the crank stands across, where a rod hardly longer than its crank
-        has tan(beta) peak within sqrt(1 - sin^2(beta)): they halve toward the peak. None of a longer rod."""
+        """Refinement angles [rad], ascending, around the positions with the crank perpendicular to the cylinder
+        axis.
+
+        There a rod hardly longer than its crank has a peak of tan(beta) within sqrt(1 - sin^2(beta)); the spacing is
+        halved toward the peak. Empty for longer rods.
+        """
         m = self.scene.mechanism
         sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
-        if sharp > _SHARP:
+        if sharp > _SHARP_LIMIT:
             return _NONE
-        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP / sharp)) + 2)
+        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP_LIMIT / sharp)) + 2)
         across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
         return np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
 
     @cached_property
     def gas(self) -> Unrolled:
-        """The pressures, in pieces on whose scale all forces are smooth."""
+        """The pressures, in pieces short enough for all forces to be smooth on them."""
         return refined(self.curve.unrolled, self.sharp_angles, LONGEST_PIECE)
 
     def forces(self, angle: ArrayLike) -> Forces:
-        """Everything at the angles [rad], shape (n,)."""
+        """Return all forces at the angles [rad], shape (n,)."""
         return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.gas))

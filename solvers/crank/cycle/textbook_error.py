@@ -1,4 +1,4 @@
-"""What the approximations of the textbooks get wrong: Brix's construction and two harmonics."""
+"""Errors of the textbook approximations: Brix's construction and two harmonics."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from solvers.crank.gas.unrolled_pressure import Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 
 _PIECES = 8
-"""Of half a turn."""
+"""Pieces per half turn."""
 
 
 @dataclass(frozen=True)
 class TierErrors:
-    """What the textbooks' forms get wrong for this mechanism (without offset).
+    """Errors of the textbook approximations for this mechanism (without offset).
 
-    ``brix_displacement``  greatest |x_Brix - x|/r
-    ``two_harmonic_acceleration``  greatest |a_2 - a|/(r omega^2 (1 + lambda))
-    ``brix_pressure``  greatest |p_Brix(phi) - p(phi)| [Pa]; None where nothing is unrolled
+    ``brix_displacement``  maximum |x_Brix - x|/r
+    ``two_harmonic_acceleration``  maximum |a_2 - a|/(r omega^2 (1 + lambda))
+    ``brix_pressure``  maximum |p_Brix(phi) - p(phi)| [Pa]; None for table pressures
     """
 
     brix_displacement: float
@@ -31,7 +31,7 @@ class TierErrors:
 
 
 def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
-    """The errors, each to ``tolerance`` of itself."""
+    """Return the errors, each to the relative ``tolerance``."""
     displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
     pressure = None
     if cycle.curve.has_brix:
@@ -42,7 +42,7 @@ def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
 
 @lru_cache(maxsize=256)
 def _of_motion(ratio: float) -> tuple[float, float]:
-    """The errors of Brix's displacement, of r, and of the two-harmonic acceleration, of its greatest."""
+    """Return the errors of Brix's displacement, relative to r, and of the two-harmonic acceleration, to its maximum."""
     frame, bounds = ExactMotion(ratio, 1.0).frame, np.linspace(0.0, np.pi, _PIECES + 1)
     nothing = np.zeros(_PIECES)
     gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)

@@ -1,9 +1,9 @@
-"""The instants of a cycle at which its loads are greatest, for one cylinder or for several that act together.
+"""Critical instants of a cycle, at which its loads are greatest, for one cylinder or several acting together.
 
-All quantities are sampled at once at a few places of every piece, its two ends included, each piece for itself, since
-the pressure may jump at a break. Of the humps of the samples those are then climbed that may reach above the best by
-more than the tolerance: with K the bound of a hump's bend over a step, four times that of the samples, and d what the
-higher neighbour lies below it, it may rise by K/2 (1/2 - d/K)^2. What is left unclimbed counts as error.
+All quantities are sampled together at a few points of every piece, including both ends, each piece separately, since
+the pressure may jump at a break. Of the sampled local maxima those are refined that may exceed the incumbent by more
+than the tolerance: with K the bound of the second difference, four times that of the samples, and d the deficit of
+the higher neighbour, a maximum may rise by K/2 (1/2 - d/K)^2. What is left unrefined counts as error.
 """
 
 from __future__ import annotations
@@ -26,20 +26,24 @@ Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
 ROWS = 12
-"""Gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main bearing, torque and its
-negative; then what the textbooks get wrong (``textbook_error``): displacement, acceleration, pressure."""
+"""Gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main bearing, torque and
+its negative; then the textbook errors (``textbook_error``): displacement, acceleration, pressure."""
 CRANK_PIN, TORQUE, TEXTBOOK = 5, 7, 9
 WITHIN = 4
-"""Steps of a piece between its samples. Half as many save a tenth of the time and miss what the estimate must cover."""
-_MOST_HUMPS, _MOST_ROUNDS = 64, 40
-_LEFT, _MISSED = 0.5, 0.01
-"""Of the tolerance: what may be left unclimbed, and what a climb may still miss; its last round gains many digits."""
+"""Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
+_MAX_REFINED, _MAX_ROUNDS = 64, 40
+_UNREFINED_FRACTION, _REFINED_FRACTION = 0.5, 0.01
+"""As fractions of the tolerance: possible excess left unrefined, and the error of a refined maximum, whose last
+round gains many digits."""
 _ROUNDING = 4.0 * np.finfo(float).eps
 
 
 class Group(NamedTuple):
-    """Cylinders that act together: the pieces' bounds (n + 1,) [rad] on the shaft, and for each piece and cylinder the
-    piece of the cylinder's own pressures (-1: look for it) and what is added to the shaft's angle, (n, cylinders)."""
+    """Cylinders that act together.
+
+    The pieces' bounds (n + 1,) [rad] on the shaft, and for each piece and cylinder the piece of the cylinder's own
+    pressures (-1: to be searched) and the offset to the shaft angle, (n, cylinders).
+    """
 
     bounds: Array
     piece: Index
@@ -47,7 +51,7 @@ class Group(NamedTuple):
 
 
 class Worst(NamedTuple):
-    """The instant at which a force is greatest: its name, where [rad], its value [N] and the pressure [Pa] there."""
+    """The instant at which a force is greatest: its name, angle [rad], value [N] and the pressure [Pa] there."""
 
     name: str
     angle: float
@@ -56,7 +60,7 @@ class Worst(NamedTuple):
 
 
 class Greatest(NamedTuple):
-    """Greatest values of some rows, where [rad], their absolute errors, and the pressures there: (rows,) each."""
+    """Maxima of some rows, their angles [rad], absolute errors, and the pressures there: (rows,) each."""
 
     value: Array
     place: Array
@@ -66,14 +70,14 @@ class Greatest(NamedTuple):
 
 @kernel
 def alone(gas: Unrolled) -> Group:
-    """One cylinder by itself."""
+    """Return the group of a single cylinder."""
     count = gas.stroke.size
     return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
 
 
 @inlined_kernel
 def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrolled, group: Group) -> Instant:
-    """One cylinder at a shaft angle of the group's piece ``n``."""
+    """Return one cylinder's forces at a shaft angle of the group's piece ``n``."""
     phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
     if k < 0:
         phi = within(phi, gas.breaks)
@@ -83,8 +87,11 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 @kernel
 def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> None:
-    """The rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces; where the piece is -1, the
-    same as at the angle before. All cylinders together."""
+    """Write the rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces, for all cylinders
+    together.
+
+    Where the piece is -1, the values of the previous angle are repeated.
+    """
     r = machine.frame.r
     for i in range(angle.size):
         n = pieces[i]
@@ -127,7 +134,7 @@ def _textbook_rows(angle: float, k: int, machine: Machine, gas: Unrolled, first:
 
 @kernel
 def _joined(n: int, gas: Unrolled, group: Group) -> bool:
-    """Whether nothing jumps where a piece begins."""
+    """Return whether the pressures are continuous at the start of a piece."""
     for cylinder in range(group.shift.shape[1]):
         k = group.piece[n, cylinder]
         if n == 0 or k < 0 or gas.stroke[group.piece[n - 1, cylinder]] != gas.stroke[k]:
@@ -137,7 +144,7 @@ def _joined(n: int, gas: Unrolled, group: Group) -> bool:
 
 @kernel
 def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
-    """Places, WITHIN + 1 in every piece one after the other, and the rows there, (rows, places)."""
+    """Return the sampling points, WITHIN + 1 per piece, and the rows there, (rows, points)."""
     count, each = group.bounds.size - 1, WITHIN + 1
     places, pieces, values = np.empty(count * each), np.empty(count * each, np.intp), np.empty((rows, count * each))
     for n in range(count):
@@ -151,9 +158,11 @@ def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int
 
 
 @inlined_kernel
-def _reach(values: Array, first: int, j: int) -> float:
-    """What a function four times as bent as the samples of a piece, from ``first`` on, may reach between hump ``j`` and
-    its neighbours; -inf where there is no hump."""
+def _upper_estimate(values: Array, first: int, j: int) -> float:
+    """Return an upper estimate of a local maximum between sample ``j`` and its neighbours; -inf if it is none.
+
+    Assumes up to four times the second difference of the samples of the piece that starts at ``first``.
+    """
     fall, here = np.inf, values[first + j]
     if j > 0:
         fall = here - values[first + j - 1]
@@ -171,7 +180,7 @@ def _reach(values: Array, first: int, j: int) -> float:
 def climbed(
     machine: Machine, gas: Unrolled, group: Group, first: int, places: Array, samples: Array, tolerance: float
 ) -> Greatest:
-    """The greatest values of the sampled rows; ``tolerance`` is relative to them."""
+    """Return the refined maxima of the sampled rows; ``tolerance`` is relative to them."""
     rows, count, each = samples.shape[0], places.size, WITHIN + 1
     found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
@@ -184,7 +193,7 @@ def climbed(
         where, piece = places[at], at // each
         humps = 0
         for n in range(0, count, each):
-            # No hump reaches above the highest sample by more than half of four times the greatest bend.
+            # No maximum exceeds the highest sample by more than half of four times the greatest second difference.
             highest, bend = values[n], 0.0
             for j in range(n + 1, n + each):
                 highest = max(highest, values[j])
@@ -193,18 +202,18 @@ def climbed(
             if highest + 0.5 * bend <= best:
                 continue
             for j in range(each):
-                high = _reach(values, n, j)
+                high = _upper_estimate(values, n, j)
                 if high > best:
                     reach[humps], owner[humps] = high, n + j
                     humps += 1
         left = best
-        for _ in range(_MOST_HUMPS + 1):
+        for _ in range(_MAX_REFINED + 1):
             top = -1
             for h in range(humps):
                 if top < 0 or reach[h] > reach[top]:
                     top = h
-            slack = _LEFT * tolerance * abs(best) + _ROUNDING * scale
-            if top < 0 or reach[top] <= best + slack or _ == _MOST_HUMPS:
+            slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
+            if top < 0 or reach[top] <= best + slack or _ == _MAX_REFINED:
                 if top >= 0:
                     left = max(left, reach[top])
                 break
@@ -215,12 +224,12 @@ def climbed(
                 place[i], value[i] = places[m], values[m]
             missing = np.inf
             pieces[:] = n
-            for _round in range(_MOST_ROUNDS):
+            for _round in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
                 _rows(points, pieces, machine, gas, group, first, out)
                 missing = narrow(place, value, points, out[row])
                 if (
-                    missing <= _MISSED * tolerance * abs(value[1]) + _ROUNDING * scale
+                    missing <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
                     or value[1] + missing <= best + slack
                     or place[2] - place[0] <= 1e-15
                 ):
@@ -235,12 +244,12 @@ def climbed(
 
 @kernel
 def greatest(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int, tolerance: float) -> Greatest:
-    """The greatest values of so many rows from the ``first``; ``tolerance`` is relative to them."""
+    """Return the maxima of ``rows`` rows from ``first`` on; ``tolerance`` is relative to them."""
     places, samples = sampled(machine, gas, group, first, rows)
     return climbed(machine, gas, group, first, places, samples, tolerance)
 
 
 def worst_instants(found: Greatest, period: float) -> tuple[Worst, ...]:
-    """The loads' rows in words."""
-    told = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
-    return tuple(Worst(name, place % period, force, p) for name, place, force, p in told)
+    """Return the load rows as named instants."""
+    maxima = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
+    return tuple(Worst(name, place % period, force, p) for name, place, force, p in maxima)

@@ -1,4 +1,4 @@
-"""Several like cylinders on one shaft, each running through its cycle by psi_i later than the first."""
+"""Several identical cylinders on one shaft, each with its cycle delayed by psi_i relative to the first."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from solvers.numerics.jit import kernel
 Array = NDArray[np.float64]
 
 MOST_BREAKS, LEAST_MOST = 20_000, 500
-"""Breaks for one cylinder, and for however many: more are replaced by equal pieces, so that time stays bounded."""
-_ALIKE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
-"""Breaks of several cylinders nearer than this are the same one, rounded."""
+"""Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""
+_COINCIDENCE_TOLERANCE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
+"""Distance below which breaks of several cylinders coincide up to rounding."""
 
 
 @kernel
 def together(gas: Unrolled, phases: Array) -> Group:
-    """The cylinders of these phases [rad] on one shaft."""
+    """Return the group of cylinders with these phases [rad] on one shaft."""
     breaks, most = gas.breaks, max(MOST_BREAKS // phases.size, LEAST_MOST)
     start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
     every = np.empty(size * phases.size + 2)
@@ -32,7 +32,7 @@ def together(gas: Unrolled, phases: Array) -> Group:
     every.sort()
     count = 1
     for value in every[1:]:
-        if value - every[count - 1] > _ALIKE:
+        if value - every[count - 1] > _COINCIDENCE_TOLERANCE:
             every[count] = value
             count += 1
     every[count - 1] = start + period

@@ -1,4 +1,4 @@
-"""Two rods on one crank pin: which cylinders may share one, and what it then carries."""
+"""Two rods on one crank pin: which cylinders may share one, and its loads."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _SAME_DIRECTION = 1e-6
 
 @dataclass(frozen=True)
 class SharedPin:
-    """Greatest loads [N] of the first crank pin and its main bearings, all rods on it together."""
+    """Maximum loads [N] of the first crank pin and its main bearings from all its rods together."""
 
     crank_pin_load: float
     main_bearing_load: float
@@ -42,11 +42,11 @@ def require_pairs(engine: Engine, rods_per_pin: int) -> None:
 
 
 def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | None:
-    """The first crank pin's loads with both rods on it; None where every rod has its own."""
+    """Return the first crank pin's loads with both rods on it; None if every rod has its own."""
     masses = cycle.scene.masses
     if masses.rods_per_pin == 1 or len(engine.phases) == 1:
         return None
-    # The throw turns once, and with it all that turns already counts both rods.
+    # The throw is counted once; the total rotating mass already includes both rods.
     machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
     pair = together(cycle.gas, np.array(engine.phases[:2]))
     found = greatest(machine, cycle.gas, pair, CRANK_PIN, 2, tolerance).value

@@ -1,9 +1,11 @@
-"""Summed torque of all cylinders, and the fluctuation of the speed, taken as nearly constant (irregularity below 0.1).
+"""Summed torque of all cylinders, and the speed fluctuation at nearly constant speed (irregularity below 0.1).
 
 The work of one cylinder's torque above its mean, since the start of the cycle, is
-w(phi) = W_gas(phi) - M_mean phi - m_j v^2/2 + Delta J (omega beta')^2/2, W_gas = A int (p - p_0) dx: the masses do no
-net work, so the mean torque is that of the gas. The speed has its extremes where the summed torque crosses its mean.
-W_gas is closed form for cubics of the volume, by Gauss's rule for cubics of the angle.
+
+    w(phi) = W_gas(phi) - M_mean phi - m_j v^2/2 + Delta J (omega beta')^2/2, W_gas = A int (p - p_0) dx:
+
+the masses do no net work, so the mean torque is that of the gas. The speed has its extremes where the summed torque
+crosses its mean. W_gas is in closed form for cubics of the volume, by Gauss quadrature for cubics of the angle.
 
 Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II; the
 flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
@@ -26,19 +28,19 @@ from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
 
-_FEWEST_NODES, _MOST_NODES = 2, 64
+_MIN_NODES, _MAX_NODES = 2, 64
 _RULES = np.concatenate([np.stack(np.polynomial.legendre.leggauss(2**k)) for k in range(1, 7)], axis=1)
 _RULES = 0.5 * (_RULES + np.array([[1.0], [0.0]]))
-"""Gauss's rules on (0, 1) of 2, 4, …, 64 nodes, one after the other: that of n nodes begins at n - 2."""
-_MOST_ROUNDS = 60
+"""Gauss rules on (0, 1) of 2, 4, …, 64 nodes, concatenated: the rule of n nodes starts at n - 2."""
+_MAX_ROUNDS = 60
 _ROUNDING = 4.0 * np.finfo(float).eps
 CANCELLED = 1e-4
-"""Where a mean cancels to less than this of its mean magnitude, that share of the magnitude is what counts."""
+"""Minimum scale of a mean's relative error, as a fraction of its mean magnitude."""
 
 
 class GasWork(NamedTuple):
-    """The gas's work [J] from the start of the cycle to every break, its absolute error, the sum of its magnitudes, and
-    the number of nodes of Gauss's rule for it (0: closed form)."""
+    """The gas work [J] from the start of the cycle to every break, its absolute error, the sum of its magnitudes,
+    and the number of Gauss nodes (0: closed form)."""
 
     before: Array
     error: float
@@ -47,9 +49,12 @@ class GasWork(NamedTuple):
 
 
 class ShaftWork(NamedTuple):
-    """What a cycle does to the shaft: the gas's ``whole`` work in one cylinder with its absolute ``error`` and the
-    ``magnitude`` it cancels from [J]; the extremes of the summed torque with their error [N m]; the work between the
-    extremes of the speed, all cylinders together, with its error [J]; the ``nodes`` that took."""
+    """Effect of a cycle on the shaft.
+
+    The ``whole`` gas work of one cylinder with its absolute ``error`` and the ``magnitude`` of the cancelling terms
+    [J]; the extremes of the summed torque with their error [N m]; the work between the extremes of the speed, all
+    cylinders together, with its error [J]; the number of Gauss ``nodes``.
+    """
 
     whole: float
     error: float
@@ -64,9 +69,9 @@ class ShaftWork(NamedTuple):
 
 @dataclass(frozen=True)
 class SpeedSwing:
-    """The work [J] between the extremes of the speed, and what follows for the shaft.
+    """The work [J] between the extremes of the speed, and the resulting speed fluctuation.
 
-    ``irregularity`` is (omega_max - omega_min)/omega for the inertia there is, None without any;
+    ``irregularity`` is (omega_max - omega_min)/omega for the existing inertia, None without any;
     ``torque_irregularity`` is (M_max - M_min)/M_mean, None for a mean torque of zero.
     """
 
@@ -82,12 +87,14 @@ class SpeedSwing:
 
 @kernel
 def gas_work(machine: Machine, gas: Unrolled, tolerance: float, least: float) -> GasWork:
-    """By as many nodes as it takes: ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is
-    less."""
-    nodes = 0 if gas.by_volume else _FEWEST_NODES
+    """Compute the gas work, doubling the nodes until converged.
+
+    ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is less.
+    """
+    nodes = 0 if gas.by_volume else _MIN_NODES
     before, magnitude = _gas_work(machine, gas, nodes)
     error = 0.0
-    while 0 < nodes < _MOST_NODES:
+    while 0 < nodes < _MAX_NODES:
         nodes, coarse = 2 * nodes, before
         before, magnitude = _gas_work(machine, gas, nodes)
         error = np.abs(before - coarse).max()
@@ -97,9 +104,9 @@ def gas_work(machine: Machine, gas: Unrolled, tolerance: float, least: float) ->
 
 
 @inlined_kernel
-def _by_rule(low: float, high: float, k: int, machine: Machine, gas: Unrolled, nodes: int) -> float:
-    """The gas's work between two angles of a piece, over the angle."""
-    total, first = 0.0, nodes - _FEWEST_NODES
+def _work_by_quadrature(low: float, high: float, k: int, machine: Machine, gas: Unrolled, nodes: int) -> float:
+    """Return the gas work between two angles of a piece, by quadrature over the angle."""
+    total, first = 0.0, nodes - _MIN_NODES
     for i in range(first, first + nodes):
         phi = low + (high - low) * _RULES[0, i]
         at_phi = stand_at(phi, machine.frame)
@@ -114,23 +121,23 @@ def _volume(phi: float, gas: Unrolled) -> float:
 
 
 @inlined_kernel
-def _between(first: float, last: float, k: int, machine: Machine, gas: Unrolled) -> float:
-    """The gas's work between two volumes of a piece."""
+def _work_between_volumes(first: float, last: float, k: int, machine: Machine, gas: Unrolled) -> float:
+    """Return the gas work between two volumes of a piece."""
     return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
 
 
 @kernel
 def _gas_work(machine: Machine, gas: Unrolled, nodes: int) -> tuple[Array, float]:
-    """The work before every break, and the sum of the pieces' magnitudes."""
+    """Return the work before every break, and the sum of the pieces' magnitudes."""
     before, magnitude, lost, last = np.zeros(gas.breaks.size), 0.0, 0.0, _volume(gas.breaks[0], gas)
     for k in range(gas.stroke.size):
         if gas.by_volume:
             first, last = last, _volume(gas.breaks[k + 1], gas)
-            done = _between(first, last, k, machine, gas)
+            done = _work_between_volumes(first, last, k, machine, gas)
         else:
-            done = _by_rule(gas.breaks[k], gas.breaks[k + 1], k, machine, gas, nodes)
+            done = _work_by_quadrature(gas.breaks[k], gas.breaks[k + 1], k, machine, gas, nodes)
         magnitude += abs(done)
-        # What a sum loses by rounding is added with the next.
+        # Compensated (Kahan) summation.
         done -= lost
         before[k + 1] = before[k] + done
         lost = (before[k + 1] - before[k]) - done
@@ -141,7 +148,7 @@ def _gas_work(machine: Machine, gas: Unrolled, nodes: int) -> tuple[Array, float
 def _surplus_work(
     angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, work: GasWork
 ) -> float:  # fmt: skip
-    """The sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
+    """Return the sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
     total, mean = 0.0, work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
     for cylinder in range(group.shift.shape[1]):
         phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
@@ -153,9 +160,9 @@ def _surplus_work(
         moved = tip * (stands.sine + stands.cosine * stands.tangent)
         turned = tip / machine.frame.length * stands.cosine * stands.secant
         if gas.by_volume:
-            done = _between(_volume(gas.breaks[k], gas), _volume(phi, gas), k, machine, gas)
+            done = _work_between_volumes(_volume(gas.breaks[k], gas), _volume(phi, gas), k, machine, gas)
         else:
-            done = _by_rule(gas.breaks[k], phi, k, machine, gas, work.nodes)
+            done = _work_by_quadrature(gas.breaks[k], phi, k, machine, gas, work.nodes)
         total += work.before[k] + done - mean * phi
         total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
@@ -173,11 +180,11 @@ def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group)
 def work_extremes(
     machine: Machine, gas: Unrolled, group: Group, places: Array, torque: Array, work: GasWork, tolerance: float
 ) -> tuple[float, float, float]:
-    """The greatest and the least of the summed w, and what rounds of the search may have left of them [J].
+    """Return the maximum and the minimum of the summed w, and the remaining error of the search [J].
 
-    ``torque`` is the summed one at the ``places``, WITHIN + 1 in every piece. A crossing between two samples of a piece
-    is closed in on by false position (Illinois) until the work between its two sides is small; one at a break is the
-    break.
+    ``torque`` is the summed torque at the ``places``, WITHIN + 1 per piece. A crossing between two samples of a
+    piece is refined by false position (Illinois) until the work between its two sides is small; one at a break is
+    the break.
     """
     mean = group.shift.shape[1] * work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
     greatest, least, missed, size = -np.inf, np.inf, 0.0, 0.0
@@ -189,7 +196,7 @@ def work_extremes(
         if (last > 0.0) != (here > 0.0):
             if i % (WITHIN + 1) > 0:
                 a, fa, b, fb, side = places[i - 1], last, angle, here, 0
-                for _ in range(_MOST_ROUNDS):
+                for _ in range(_MAX_ROUNDS):
                     angle = (a * fb - b * fa) / (fb - fa)
                     if not a < angle < b:
                         angle = 0.5 * (a + b)
@@ -208,7 +215,7 @@ def work_extremes(
 
 
 def shaft_inertia(cycle: Cycle) -> float:
-    """J [kg m2] of everything that turns: flywheel, throws, and the rods' shares at the crank pins."""
+    """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins."""
     scene, engine, radius = cycle.scene, cycle.scene.engine, cycle.motion.crank_radius
     rods = len(engine.phases)
     throws = max(rods // scene.masses.rods_per_pin, 1)
@@ -217,7 +224,7 @@ def shaft_inertia(cycle: Cycle) -> float:
 
 
 def speed_swing(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedSwing:
-    """The swing of the speed."""
+    """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
     count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
     average, doubt = count * found.whole / period, count * found.error / period
     inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity

@@ -1,7 +1,7 @@
-"""Unbalanced forces and couples of several cylinders on one shaft, order by order.
+"""Unbalanced forces and couples of several cylinders on one shaft, by order.
 
-Cylinder i runs through its cycle by psi_i later than the first; its axis stands at alpha_i about the shaft. Its crank
-stands at phi - psi_i from its own axis, hence at phi - psi_i + alpha_i in space.
+Cylinder i has its cycle delayed by psi_i relative to the first; its axis is at the angle alpha_i about the shaft.
+Its crank is at phi - psi_i from its own axis, hence at phi - psi_i + alpha_i in space.
 
 Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -22,7 +22,7 @@ MOST_SAMPLES = 2**16
 
 @dataclass(frozen=True)
 class OrderUnbalance:
-    """Greatest unbalanced force [N] and couple [N m] of one order; the couple is None without positions."""
+    """Maximum unbalanced force [N] and couple [N m] of one order; the couple is None without positions."""
 
     order: int
     force: float
@@ -31,7 +31,8 @@ class OrderUnbalance:
 
 @dataclass(frozen=True)
 class Balance:
-    """Unbalance of the reciprocating masses by order, and of the rotating masses (constant, turning with the shaft)."""
+    """Unbalance of the reciprocating masses by order, and of the rotating masses (constant, rotating with the
+    shaft)."""
 
     reciprocating: tuple[OrderUnbalance, ...]
     rotating_force: float
@@ -39,17 +40,17 @@ class Balance:
 
 
 def _harmonic_samples(cycle: Cycle) -> int:
-    """Angles that keep aliases below rounding: harmonics fall as exp(-k acosh((L - |e|)/r))."""
+    """Number of angles that keeps aliasing below rounding: harmonics decay as exp(-k acosh((L - |e|)/r))."""
     m = cycle.scene.mechanism
     fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
     return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), MOST_SAMPLES)
 
 
 def balance(cycle: Cycle, engine: Engine) -> Balance:
-    """Unbalanced forces and couples, order by order, from the harmonics of the motion itself.
+    """Compute unbalanced forces and couples, by order, from the harmonics of the exact motion.
 
-    With a = r omega^2 Re sum c_k exp(i k phi), the force of order k is the sum of two vectors, one turning with the
-    shaft, sum c_k exp(i(alpha - k psi))/2, and one against it, sum conj(c_k) exp(i(alpha + k psi))/2; its greatest
+    With a = r omega^2 Re sum c_k exp(i k phi), the force of order k is the sum of two vectors, one rotating with the
+    shaft, sum c_k exp(i(alpha - k psi))/2, and one against it, sum conj(c_k) exp(i(alpha + k psi))/2; its maximum
     magnitude is the sum of theirs. Couples are taken about the middle of the cylinders.
     """
     samples = _harmonic_samples(cycle)

@@ -10,7 +10,7 @@ from solvers.errors import require
 
 @dataclass(frozen=True)
 class Cylinder:
-    """Bore D, clearance volume V_c, pressure p_0 under the piston, and the strokes of a cycle: two or four."""
+    """Bore D, clearance volume V_c, crankcase pressure p_0, and the strokes per cycle: two or four."""
 
     bore: float
     clearance_volume: float
@@ -34,5 +34,5 @@ class Cylinder:
 
     @property
     def period(self) -> float:
-        """The crank angle of one cycle [rad]: 2 pi or 4 pi."""
+        """Crank angle of one cycle [rad]: 2 pi or 4 pi."""
         return math.pi * self.strokes

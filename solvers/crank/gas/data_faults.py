@@ -1,4 +1,4 @@
-"""Indicator data as users have it: what can be wrong with it, which point shows it, and what would mend it."""
+"""Faults of indicator data: detection, the offending point, and the repair."""
 
 from __future__ import annotations
 
@@ -17,16 +17,16 @@ Array = NDArray[np.float64]
 
 TURN = 2.0 * math.pi
 END_GAP = 5e-3
-"""Share of the swept volume by which a stroke's points may miss a dead centre; the end's pressure is held there."""
+"""Fraction of the swept volume by which a stroke's points may miss a dead centre; the end's pressure is extended."""
 
 _DEGREE = math.pi / 180.0
-_CLOSES = 1e-6
-"""Share of the pressure range by which the two ends of a closed table may differ."""
+_CLOSURE_TOLERANCE = 1e-6
+"""Fraction of the pressure range by which the two ends of a closed table may differ."""
 
 
 @dataclass(frozen=True)
 class Points:
-    """Abscissae (angles [rad] or volumes [m3]) and pressures [Pa], and the range that they should cover."""
+    """Abscissae (angles [rad] or volumes [m3]) and pressures [Pa], and the range they should cover."""
 
     x: Array
     pressure: Array
@@ -42,17 +42,17 @@ class Points:
 
 
 class Fault(Protocol):
-    """A way in which data can be wrong."""
+    """A kind of data fault."""
 
     reason: str
     allowed: str
     repair: str
 
     def find(self, points: Points) -> int | None:
-        """The first point that shows it, None for sound data."""
+        """Return the index of the first offending point; None for valid data."""
 
     def mend(self, points: Points) -> Points:
-        """The points without it."""
+        """Return the points with the fault repaired."""
 
 
 def _first(condition: Array) -> int | None:
@@ -76,7 +76,7 @@ class Radians:
 
 @dataclass(frozen=True)
 class Relabelled:
-    """The second turn of a four-stroke cycle counts from zero again."""
+    """The second turn of a four-stroke cycle restarts at zero."""
 
     reason: str = "the angle starts again: the second turn of the cycle is labelled like the first"
     allowed: str = "rising angles over two turns"
@@ -125,7 +125,7 @@ class Unsorted:
 
 @dataclass(frozen=True)
 class NotMonotone:
-    """Along a stroke the volume may rise or fall, but not turn back."""
+    """The volume is not monotone along a stroke."""
 
     reason: str = "the volume turns back within the stroke"
     allowed: str = "volumes that only rise or only fall"
@@ -168,7 +168,7 @@ class NotClosed:
     def find(self, points: Points) -> int | None:
         apart = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
         gap = abs(points.pressure[-1] - points.pressure[0])
-        return points.x.size - 1 if apart and gap > _CLOSES * np.ptp(points.pressure) else None
+        return points.x.size - 1 if apart and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure) else None
 
     def mend(self, points: Points) -> Points:
         closed = points.pressure.copy()
@@ -191,7 +191,7 @@ class TooLong:
 
 @dataclass(frozen=True)
 class Gaping:
-    """More than half a cycle without a point: no curve through them would mean anything, nor can this be mended."""
+    """More than half a cycle without a point, which cannot be interpolated or repaired."""
 
     reason: str = "more than half of the cycle after this point holds no other"
     allowed: str = "points all over the cycle"
@@ -258,7 +258,7 @@ STROKE_FAULTS: tuple[Fault, ...] = (Outside(), NotMonotone(), Repeated(), Short(
 
 
 def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | None:
-    """The first fault of data and the point that shows it."""
+    """Return the first fault of data and the index of the offending point."""
     for fault in faults:
         index = fault.find(points)
         if index is not None:
@@ -267,7 +267,7 @@ def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | 
 
 
 def require_finite(field: str, **columns: Sequence[float]) -> None:
-    """Raise InvalidInput, with the first point named, for columns with an infinity or no number."""
+    """Raise InvalidInput, naming the first point, for columns with infinite or NaN values."""
     for name, values in columns.items():
         if not np.isfinite(values).all():
             first = _first(~np.isfinite(values))
@@ -275,7 +275,7 @@ def require_finite(field: str, **columns: Sequence[float]) -> None:
 
 
 def require_sound_table(points: Points) -> None:
-    """Raise InvalidInput, with the first bad point named, for a table with a fault."""
+    """Raise InvalidInput, naming the first offending point, for a faulty table."""
     x, span = points.x, points.span
     reach = x[-1] - x[0]
     one_cycle = max(0.5 * span, 1.001 * TURN if span > 1.5 * TURN else 0.0) < reach < (1.0 - 1e-9) * span
@@ -284,7 +284,7 @@ def require_sound_table(points: Points) -> None:
 
 
 def require_sound_stroke(points: Points, field: str) -> None:
-    """Raise InvalidInput, with the first bad point of the field named, for a stroke with a fault."""
+    """Raise InvalidInput, naming the field's first offending point, for a faulty stroke."""
     x, room = points.x, END_GAP * points.span
     ends = (x[0], x[-1]) if x[0] < x[-1] else (x[-1], x[0])
     reached = abs(ends[0] - points.low) < room and abs(ends[1] - points.high) < room
@@ -294,9 +294,9 @@ def require_sound_stroke(points: Points, field: str) -> None:
 
 @kernel
 def _strides(x: Array, least: float, most: float) -> int:
-    """1 where all steps rise by more than ``least`` and no more than ``most``, -1 where all fall so, else 0.
+    """Return 1 if all steps are in (``least``, ``most``], -1 if all are so descending, else 0.
 
-    What goes like this, from end to end, has no fault; looking for each by itself takes ten times as long.
+    Such data, complete from end to end, has no fault; testing each fault separately takes ten times as long.
     """
     way = 1 if x[1] > x[0] else -1
     for i in range(x.size - 1):

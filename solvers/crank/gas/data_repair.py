@@ -1,7 +1,7 @@
-"""Mending indicator data when its user asks for it.
+"""Repair of indicator data on request.
 
-Data is never mended in silence: a table or a stroke with a fault is refused with the point named (``faults``); who asks
-for repair gets sound data and a record of what was done to it.
+Data is never repaired silently: by default a faulty table or stroke is rejected, naming the point (``faults``); a
+requested repair returns valid data and a record of the changes.
 """
 
 from __future__ import annotations
@@ -18,21 +18,21 @@ from solvers.crank.gas.pressure_table import TablePressure
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 
-_MOST_ROUNDS = 12
+_MAX_ROUNDS = 12
 
 
 @dataclass(frozen=True)
 class Repair:
-    """What was done to a user's data: the field where the fault was first seen, and the sentence for the record."""
+    """A repair of a user's data: the field of the first offending point, and the sentence for the record."""
 
     field: str
     what: str
 
 
-def _mended(points: Points, faults: Sequence[Fault], field: str, least: int) -> tuple[Points, list[Repair]]:
-    """Mend fault after fault; raises InvalidInput for what cannot be mended."""
+def _repaired(points: Points, faults: Sequence[Fault], field: str, least: int) -> tuple[Points, list[Repair]]:
+    """Repair one fault after another; raises InvalidInput for irreparable data."""
     repairs: list[Repair] = []
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         found = first_fault(points, faults)
         if found is None:
             return points, repairs
@@ -49,21 +49,21 @@ def _mended(points: Points, faults: Sequence[Fault], field: str, least: int) -> 
 
 
 def repaired_table(table: TablePressure, cylinder: Cylinder) -> tuple[TablePressure, tuple[Repair, ...]]:
-    """The table made sound, and what was done. Raises InvalidInput for what cannot be mended."""
+    """Return the repaired table and the repairs. Raises InvalidInput for irreparable data."""
     given = Points(np.asarray(table.angle), np.asarray(table.pressure), 0.0, cylinder.period)
-    points, repairs = _mended(given, TABLE_FAULTS, "pressure.angle", 3)
+    points, repairs = _repaired(given, TABLE_FAULTS, "pressure.angle", 3)
     return TablePressure(tuple(points.x.tolist()), tuple(points.pressure.tolist())), tuple(repairs)
 
 
 def repaired_indicator(
     diagram: IndicatorPressure, cylinder: Cylinder, motion: ExactMotion
 ) -> tuple[IndicatorPressure, tuple[Repair, ...]]:
-    """The diagram made sound, and what was done. Raises InvalidInput for what cannot be mended."""
+    """Return the repaired diagram and the repairs. Raises InvalidInput for irreparable data."""
     low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
     strokes, repairs = [], []
     for index, stroke in enumerate(diagram.strokes):
         points = Points(np.asarray(stroke.volume), np.asarray(stroke.pressure), low, low + swept)
-        mended, done = _mended(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
+        mended, applied = _repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
         strokes.append(Stroke(tuple(mended.x.tolist()), tuple(mended.pressure.tolist())))
-        repairs += done
+        repairs += applied
     return IndicatorPressure(tuple(strokes)), tuple(repairs)

@@ -1,7 +1,7 @@
-"""Unrolling an indicator diagram: from p(V), stroke by stroke, to p(phi).
+"""Unrolling of an indicator diagram: from p(V), stroke by stroke, to p(phi).
 
-V = V_c + A x(phi); p is a monotone cubic (PCHIP) of V along the stroke that phi belongs to. A cycle starts at the upper
-dead centre: a four-stroke cycle with the intake, a two-stroke one with the expansion.
+V = V_c + A x(phi); p is a monotone cubic (PCHIP) of V along the stroke that phi belongs to. A cycle starts at the
+upper dead centre: a four-stroke cycle with the intake, a two-stroke one with the expansion.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.monotone_cubic import monotone_cubics
 
 STROKES = {2: ("expansion", "compression"), 4: ("intake", "compression", "expansion", "exhaust")}
-"""The strokes of a cycle, in order from the upper dead centre; the piston moves down in every other one."""
+"""The strokes of a cycle, in order from the upper dead centre, alternately downward and upward."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +47,11 @@ class IndicatorPressure:
             require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
-        """The diagram over the crank angle. Raises InvalidInput, with the point named, for points out of order,
-        repeated, outside the cylinder's volumes, or short of a dead centre."""
+        """Return the diagram over the crank angle.
+
+        Raises InvalidInput, naming the point, for points out of order, repeated, outside the cylinder's volumes, or
+        short of a dead centre.
+        """
         names = STROKES[cylinder.strokes]
         if len(self.strokes) != len(names):
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
@@ -75,9 +78,10 @@ class IndicatorPressure:
 def _unrolled(
     volume: Array, pressure: Array, first: Index, ends: Array, frame: Frame, area: float, clearance: float
 ) -> tuple[Array, Array, Array, Index]:
-    """Breaks, begins, cubics and strokes of a diagram, the points of each stroke rising in volume, from ``first`` on.
+    """Return breaks, origins, cubics and strokes of a diagram.
 
-    Beyond a stroke's points the pressure is that of the nearest.
+    The points of each stroke are ascending in volume, from index ``first`` on. Beyond a stroke's points the pressure
+    is that of the nearest point.
     """
     size = volume.size + first.size
     breaks, begin, cubic = np.empty(size + 1), np.empty(size), np.zeros((size, 4))
@@ -87,7 +91,7 @@ def _unrolled(
         cubics, n, upward = monotone_cubics(x, y), x.size, s % 2 == 1
         here = ends[s]
         for along in range(n + 1):
-            # Interval i lies above point i - 1; the last ends at the dead centre.
+            # Interval i starts at point i - 1; the last ends at the dead centre.
             i = n - along if upward else along
             ahead = ends[s + 1]
             if along < n:
@@ -114,7 +118,7 @@ def _unrolled(
 
 @kernel
 def _jumps(gas: Unrolled) -> Array:
-    """p behind each stroke's beginning less p before it."""
+    """Return the pressure jump at the start of each stroke, p after minus p before."""
     out = np.zeros(gas.stroke[-1] + 1)
     before = pressure_at(gas.breaks[-1], gas.stroke.size - 1, gas)
     for k in range(gas.stroke.size):

@@ -1,4 +1,4 @@
-"""Pressures given over the crank angle: a table of one cycle of two or four strokes."""
+"""Pressures tabulated over the crank angle for one cycle of two or four strokes."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from solvers.numerics.monotone_cubic import monotone_cubics
 
 @dataclass(frozen=True)
 class TablePressure:
-    """Pressures [Pa] at crank angles [rad] of one cycle, joined by a monotone cubic (PCHIP) that closes on itself.
+    """Pressures [Pa] at crank angles [rad] of one cycle, interpolated by a periodic monotone cubic (PCHIP).
 
-    Angles rise strictly and span less than one cycle of the cylinder. The curve overshoots no point and is once
-    continuously differentiable.
+    Angles are strictly increasing and span less than one cycle of the cylinder. The curve does not overshoot and is
+    once continuously differentiable.
     """
 
     angle: tuple[float, ...]
@@ -36,10 +36,11 @@ class TablePressure:
         require_finite("pressure", angle=self.angle, pressure=self.pressure)
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
-        """The table itself. Raises InvalidInput, with the point named, where it is not one rising, open cycle."""
+        """Return the table as a curve. Raises InvalidInput, naming the point, unless it is one ascending, open
+        cycle."""
         angle, values, period = np.array(self.angle), np.array(self.pressure), cylinder.period
         require_sound_table(Points(angle, values, 0.0, period))
-        # A last point one cycle after the first says the same thing twice.
+        # A last point one cycle after the first is redundant.
         last = angle.size - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
         angle, values = angle[:last], values[:last]
         centres = motion.dead_centres
@@ -51,10 +52,10 @@ class TablePressure:
 
 @kernel
 def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, Array, Index]:
-    """Breaks, begins, cubics and strokes of a table whose cycle goes from the first dead centre of ``ends`` to the
-    last."""
+    """Return breaks, origins, cubics and strokes of a table over the cycle between the first and the last of
+    ``ends``, the dead centres."""
     n, start, period = angle.size, ends[0], ends[-1] - ends[0]
-    # One point of overlap at the left, two at the right make the slopes, and so the curve, periodic.
+    # One point of overlap at the left and two at the right make the slopes, and so the curve, periodic.
     x, y = np.empty(n + 3), np.empty(n + 3)
     for i in range(n + 3):
         x[i], y[i] = angle[(i - 1) % n] + (i - 1) // n * period, values[(i - 1) % n]

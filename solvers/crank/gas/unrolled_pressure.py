@@ -1,7 +1,7 @@
-"""The pressure in a cylinder over one cycle, as cubics: what every kind of pressure data is turned into.
+"""The cylinder pressure over one cycle as cubics: the common form of all pressure data.
 
-Between two breaks p is one cubic, of the crank angle (a table's) or of the volume V = V_c + A x(phi) (a diagram's). At
-a break it may jump; which side is meant is said by the piece.
+Between two breaks p is one cubic, of the crank angle (from a table) or of the volume V = V_c + A x(phi) (from a
+diagram). At a break it may jump; the piece index selects the side.
 """
 
 from __future__ import annotations
@@ -24,9 +24,12 @@ MOST_POINTS = 20_000
 
 
 class Unrolled(NamedTuple):
-    """Pieces of one period: ``breaks`` (n + 1,) [rad]; where each piece's cubic begins, in rad or m3 (n,); its
-    coefficients, highest power first (n, 4); the stroke it belongs to (n,), even ones downward; and, for cubics of the
-    volume, the motion that tells it, the piston's area [m2] and the clearance volume [m3]."""
+    """Pieces of one period.
+
+    ``breaks`` (n + 1,) [rad]; the origin of each piece's cubic, in rad or m3 (n,); its coefficients, highest power
+    first (n, 4); the stroke it belongs to (n,), even ones downward; and, for cubics of the volume, the motion that
+    defines it, the piston's area [m2] and the clearance volume [m3].
+    """
 
     breaks: Array
     begin: Array
@@ -40,7 +43,7 @@ class Unrolled(NamedTuple):
 
 @inlined_kernel
 def piece_of(angle: float, breaks: Array) -> int:
-    """The piece that holds an angle of the period."""
+    """Return the index of the piece that contains an angle of the period."""
     low, high = 0, breaks.size - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -53,13 +56,13 @@ def piece_of(angle: float, breaks: Array) -> int:
 
 @inlined_kernel
 def pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
-    """p [Pa] at an angle of a piece, both its ends included."""
+    """Return p [Pa] at an angle of a piece, both its ends included."""
     return pressure_of(angle, stand_at(angle, gas.frame), piece, gas)
 
 
 @inlined_kernel
 def pressure_of(angle: float, at: Stand, piece: int, gas: Unrolled) -> float:
-    """p [Pa] at an angle of a piece, where the mechanism of ``gas.frame`` stands as ``at`` tells."""
+    """Return p [Pa] at an angle of a piece, with ``at`` the state of the mechanism ``gas.frame`` there."""
     t = angle
     if gas.by_volume:
         t = gas.clearance + gas.area * displacement_of(at, gas.frame)
@@ -74,16 +77,16 @@ def _cubic(t: float, piece: int, gas: Unrolled) -> float:
 
 @inlined_kernel
 def work_at(volume: float, piece: int, gas: Unrolled) -> float:
-    """The integral of p dV [J] from where the piece's cubic of the volume begins."""
+    """Return the integral of p dV [J] from the origin of the piece's cubic of the volume."""
     t, c = volume - gas.begin[piece], gas.cubic
     return t * (c[piece, 3] + t * (c[piece, 2] / 2.0 + t * (c[piece, 1] / 3.0 + t * c[piece, 0] / 4.0)))
 
 
 @kernel
 def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
-    """p [Pa] of the diagram where Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi) puts the piston.
+    """Return p [Pa] of the diagram at the position of Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi).
 
-    The cubic is looked for from that of the exact motion on, within the stroke.
+    The cubic is searched from that of the exact motion, within the stroke.
     """
     half, sine = math.sin(0.5 * angle), math.sin(angle)
     r = gas.frame.r
@@ -100,7 +103,7 @@ def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
 
 @inlined_kernel
 def within(angle: float, breaks: Array) -> float:
-    """The angle, whole periods away, that lies between the breaks."""
+    """Return the angle shifted by whole periods into the range of the breaks."""
     start, period = breaks[0], breaks[-1] - breaks[0]
     if start <= angle <= breaks[-1]:
         return angle
@@ -119,7 +122,8 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
 
 @kernel
 def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
-    """The same pressures in pieces no longer than ``longest`` [rad], with breaks at the rising angles ``more`` too."""
+    """Return the same pressures in pieces no longer than ``longest`` [rad], with breaks at the ascending angles
+    ``more``."""
     at, count, size = 0, 0, gas.breaks.size + more.size
     ends, owner = np.empty(size), np.empty(size, np.intp)
     for k in range(gas.stroke.size):
@@ -150,8 +154,11 @@ def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
 
 @dataclass(frozen=True)
 class Curve:
-    """A pressure cycle over the crank angle, its jumps (angle [rad], p behind less p before [Pa]) at the dead centres,
-    and the points (angles [rad], pressures [Pa]) of a table."""
+    """A pressure cycle over the crank angle.
+
+    ``jumps`` (angle [rad], p after minus p before [Pa]) at the dead centres, and the ``points`` (angles [rad],
+    pressures [Pa]) of a table.
+    """
 
     unrolled: Unrolled
     jumps: tuple[tuple[float, float], ...]
@@ -163,11 +170,12 @@ class Curve:
         return self.unrolled.breaks
 
     def pressure(self, angle: ArrayLike) -> Array:
-        """p(phi) [Pa], same shape as the angles; periodic."""
+        """Return p(phi) [Pa], same shape as the angles; periodic."""
         return self._over(angle, False)
 
     def brix_pressure(self, angle: ArrayLike) -> Array | None:
-        """The same diagram unrolled by Brix's construction [Pa]; None for a table, and with an offset."""
+        """Return the pressure of the diagram unrolled by Brix's construction [Pa]; None for a table, or with an
+        offset."""
         return self._over(angle, True) if self.has_brix else None
 
     @property
@@ -180,7 +188,7 @@ class Curve:
 
 
 class Pressure(Protocol):
-    """Pressures as a user has them."""
+    """Pressure data of any kind."""
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
-        """The curve over the crank angle."""
+        """Return the curve over the crank angle."""

@@ -1,8 +1,8 @@
-"""Finding a rod's reduced masses by swinging it from both ends.
+"""Reduced masses of a rod from its periods as a pendulum hung at both ends.
 
-With A = g T^2/(4 pi^2) for each end and L the distance of the pivots, l_A = L (A_D - L)/(A_C + A_D - 2L)
-and J_0 = m_r l_A (A_C - l_A). The denominator is -L Delta J/(m_r l_A l_B): the method fails just where the two-mass
-model is exact. Weighing has no such place.
+With A = g T^2/(4 pi^2) for each end and L the distance of the pivots, l_A = L (A_D - L)/(A_C + A_D - 2L) and J_0 =
+m_r l_A (A_C - l_A). The denominator is -L Delta J/(m_r l_A l_B): the method is singular exactly where the two-mass
+model is exact. Weighing has no such singularity.
 """
 
 from __future__ import annotations
@@ -19,17 +19,17 @@ from solvers.errors import InvalidInput, require
 from solvers.numerics.uncertainty import COMPLEX_STEP, linear, propagate, sensitivities
 
 STANDARD_GRAVITY = 9.80665
-_NOMINAL = 1e-5
-"""Relative uncertainty of a period that the best stopwatch cannot beat; it judges a request that names none."""
+_NOMINAL_UNCERTAINTY = 1e-5
+"""Best attainable relative uncertainty of a period, used to judge a request without uncertainties."""
 MEANINGLESS = 0.1
-"""Share of the rod's length; a centre of mass less certain than that is no result."""
+"""Uncertainty of the centre of mass, relative to the rod's length, above which the result is rejected."""
 
 
 def amplitude_factor(amplitude: NDArray | float) -> NDArray:
     """T/T_0 = 1/M(1, cos(theta/2)) of a pendulum of amplitude theta [rad], M the arithmetic-geometric mean.
 
-    Exact for every amplitude below pi; its series begins 1 + theta^2/16 + 11 theta^4/3072. Source: Gauss's formula for
-    the complete elliptic integral.
+    Exact for every amplitude below pi; its series begins 1 + theta^2/16 + 11 theta^4/3072. Source: Gauss's formula
+    for the complete elliptic integral.
     """
     a, g = np.ones_like(np.asarray(amplitude)), np.cos(0.5 * np.asarray(amplitude))
     for _ in range(8):
@@ -41,9 +41,9 @@ def amplitude_factor(amplitude: NDArray | float) -> NDArray:
 class Pendulum:
     """Periods [s] of the rod hung at its small and its big end; lengths in m, the amplitude in rad.
 
-    ``pivot_distance`` is measured between the two knife edges. Edges that carry the rod inside its bores touch them at
-    their far ends from each other: the bores' radii are then given, and the results refer to their centres.
-    ``uncertainty`` has standard uncertainties by the names of these fields.
+    ``pivot_distance`` is measured between the two knife edges. Edges inside the bores touch them at their far ends
+    from each other: the bores' radii are then given, and the results refer to their centres. ``uncertainty`` has
+    standard uncertainties, keyed by field name.
     """
 
     pivot_distance: float
@@ -84,7 +84,7 @@ def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDA
 
 
 def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
-    """The pendulum's formulas on named arrays."""
+    """Evaluate the pendulum's formulas on named arrays."""
     pivots = x["pivot_distance"]
     small = reduced_length(x["period_small_end"], x["amplitude"], x["gravity"])
     big = reduced_length(x["period_big_end"], x["amplitude"], x["gravity"])
@@ -95,20 +95,22 @@ def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
 
 
 def _is_a_rod(found: Mapping[str, NDArray], length: NDArray | float) -> NDArray:
-    """Whether the centre of mass lies inside the rod and the moment of inertia is positive."""
+    """Return whether the centre of mass lies inside the rod and the moment of inertia is positive."""
     cg, inertia = found["rod_cg_from_pin"], found["rod_inertia"]
     return np.asarray((cg > 0) & (cg < length) & (inertia > 0))
 
 
 def swing(pendulum: Pendulum) -> RodMasses:
-    """Masses, centre and moment of inertia from both periods.
+    """Compute masses, centre of mass and moment of inertia from both periods.
 
-    Raises InvalidInput, with the uncertainty in words, where the periods fit almost every centre of mass (the
-    denominator tends to 0), and where no rod has such periods.
+    Raises InvalidInput, stating the uncertainty, if the periods hardly determine the centre of mass (the denominator
+    tends to 0), or if no rod has such periods.
     """
     values = {name: float(getattr(pendulum, name)) for name in _INPUTS}
     given = {name: float(u) for name, u in pendulum.uncertainty.items() if u > 0}
-    judged = given or {n: _NOMINAL * values[n] for n in ("period_small_end", "period_big_end", "pivot_distance")}
+    judged = given or {
+        n: _NOMINAL_UNCERTAINTY * values[n] for n in ("period_small_end", "period_big_end", "pivot_distance")
+    }
     length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
     with np.errstate(all="ignore"):
         found = scalars(_swung({name: np.array(value) for name, value in values.items()}))
@@ -116,7 +118,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             linear(_swung, values, judged)["rod_cg_from_pin"] if all(map(math.isfinite, found.values())) else math.inf
         )
     if not spread <= MEANINGLESS * length:
-        by = "" if given else f" even for a relative uncertainty of {_NOMINAL:g} in what was measured"
+        by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
         raise InvalidInput(
             "period_big_end",
@@ -145,10 +147,11 @@ def swing(pendulum: Pendulum) -> RodMasses:
 
 
 def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
-    """``swing`` of many rods: columns by the names of ``Pendulum``'s fields, without uncertainties, broadcast against
-    each other; the results by the names of ``RodMasses.values``, NaN where ``swing`` would refuse.
+    """Vectorised ``swing`` for many rods.
 
-    Raises InvalidInput for a column that no field bears the name of, or one that is missing.
+    Columns are keyed by ``Pendulum``'s fields, without uncertainties, and broadcast against each other; the results
+    are keyed as ``RodMasses.values``, NaN where ``swing`` would raise. Raises InvalidInput for an unknown or missing
+    column.
     """
     known = {field.name: field.default for field in fields(Pendulum) if field.name in _INPUTS}
     for name in columns.keys() - known.keys():
@@ -167,6 +170,6 @@ def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
         spread = np.zeros_like(length)
         for name in ("period_small_end", "period_big_end", "pivot_distance"):
             moved = _swung({**values, name: values[name] * (1.0 + 1j * COMPLEX_STEP)})["rod_cg_from_pin"]
-            spread = np.hypot(spread, _NOMINAL * moved.imag / COMPLEX_STEP)
+            spread = np.hypot(spread, _NOMINAL_UNCERTAINTY * moved.imag / COMPLEX_STEP)
         sound &= (spread <= MEANINGLESS * length) & _is_a_rod(found, length)
     return {name: np.where(sound, column, np.nan) for name, column in found.items()}

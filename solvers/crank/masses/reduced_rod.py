@@ -1,4 +1,4 @@
-"""A rod reduced to its two pins, as every way of finding its masses tells it."""
+"""A rod reduced to its two pins: the common result of all measurement methods."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from solvers.numerics.uncertainty import Propagated
 
 @dataclass(frozen=True)
 class RodMasses:
-    """What was found, SI units, None where a method cannot tell; ``uncertainty`` has the same names."""
+    """Reduced masses, SI units, None if the method does not determine them; ``uncertainty`` has the same keys."""
 
     values: Mapping[str, float | None]
     uncertainty: Propagated | None

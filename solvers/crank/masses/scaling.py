@@ -1,4 +1,4 @@
-"""Estimating the masses of a new engine from an existing one's, by the piston's area."""
+"""Estimation of a new engine's masses from an existing one's, by piston area."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ USUAL = {
     "spark ignition": ((80.0, 150.0), (100.0, 200.0)),
     "diesel": ((150.0, 300.0), (250.0, 400.0)),
 }
-"""Usual constructive masses [kg per m2 of piston area] of aluminium piston groups and of steel rods: textbook figures,
-quoted from memory and rounded; they tell a slip of a decimal from a design, no more."""
+"""Usual constructive masses [kg per m2 of piston area] of aluminium piston groups and of steel rods.
+
+Textbook figures, quoted from memory and rounded; suitable only to detect misplaced decimals.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Estimate:
 
 
 def estimate(request: Estimate) -> RodMasses:
-    """m = m' pi D^2/4 for piston group and rod."""
+    """Estimate m = m' pi D^2/4 for piston group and rod."""
 
     def scaled(x: dict[str, NDArray]) -> dict[str, NDArray]:
         area = math.pi * x["bore"] ** 2 / 4.0

@@ -1,7 +1,7 @@
-"""Reducing the crank mechanism's masses to its two pins, and what that leaves out.
+"""Reduction of the crank mechanism's masses to its two pins, and the error of that model.
 
-The rod is replaced by two masses with its mass and its centre of mass; the third condition, an equal moment of inertia,
-is broken by the defect Delta J = m_r l_A l_B - J_0. The exact alternative are three masses.
+The rod is replaced by two masses with its mass and its centre of mass; the third condition, an equal moment of
+inertia, is violated by the defect Delta J = m_r l_A l_B - J_0. Three masses are an exact alternative.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -18,7 +18,7 @@ from solvers.errors import require
 class RodMass:
     """A rod of length L and mass m_r with its centre of mass at l_A from the wrist pin.
 
-    ``inertia`` is J_0 about the centre of mass [kg m2]; None takes the two-mass model at its word (no defect).
+    ``inertia`` is J_0 about the centre of mass [kg m2]; None assumes the two-mass model (no defect).
     """
 
     length: float
@@ -59,13 +59,13 @@ class RodMass:
 
     @property
     def inertia_defect(self) -> float:
-        """Delta J = m_r l_A l_B - J_0 [kg m2]; 0 where J_0 is not known."""
+        """Delta J = m_r l_A l_B - J_0 [kg m2]; 0 if J_0 is not known."""
         return 0.0 if self.inertia is None else self.inertia_of_two_masses - self.inertia
 
 
 @dataclass(frozen=True)
 class ThreeParticles:
-    """Masses at the wrist pin, the centre of mass and the crank pin with a rod's mass, centre and moment of inertia."""
+    """Masses at wrist pin, centre of mass and crank pin with the rod's mass, centre of mass and moment of inertia."""
 
     at_wrist_pin: float
     at_centre: float
@@ -73,10 +73,10 @@ class ThreeParticles:
 
 
 def three_particles(rod: RodMass) -> ThreeParticles:
-    """The equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg]; J_0 as given.
+    """Return the equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg].
 
-    The middle mass is Delta J/(l_A l_B): negative where the two-mass model has too little inertia. Raises
-    InvalidInput where the centre of mass lies in a pin or J_0 is not given.
+    The middle mass is Delta J/(l_A l_B): negative if the two-mass model has too little inertia. Raises InvalidInput
+    if the centre of mass lies in a pin or J_0 is not given.
     """
     before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
     require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
@@ -91,7 +91,7 @@ def three_particles(rod: RodMass) -> ThreeParticles:
 class CrankThrow:
     """Crank pin, two webs of ``web`` each with centre of mass at ``web_radius``, and the throw's counterweights.
 
-    ``counterweight`` is the mass of all counterweights of the throw together, on the other side of the shaft.
+    ``counterweight`` is the total mass of the throw's counterweights, opposite to the crank pin.
     """
 
     crank_pin: float = 0.0
@@ -111,7 +111,7 @@ class CrankThrow:
         return self.crank_pin + static / crank_radius
 
     def inertia(self, crank_radius: float) -> float:
-        """m_cp r^2 + 2 m_w rho_w^2 + m_cw rho_cw^2 [kg m2] about the shaft, every part taken as a point."""
+        """m_cp r^2 + 2 m_w rho_w^2 + m_cw rho_cw^2 [kg m2] about the shaft, with every part as a point mass."""
         return (
             self.crank_pin * crank_radius**2
             + 2.0 * self.web * self.web_radius**2

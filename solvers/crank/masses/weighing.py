@@ -1,4 +1,4 @@
-"""Finding a rod's reduced masses by weighing its ends: what the two scales read are the two masses themselves."""
+"""Reduced masses of a rod from weighing its ends: the two scale readings are the two masses."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from solvers.numerics.uncertainty import propagate
 
 @dataclass(frozen=True)
 class Weighing:
-    """The rod level on two supports at its pin centres: what each reads [kg], ``length`` apart [m].
+    """The level rod on two supports at its pin centres: their readings [kg], ``length`` apart [m].
 
-    ``rod_mass``, weighed by itself, tells how well the readings close. A period of the rod hung at its small end adds
-    the moment of inertia: the centre of mass is known, so the pendulum's weakness does not show.
+    ``rod_mass``, weighed separately, checks the sum of the readings. A period of the rod hung at its small end adds
+    the moment of inertia: with the centre of mass known, the pendulum's singularity does not occur.
     """
 
     length: float
@@ -45,13 +45,13 @@ class Weighing:
 
 
 CLOSURE = 0.02
-"""Relative difference between the two readings' sum and the rod's mass beyond which one of them is wrong."""
+"""Relative difference between the sum of the readings and the rod's mass above which the data is rejected."""
 
 
 def weigh(weighing: Weighing) -> RodMasses:
-    """m_A and m_B are what the scales read; l_A = L m_B/(m_A + m_B). J_0 only with a period.
+    """Compute m_A and m_B, the scale readings, and l_A = L m_B/(m_A + m_B); J_0 only with a period.
 
-    Raises InvalidInput where the readings do not add up to the rod's mass, or no rod has the period.
+    Raises InvalidInput if the readings do not add up to the rod's mass, or no rod has the period.
     """
     names = ["length", "small_end_reading", "big_end_reading", "amplitude", "gravity", "small_end_bore_radius"]
     swung = weighing.period_small_end is not None

@@ -1,7 +1,8 @@
 """Exact kinematics of the in-line slider-crank mechanism.
 
-phi is the crank angle from top dead centre, lambda = r/L, sin(beta) = lambda sin(phi). Displacement counts from top
-dead centre toward the crank. Validity: lambda < 1. Checked against 50-digit differentiation of the closed position.
+phi is the crank angle from top dead centre, lambda = r/L, sin(beta) = lambda sin(phi). Displacement is measured from
+top dead centre toward the crank. Validity: lambda < 1. Checked against 50-digit differentiation of the closed-form
+position.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -13,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 
 def rod_cosine(angle: ArrayLike, ratio: float) -> NDArray[np.float64]:
-    """cos(beta) = sqrt(1 - lambda^2 sin^2 phi), from factors that keep their digits as lambda sin(phi) -> 1."""
+    """cos(beta) = sqrt(1 - lambda^2 sin^2 phi), factored to avoid cancellation as lambda sin(phi) -> 1."""
     s = ratio * np.sin(angle)
     return np.sqrt((1.0 - s) * (1.0 + s))
 
@@ -66,9 +67,9 @@ def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) 
 def crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
     """The inverse of ``displacement`` on the downward stroke [rad].
 
-    phi = 2 atan2(sqrt(x (2L - x)), sqrt((2r - x)(2r + 2L - x))), exact and without cancellation at both dead centres;
-    the roots are taken factor by factor, so that x = 1e-300 does not underflow. Positions beyond a dead centre are
-    taken as the dead centre.
+    phi = 2 atan2(sqrt(x (2L - x)), sqrt((2r - x)(2r + 2L - x))), exact and without cancellation at both dead
+    centres; the roots are taken factor by factor, so that x = 1e-300 does not underflow. Positions beyond a dead
+    centre are clipped to it.
     """
     x = np.clip(np.asarray(displacement, dtype=float), 0.0, 2.0 * crank_radius)
     rest = 2.0 * crank_radius - x

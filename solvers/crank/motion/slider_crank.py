@@ -1,11 +1,11 @@
-"""How the piston moves, exactly, with or without a pin offset.
+"""Exact piston motion, with or without a pin offset.
 
-phi counts from the crank standing parallel to the cylinder axis, on the cylinder's side; the offset e is the distance
-of the cylinder axis from the shaft, positive toward the side to which the crank turns from there. Without an offset
-that is the angle from top dead centre. Displacement counts from the upper dead centre toward the crank.
+phi is measured from the crank parallel to the cylinder axis, on the cylinder's side; the offset e is the distance of
+the cylinder axis from the shaft, positive toward the side to which the crank turns from there. Without an offset
+that is the angle from top dead centre. Displacement is measured from the upper dead centre toward the crank.
 
-The displacement's derivative is r (sin phi + cos phi tan beta), so that forces made of the tangent do exactly the work
-of the gas.
+The displacement's derivative is r (sin phi + cos phi tan beta), so forces expressed in the tangent do exactly the
+work of the gas.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 class Posture(NamedTuple):
-    """How a mechanism stands at some angles, each of their shape: sin phi, cos phi, tan beta, d2x/dphi2 [m] and
+    """State of a mechanism at some angles, each of their shape: sin phi, cos phi, tan beta, d2x/dphi2 [m] and
     d2beta/dphi2."""
 
     sine: Array
@@ -35,7 +35,7 @@ class Posture(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """A mechanism as kernels take it: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
+    """Kernel data of a mechanism: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
 
     r: float
     length: float
@@ -46,7 +46,7 @@ class Frame(NamedTuple):
 
 
 def derivative(motion: ExactMotion, angle: ArrayLike) -> Array:
-    """dx/dphi = r (sin phi + cos phi tan beta) [m]: times omega the velocity."""
+    """dx/dphi = r (sin phi + cos phi tan beta) [m]; multiplied by omega the velocity."""
     at = motion.posture(angle)
     return motion.crank_radius * (at.sine + at.cosine * at.tangent)
 
@@ -55,9 +55,9 @@ def derivative(motion: ExactMotion, angle: ArrayLike) -> Array:
 class ExactMotion:
     """The exact slider-crank, with or without offset: sin(beta) = (r sin phi - e)/L. Valid for r + |e| < L.
 
-    With the upper dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product,
-    x = 2 r sin((phi - phi_t)/2) sin((phi + beta)/2)/cos((beta - phi_t)/2), which keeps its digits there. Checked
-    against 50-digit positions and their derivatives. Source: derived from the triangle; for e = 0 the same as
+    With the upper dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product, x = 2
+    r sin((phi - phi_t)/2) sin((phi + beta)/2)/cos((beta - phi_t)/2), free of cancellation there. Checked against
+    50-digit positions and their derivatives. Source: derived from the triangle; for e = 0 the same as
     ``solvers.crank.motion.in_line``.
     """
 
@@ -97,8 +97,8 @@ class ExactMotion:
 
 
 class Stand(NamedTuple):
-    """How a mechanism stands at one angle, as kernels take it: sin phi, cos phi, tan beta, 1/cos beta, and the sine and
-    cosine of h = (phi - phi_t)/2."""
+    """Kernel state of a mechanism at one angle: sin phi, cos phi, tan beta, 1/cos beta, and the sine and cosine of
+    h = (phi - phi_t)/2."""
 
     sine: float
     cosine: float
@@ -110,11 +110,11 @@ class Stand(NamedTuple):
 
 @inlined_kernel
 def stand_at(phi: float, frame: Frame) -> Stand:
-    """All angles' functions from sine and cosine of one half angle.
+    """Return all functions of the angle from sine and cosine of one half angle.
 
-    cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; what is left of L beside r and e is formed before anything
-    else. With 1 - |sin phi| = cos^2 phi/(1 + |sin phi|) it keeps its digits where the crank stands across and the rod
-    all but with it.
+    cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; the difference of L and r, e is formed first. With 1 - |sin
+    phi| = cos^2 phi/(1 + |sin phi|) it avoids cancellation where crank and rod are nearly perpendicular to the
+    cylinder axis.
     """
     half = 0.5 * (phi - frame.top)
     half_sine, half_cosine = math.sin(half), math.cos(half)
@@ -131,7 +131,7 @@ def stand_at(phi: float, frame: Frame) -> Stand:
 
 @inlined_kernel
 def displacement_of(at: Stand, frame: Frame) -> float:
-    """x from the upper dead centre, of which nothing cancels there:
+    """x from the upper dead centre, free of cancellation there:
     2 r sin^2 h (cos beta + cos phi_t + 2 lambda cos h cos((phi + phi_t)/2))/(1 + cos(beta - phi_t))."""
     along = at.half_cosine * frame.top_cosine - at.half_sine * frame.top_sine
     rod = 1.0 / at.secant
@@ -174,10 +174,10 @@ def _postures(phi: Array, frame: Frame) -> Array:
 
 
 def crank_angle(motion: ExactMotion, displacement: ArrayLike) -> Array:
-    """The angle [rad], past the upper dead centre on the downward stroke, at which the piston has a displacement [m].
+    """Return the angle [rad], past the upper dead centre on the downward stroke, of a piston displacement [m].
 
-    The inverse of ``ExactMotion.displacement``. Displacements outside the stroke are taken as the dead centre they lie
-    beyond.
+    The inverse of ``ExactMotion.displacement``. Displacements outside the stroke are clipped to the nearest dead
+    centre.
     """
     x = np.asarray(displacement, dtype=float)
     return _crank_angles(x.ravel(), motion.frame).reshape(x.shape)
@@ -195,9 +195,9 @@ def _crank_angles(displacement: Array, frame: Frame) -> Array:
 def crank_angle_at(displacement: float, r: float, length: float, e: float) -> float:
     """``crank_angle`` of one displacement.
 
-    With d the distance of the wrist pin from the shaft, half-angle forms of the triangle r, L, d, whose two small sides
-    L + r - d and d - (L - r) are built from the distances to the dead centres. Nothing cancels at either; roots are
-    taken factor by factor, so that x = 1e-300 does not underflow.
+    With d the distance of the wrist pin from the shaft: half-angle forms of the triangle r, L, d, whose two small
+    sides L + r - d and d - (L - r) are computed from the distances to the dead centres. Free of cancellation at
+    both; roots are taken factor by factor, so that x = 1e-300 does not underflow.
     """
     aside = abs(e)
     high = math.sqrt((length + r - aside) * (length + r + aside))

@@ -1,1 +1,1 @@
-"""What joints and crank carry."""
+"""Loads of the joints and the crank."""

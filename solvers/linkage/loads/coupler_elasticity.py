@@ -1,18 +1,18 @@
-"""The first pin-force peak after a blow that mismatches, of a coupler that gives way elastically.
+"""First pin-force peak after a blow with mismatched restitution, due to the coupler's elasticity.
 
-Near the line the coupler's stretch is a quadratic form of crank angle phi and rocker angle phi3 that vanishes on both
-ways the rigid linkage can move, phi3 = u0 phi and phi3 = -u1 phi (u0, u1: |u31| after and before the blow). A rocker
-thrown back with R instead of R_k = u0/u1 runs ahead of the first by theta = (u0 + u1) y, and with the angle in units
-that make the stiffness 1
+Near the change point the coupler's elongation is a quadratic form of crank angle phi and rocker angle phi3 that
+vanishes on both branches of rigid motion, phi3 = u0 phi and phi3 = -u1 phi (u0, u1: |u31| after and before the blow). A
+rocker rebounding with R instead of R_k = u0/u1 leads the first branch by theta = (u0 + u1) y; with the angle scaled so
+that the stiffness is 1
 
     y'' = -y (phi + y)(phi + 2 y),   y(0) = 0,   y'(0) = m = (R - R_k)/(1 + R_k),
     force = C(m) sqrt(2 k_c E) |R - R_k|,   C(m) = first peak of |y (phi + y)/m|.
 
 For a small mismatch y is a Bessel function of order 1/4 and C(0) = 2^(5/4) Gamma(5/4) max z^(3/4) J_1/4(z) = 1.8165...
-Without damping later peaks grow as the root of the coupler's lever about the rocker's pivot; with a damping ratio above
-0.12 of the vibration the first is the greatest.
-Valid for a stiff coupler: the peak falls within a crank angle that is small, and the crank does not slow down.
-Source: derived for this package; checked against the elastic mechanism integrated in time.
+Without damping later peaks grow as the square root of the coupler's lever about the rocker's pivot; with a damping
+ratio of the vibration above 0.12 the first one is the highest.
+Valid for a stiff coupler: the peak occurs within a small crank angle at constant crank speed.
+Source: derived for this package; verified against the elastic mechanism integrated in time.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from solvers.linkage.scene import Restitution
 from solvers.numerics.jit import kernel
 
 _STEP = 0.004
-_SMALLEST = 1e-9
+_MIN_MISMATCH = 1e-9
 
 
 @kernel
 def first_peak(mismatch: float) -> float:
-    """C(m) for -1/2 < m < 1, to 1e-7: classical Runge-Kutta steps, the peak by the parabola through three of them."""
-    m = mismatch if abs(mismatch) > _SMALLEST else _SMALLEST
-    # y = m w, so that nothing is lost where m is small.
+    """C(m) for -1/2 < m < 1, to 1e-7: classical Runge-Kutta steps, the peak by a parabola through three of them."""
+    m = mismatch if abs(mismatch) > _MIN_MISMATCH else _MIN_MISMATCH
+    # y = m w avoids cancellation for small m.
     w, slope, phi = 0.0, 1.0, 0.0
     before, last = 0.0, 0.0
     while phi < 50.0:
@@ -54,11 +54,11 @@ def first_peak(mismatch: float) -> float:
 
 
 def elastic_peak(stiffness: float, energy: float, restitution: float, made: float) -> float:
-    """First pin-force peak [N] after a blow of restitution R in a mechanism made for R_k, from elasticity alone."""
+    """First pin-force peak [N] after a blow of restitution R in a mechanism made for R_k, due to elasticity alone."""
     mismatch = restitution - made
     return first_peak(mismatch / (1.0 + made)) * math.sqrt(2.0 * stiffness * energy) * abs(mismatch)
 
 
 def worst_elastic_peak(bar: FourBar, stiffness: float, energy: float, restitution: Restitution) -> float:
-    """The greater of the peaks [N] at both ends of a range of restitutions."""
+    """The larger peak [N] of both ends of a restitution range."""
     return max(elastic_peak(stiffness, energy, end, bar.restitution) for end in (restitution.low, restitution.high))

@@ -1,14 +1,15 @@
-"""What the joints and the crank carry at constant crank speed, from the rocker's inertia alone.
+"""Joint and crank loads at constant crank speed, due to the rocker's inertia alone.
 
-The rocker brings the impact energy E at its speed before the blow: J3 = 2 E/(omega u31(2 pi))^2. Then, with
+The rocker has the impact energy E at its speed before the blow: J3 = 2 E/(omega u31(2 pi))^2. Then, with
 du31/dphi = s X (see ``angular_velocity_ratio``),
 
     crank torque           J3 omega^2 u31 u31'              = 2 E u31 s X / u31(2 pi)^2
     coupler (pin) force    J3 omega^2 |u31'| / (l3 sin nu)  = E lambda2 |X| / (u31(2 pi)^2 l1 T)
 
-where sin nu = 2 sin(nu/2) cos(nu/2), sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) s and cos(nu/2) =
-T/sqrt(lambda0 lambda2 lambda3) have let s cancel: the force is finite at both ends, where u31' and sin nu vanish.
-Torque in N m and force in N for E in J and lengths in m; both go with E, the force also with 1/l1, neither with speed.
+with sin nu = 2 sin(nu/2) cos(nu/2), sin(nu/2) = sqrt(lambda0/(lambda2 lambda3)) s and cos(nu/2) =
+T/sqrt(lambda0 lambda2 lambda3), so that s cancels: the force is finite at both ends, where u31' and sin nu vanish.
+Torque in N m and force in N for E in J and lengths in m; both scale with E, the force also with 1/l1, neither with
+speed.
 """
 
 from __future__ import annotations
@@ -29,18 +30,18 @@ Array = NDArray[np.float64]
 _SAMPLES, _CROWD = 96, 48
 _EVEN = 1.0 / np.tan(math.pi * np.arange(1, _SAMPLES) / _SAMPLES)
 _BETWEEN = 1.0 / np.tan(math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)
-_MISSED = 0.05
-"""What a hump may rise above its highest sample, as a share: in mechanisms of all kinds it was 0.0094 at the most."""
+_SAMPLING_DEFICIT = 0.05
+"""Allowance for a local maximum above its highest sample, relative; at most 0.0094 was observed in all kinds."""
 TORQUE, FORCE, RATIO = 0, 1, 2
-"""The quantities of which peaks are found: torque/E, force l1/E and u31."""
+"""Indices of the quantities whose peaks are computed: torque/E, force l1/E and u31."""
 
 SHARP = 1e-14
-"""Relative tolerance of a peak's height."""
+"""Relative tolerance of a peak value."""
 
 
 @dataclass(frozen=True)
 class Peaks:
-    """Greatest magnitudes over the cycle, and the crank angles [rad] where they occur."""
+    """Maximum magnitudes over the cycle and their crank angles [rad]."""
 
     torque: float
     torque_angle: float
@@ -55,7 +56,7 @@ def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
 
 
 def peaks_of(row: tuple[float, ...], crank: float, energy: float) -> Peaks:
-    """The same from a row of ``unit_peaks`` that begins with the torque and the force."""
+    """Peaks from a row of ``unit_peaks`` that begins with the torque and the force."""
     torque, at_torque, force, at_force = row[:4]
     return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
 
@@ -68,14 +69,14 @@ def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array
 
 @kernel
 def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]:
-    """Torque over E, force times l1 over E and |u31| at phi - 2 pi in [-2 pi, 0]: where the rocker comes fast, next to
-    the blow, angles are then known to their own last digit."""
+    """Torque over E, force times l1 over E and |u31| at phi - 2 pi in [-2 pi, 0]: near the blow, where the rocker may
+    be fast, this argument keeps full precision."""
     return loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
 
 
 @kernel
 def loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
-    """The same at a half angle's sine and cosine."""
+    """``_loads`` at a half angle's sine and cosine."""
     base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
     transfer, rate, root = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
     return 2.0 * transfer * s * rate / end**2, coupler * abs(rate) / (end**2 * root), abs(transfer)
@@ -92,8 +93,8 @@ def unit_loads(coefficients: Array, end: float, phi: Array) -> Array:
 
 @kernel
 def _cotangents(coefficients: Array) -> Array:
-    """cot(phi/2) over the cycle, falling, its two ends included: evenly in phi, evenly in the angle that opens the
-    second change point near pi, and crowded toward the blow, where a rocker that comes fast turns within e or
+    """cot(phi/2) over the cycle, decreasing, both ends included: uniform in phi, uniform in the angle that resolves the
+    second change point near pi, and graded toward the blow, where a fast rocker turns within e or
     sqrt(lambda3 kappa/M)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
     stretch = math.sqrt(max(margin, 1e-30) / (base * coupler * rocker))
@@ -117,7 +118,7 @@ def _cotangents(coefficients: Array) -> Array:
 
 @kernel
 def sampled(row: Array, end: float) -> tuple[Array, Array]:
-    """cot(phi/2), falling over the cycle, and |torque|/E, force l1/E and |u31| there: (m,), (3, m)."""
+    """cot(phi/2), decreasing over the cycle, and |torque|/E, force l1/E and |u31| there: (m,), (3, m)."""
     cotangents = _cotangents(row)
     samples = np.empty((3, cotangents.size))
     for j in range(cotangents.size):
@@ -138,8 +139,8 @@ def angle_of(cotangent: float) -> float:
 
 @kernel
 def unit_peaks(coefficients: Array, end: Array, first: int, count: int, tolerance: float) -> Array:
-    """Of ``count`` quantities from the ``first``, among torque/E, force l1/E and u31, the greatest magnitude and its
-    crank angle, for every row: shape (n, 2 count). Heights are found to the relative ``tolerance``."""
+    """Maximum magnitude and its crank angle of ``count`` quantities from the ``first`` among torque/E, force l1/E and
+    u31, for every row: shape (n, 2 count). Values are converged to the relative ``tolerance``."""
     out = np.empty((coefficients.shape[0], 2 * count))
     for i in range(coefficients.shape[0]):
         cotangents, samples = sampled(coefficients[i], end[i])
@@ -154,9 +155,9 @@ def unit_peaks(coefficients: Array, end: Array, first: int, count: int, toleranc
 def highest(
     row: Array, end: float, cotangents: Array, samples: Array, which: int, tolerance: float
 ) -> tuple[float, float]:
-    """The greatest value of a quantity and its phi - 2 pi: of humps that nearly agree, all are
-    climbed, for their samples do not tell which is the higher one."""
-    need, last = (1.0 - _MISSED) * largest(samples), cotangents.size - 1
+    """Maximum of a quantity and its phi - 2 pi; all local maxima within the sampling error of the highest sample are
+    refined."""
+    need, last = (1.0 - _SAMPLING_DEFICIT) * largest(samples), cotangents.size - 1
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
     best, at = -1.0, angle_of(cotangents[0])
     for j in range(cotangents.size):

@@ -1,1 +1,1 @@
-"""The four-bar itself: types, lengths, angular velocities, closure."""
+"""The four-bar mechanism: types, lengths, angular velocities, closure."""

@@ -1,7 +1,7 @@
-"""Kinematics of a change-point four-bar over the cycle between two blows, without a difference of near numbers.
+"""Kinematics of a change-point four-bar over the cycle between two blows, free of cancellation.
 
 The crank angle phi runs from 0 (just after the blow) to 2 pi (just before the next); a negative phi means 2 pi - |phi|,
-so that both ends can be approached to the last bit. With c = cos(phi/2), s = sin(phi/2):
+so that both ends can be approached to full precision. With c = cos(phi/2), s = sin(phi/2):
 
     T^2 = lambda0 lambda2 lambda3 c^2 + M s^2,  D = lambda3 c + T,  A = T + lambda0 lambda2 c
     tan(phi3/2) = N s/D,  b = (D^2 + N^2 s^2)/lambda3,  u31 = dphi3/dphi = N A/(T b)
@@ -9,12 +9,12 @@ so that both ends can be approached to the last bit. With c = cos(phi/2), s = si
 
 with sigma = +1 for the largest coupler and -1 for the other two.
 
-For c < 0 both D and A are formed from their squares: D = (lambda3 kappa c^2 + M s^2)/(T - lambda3 c) and
+For c < 0 both D and A are evaluated as quotients: D = (lambda3 kappa c^2 + M s^2)/(T - lambda3 c) and
 A = (M s^2 - lambda0 lambda2 kappa c^2)/(T - lambda0 lambda2 c), kappa = lambda0 lambda2 - lambda3 = |N| e; where
-sigma c > 0, G = M/(T + sigma lambda0 c). The acos form of the textbooks loses every digit 1e-7 away from the change
-point. Near a kite (R -> 0) the two terms of X agree to many digits where u31 keeps a level: beyond the
-middle of the cycle of the largest base, and before the blow of the others. There they are gathered first.
-Valid where M >= 0 (the crank turns fully); lengths in cranks, angles in rad.
+sigma c > 0, G = M/(T + sigma lambda0 c). The textbook acos form loses all digits 1e-7 away from the change point. Near
+a kite (R -> 0) the two terms of X nearly cancel where u31 is almost constant: beyond mid-cycle for the largest base,
+and before the blow for the others. There they are combined analytically.
+Valid where M >= 0 (the crank rotates fully); lengths in cranks, angles in rad.
 Derivation: docs/theory/impact-linkage.md; checked there against the raw loop equation to 60 digits.
 """
 
@@ -28,7 +28,7 @@ from solvers.numerics.jit import kernel
 Array = NDArray[np.float64]
 
 _NEAR_BLOW = 0.25
-"""sin^2(phi/2) below which the terms of X are gathered about the blow; above, they differ by themselves."""
+"""sin^2(phi/2) below which the terms of X are expanded about the blow; above it they are subtracted directly."""
 
 
 @kernel
@@ -65,7 +65,7 @@ def motion(
     b = (d * d + numerator * numerator * ss) / rocker
     factor = numerator / (root * b)
     if c < 0.0 and numerator < 0.0:
-        rate = _base_rate(base, coupler, rocker, numerator, root - base * c, gap, root, ss)
+        rate = _largest_base_rate(base, coupler, rocker, numerator, root - base * c, gap, root, ss)
     elif c < 0.0 and ss < _NEAR_BLOW:
         gain = np.sqrt(lever / rocker)
         gain_less_one = kappa / rocker / (gain + 1.0)
@@ -79,10 +79,10 @@ def motion(
 
 
 @kernel
-def _base_rate(
+def _largest_base_rate(
     base: float, coupler: float, rocker: float, numerator: float, wide: float, gap: float, root: float, ss: float
 ) -> float:
-    """X of the largest base beyond the middle of the cycle, its terms of either sign gathered before they are formed.
+    """X of the largest base beyond mid-cycle, with terms of opposite sign combined analytically.
 
     With n = -N = lambda2 - 1, w = T - lambda0 c, G = M/w (so that T = (w + G)/2), k = n/G and v = n/(2 lambda0):
 
@@ -90,8 +90,8 @@ def _base_rate(
         E = lambda3 (1 + n/2) G - w k [lambda3 (G + w/2) + lambda2 (v G/2 + H w + lambda0 k s^2)]
         H = 1 - v + w k/(4 lambda0)
 
-    The terms in w alone, in which X was lost near a kite (n -> 0), add up to a multiple of n w = k G w by the closure
-    lambda3 = lambda0 - n. What is left is one positive and one negative term; they are equal where u31 is extreme.
+    The terms in w alone, which cause the cancellation in X near a kite (n -> 0), add up to a multiple of n w = k G w by
+    the closure lambda3 = lambda0 - n. One positive and one negative term remain; they are equal where u31 is extremal.
     """
     n = -numerator
     k, v = n / gap, 0.5 * n / base
@@ -122,7 +122,7 @@ def _change_to_blow(
 
         X = N lambda3/(2 T^3 Q^2) [M s^2 F/U - lambda0 lambda2 (2 T lambda3 G^2 kappa c^2/U + M D^2)]
 
-    F is its value at the blow, g lambda3^2 (g - 1) (...), which goes to 0 with R, and what s^2 adds to that. There
+    F is its value at the blow, g lambda3^2 (g - 1) (...), which tends to 0 with R, plus the contribution of s^2. There
     T0 = g lambda3, G0 = T0 + sigma lambda0 = N + (g - 1) lambda3 (in all three types N = lambda3 + sigma lambda0), and
     T0 - T = lambda0^2 s^2/(T0 + T). ``shift`` is sigma lambda0, ``lever`` lambda0 lambda2.
     """
@@ -140,7 +140,7 @@ def _change_to_blow(
 
 @kernel
 def bulk_transfer(coefficients: Array, s: Array, c: Array, transfer: Array) -> None:
-    """u31 of many designs at half angles that begin with those of c >= 0; no branch inside the loops.
+    """u31 of many designs at half angles, those with c >= 0 first; branch-free loops.
 
     coefficients (n, 7), s and c (m,), written to transfer (n, m).
     """

@@ -1,15 +1,16 @@
-"""The three change-point four-bars that can strike, and the families that share one kinematic restitution.
+"""The three change-point four-bars that can strike, and their families of equal kinematic restitution.
 
-Lengths are relative to the crank: base lambda0, coupler lambda2, rocker lambda3; at the blow all four lie on one line.
+Lengths are relative to the crank: base lambda0, coupler lambda2, rocker lambda3; at the blow all four links are
+collinear.
 
     largest coupler  lambda0 + lambda3 = 1 + lambda2
     largest rocker   lambda0 + lambda2 = 1 + lambda3
     largest base     lambda2 + lambda3 = 1 + lambda0
 
-The restitution R_k = (g - 1)/(g + 1) asks for lambda0 lambda2 = g^2 lambda3; with the closure this leaves one free
-ratio. Differences such as lambda0 - 1 are formed from g^2 - 1 = 4R/(1 - R)^2, never by subtracting rounded ratios; a
-link that cannot be shorter than the crank is 1 + that difference, and so is rounded but once.
-Every formula takes floats, arrays or intervals.
+The restitution R_k = (g - 1)/(g + 1) requires lambda0 lambda2 = g^2 lambda3; with the closure one free ratio remains.
+Differences such as lambda0 - 1 are computed from g^2 - 1 = 4R/(1 - R)^2, never by subtracting rounded ratios; a link
+that cannot be shorter than the crank is 1 + that difference, hence rounded only once.
+All formulas accept floats, arrays or intervals.
 
 Source: the closures and the condition R_k = R are those of a paper on crank-rocker impact mechanisms (see
 docs/theory/impact-linkage.md); the families in this form are derived there.
@@ -28,15 +29,16 @@ Number = Any
 
 
 NEAREST = 1e-6
-"""A design keeps this far, relative, from the parallelogram, where the crank barely passes the second change point."""
+"""Minimum relative distance of a design from the parallelogram, where the crank barely passes the second change
+point."""
 
 LONGEST = 1e-3
-"""A design keeps this far from links without end, as a share of g^2 - 1."""
+"""Minimum distance of a design from infinitely long links, as a fraction of g^2 - 1."""
 
 
 @dataclass(frozen=True)
 class Gain:
-    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 kept sharp."""
+    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 to full precision."""
 
     restitution: float
 
@@ -57,7 +59,7 @@ class Gain:
         return 4.0 * self.restitution / (1.0 - self.restitution) ** 2
 
     def below(self, ratio: Number) -> Number:
-        """ratio - g; for one number exact to its last bit, however near the ratio comes to g."""
+        """ratio - g; for a single number correctly rounded, however close the ratio is to g."""
         if isinstance(ratio, float):
             r = Fraction(self.restitution)
             return float(Fraction(ratio) - (1 + r) / (1 - r))
@@ -73,7 +75,7 @@ class Gain:
 
 @dataclass(frozen=True)
 class Ratios:
-    """Links over crank, with lambda - 1 of each kept sharp: all that the kinematics needs beside the kind."""
+    """Link-to-crank ratios, with lambda - 1 of each to full precision: the input of the kinematics besides the kind."""
 
     base: Number
     coupler: Number
@@ -84,16 +86,16 @@ class Ratios:
 
 
 def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
-    """Ratios as measured, without a family to take differences from."""
+    """Ratios as measured, with lambda - 1 by subtraction."""
     return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
 
 
 @dataclass(frozen=True)
 class ChangePoint(ABC):
-    """One way to bring four links onto one line.
+    """One collinear configuration of the four links.
 
-    ``crank_sign`` and ``rocker_sign`` tell where crank pin and rocker joint lie at the blow, seen along the base from
-    the pivot they turn about: +1 in the direction from crank pivot to rocker pivot, -1 against it. The closure is
+    ``crank_sign`` and ``rocker_sign`` give the side of crank pin and rocker joint at the blow, along the base from
+    their own pivots: +1 in the direction from crank pivot to rocker pivot, -1 against it. The closure is
     crank_sign lambda0 - rocker_sign lambda2 + crank_sign rocker_sign lambda3 = 1.
     """
 
@@ -104,39 +106,39 @@ class ChangePoint(ABC):
 
     @abstractmethod
     def family(self, gain: Gain, parameter: Number) -> Ratios:
-        """The mechanism with R_k = R whose free ratio (``parameter``) is given."""
+        """The mechanism with R_k = R and the free ratio ``parameter``."""
 
     def least_parameter(self, gain: Gain) -> float:
-        """The crank turns fully where the free ratio exceeds this (for a, c at it: a parallelogram)."""
+        """The crank rotates fully for free ratios above this (for a, c at it: a parallelogram)."""
         return gain.value
 
     def pole(self, gain: Gain) -> float:
-        """At free ratios up to this there is no mechanism."""
+        """No mechanism exists for free ratios up to this."""
         return 0.0
 
     @abstractmethod
     def of_transmission(self, gain: Gain, angle: float) -> float:
-        """The free ratio at which nu(pi) = 2 asin(g/lambda2) is this [rad]; inf where it never is."""
+        """The free ratio with nu(pi) = 2 asin(g/lambda2) = ``angle`` [rad]; inf if there is none."""
 
     @abstractmethod
     def of_crank(self, gain: Gain, crank: float) -> float:
-        """The free ratio at which the crank over V (see ``optimum.family``) is this; inf where it never is."""
+        """The free ratio with this crank over V (see ``optimum.family``); inf if there is none."""
 
     def beyond_least(self, gain: Gain, parameter: float) -> float:
-        """How far a free ratio lies beyond its least value, relative to it."""
+        """Relative distance of a free ratio above its least value."""
         return gain.below(parameter) / gain.value
 
     def least_margin(self, gain: Gain) -> float:
-        """How far beyond the least value, relative to it, the free ratio must lie for a design."""
+        """Minimum relative distance of a design's free ratio above its least value."""
         return NEAREST
 
     @abstractmethod
     def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        """How far beyond, relative to it, the base is this many cranks long; None where no base grows without end."""
+        """Relative distance at which the base has this length in cranks; None if the base length is bounded."""
 
     @property
     def closure_signs(self) -> tuple[float, float, float]:
-        """Of base, coupler and rocker in the closure."""
+        """Signs of base, coupler and rocker in the closure."""
         return self.crank_sign, -self.rocker_sign, self.crank_sign * self.rocker_sign
 
     def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
@@ -145,11 +147,11 @@ class ChangePoint(ABC):
         return signs[0] * base + signs[1] * coupler + signs[2] * rocker - 1.0
 
     def half_angle_coefficient(self, ratios: Ratios) -> Number:
-        """N, the numerator's factor of tan(phi3/2)."""
+        """N, the coefficient in the numerator of tan(phi3/2)."""
         return self.crank_sign * self._lever(ratios)
 
     def rotatability_margin(self, ratios: Ratios) -> Number:
-        """M = lambda0 (lambda2 lambda3 - lambda0); the crank turns fully where it is not negative."""
+        """M = lambda0 (lambda2 lambda3 - lambda0); the crank rotates fully if it is not negative."""
         return ratios.base * self._beside(ratios) * self._lever(ratios)
 
     def half_turn_margin(self, ratios: Ratios) -> Number:
@@ -157,7 +159,7 @@ class ChangePoint(ABC):
         return self.pin_to_pivot(ratios) * self._beside(ratios)
 
     def pin_to_pivot(self, ratios: Ratios) -> Number:
-        """e, from the rocker's pivot to the crank pin at the blow."""
+        """e, the distance from the rocker's pivot to the crank pin at the blow."""
         return ratios.base_less_one if self.crank_sign > 0 else ratios.base + 1.0
 
     def _lever(self, ratios: Ratios) -> Number:
@@ -195,7 +197,7 @@ class LargestCoupler(ChangePoint):
         return gain.less_one / crank - 1.0
 
     def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        # The base is below g^2 cranks.
+        # The base is bounded by g^2 cranks.
         return None
 
 

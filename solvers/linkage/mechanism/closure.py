@@ -1,10 +1,10 @@
-"""Lengths that miss the closure of a change-point mechanism, and how far the crank turns.
+"""Closure error of a change-point mechanism, and its effect on the crank's rotation.
 
-A change-point mechanism needs its lengths to close exactly. With a closure surplus delta (in cranks, see
-``ChangePoint.surplus``) the line is missed by a window phi_w about phi = 0:
+A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks, see
+``ChangePoint.surplus``) prevents the collinear position within a window phi_w about phi = 0:
 
     delta < 0  the crank is blocked within +-phi_w,    sin^2(phi_w/2) = |delta| (2 e +- |delta|)/(4 lambda0)
-    delta > 0  the crank passes, but the rocker turns back short of its place by psi,
+    delta > 0  the crank passes, but the rocker reverses short of its end position by psi,
                sin^2(psi/2) = delta (2 |N| +- delta)/(4 lambda0 lambda3)
 
 with + in the first for the largest coupler and rocker, in the second for the largest coupler, and - otherwise; so
@@ -21,12 +21,12 @@ from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.mechanism.kinematics import FourBar
 
 CLOSES = 1e-12
-"""Relative closure error that the rounding of decimal lengths explains."""
+"""Relative closure error attributable to the rounding of decimal lengths."""
 
 
 @dataclass(frozen=True)
 class Closure:
-    """The kind whose closure the lengths come nearest to; the surplus in cranks and relative to the longest link."""
+    """The kind with the smallest closure error, and its surplus in cranks and relative to the longest link."""
 
     kind: ChangePoint
     surplus: float
@@ -39,9 +39,9 @@ class Closure:
 
 @dataclass(frozen=True)
 class Window:
-    """A missed closure: half width [rad] of the crank angles concerned, and how far short the rocker stops [rad].
+    """Effect of a closure error: half width [rad] of the affected crank angles, and the rocker's shortfall [rad].
 
-    Where the crank is not blocked the angle is that of a deficit of the same size.
+    If the crank is not blocked the angle is that of a deficit of equal magnitude.
     """
 
     angle: float
@@ -50,24 +50,24 @@ class Window:
 
 
 def closure(base: float, crank: float, coupler: float, rocker: float, preferred: ChangePoint | None = None) -> Closure:
-    """The nearest kind, by the surplus relative to the longest link: the same for lengths in any unit.
+    """The nearest kind, by the surplus relative to the longest link: independent of the unit of length.
 
-    A parallelogram closes as two kinds at once; the preferred one of them is taken.
+    A parallelogram closes as two kinds at once; ``preferred`` then decides.
     """
     longest = max(base, crank, coupler, rocker)
     links, found = (base, coupler, rocker), []
     for kind in KINDS.values():
-        # Scaled by the crank, so that the 1 of the closure is the crank itself.
+        # Scaled by the crank, so that the 1 in the closure is the crank itself.
         surplus = math.fsum((-crank, *(sign * link for sign, link in zip(kind.closure_signs, links, strict=True))))
         found.append(Closure(kind, surplus / crank, surplus / longest))
     return min(found, key=lambda c: (0.0 if c.closes else abs(c.relative), c.kind is not preferred))
 
 
 def window(bar: FourBar, surplus: float) -> Window:
-    """What a closure surplus [cranks] does: exact for ``bar`` made of the lengths as they are.
+    """Effect of a closure surplus [cranks]: exact if ``bar`` has the actual lengths.
 
-    From the law of cosines in the triangle of base and crank, and in that of base and rocker where crank and coupler
-    lie on one line.
+    From the law of cosines in the triangle of base and crank, and in that of base and rocker with crank and coupler
+    collinear.
     """
     r, miss = bar.ratios, abs(surplus)
     reach, turn = float(bar.kind.pin_to_pivot(r)), abs(float(bar.kind.half_angle_coefficient(r)))
@@ -83,13 +83,13 @@ def _twice_arcsine(square: float) -> float:
 
 
 def turns_fully(base: float, crank: float, coupler: float, rocker: float) -> bool:
-    """Whether the crank turns fully: from its pin the coupler reaches the rocker at every angle."""
+    """Whether the crank rotates fully: the coupler reaches from its pin to the rocker at every angle."""
     near, far = abs(base - crank), base + crank
     return near >= abs(coupler - rocker) and far <= coupler + rocker
 
 
 def confinement(bar: FourBar) -> float | None:
-    """The crank angle [rad] to either side of the blow beyond which the links do not reach; None where they do."""
+    """The crank angle [rad] on either side of the blow beyond which the links cannot close; None if it is unlimited."""
     r = bar.ratios
     base_less, base_more = r.base_less_one, r.base + 1.0
     if bar.kind.crank_sign > 0:

@@ -1,4 +1,4 @@
-"""A change-point four-bar that turns: angles, joints and angular velocities at any crank angle.
+"""A change-point four-bar with a fully rotating crank: angles, joints and angular velocities at any crank angle.
 
 Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``.
 """
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class FourBar:
-    """A change-point mechanism of a kind; all quantities in crank lengths."""
+    """A change-point mechanism of one kind; all quantities in crank lengths."""
 
     kind: ChangePoint
     ratios: Ratios
@@ -56,12 +56,12 @@ class FourBar:
 
     @property
     def rotatable(self) -> bool:
-        """Whether the crank turns fully."""
+        """Whether the crank rotates fully."""
         return float(self.coefficients[4]) >= 0.0
 
     @property
     def swing(self) -> float:
-        """Angle of the rocker between its ends [rad]: 2 asin(g/lambda0), with g = lambda0 the greatest (pi)."""
+        """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0."""
         return float(swing(self.kind, self.ratios))
 
     @property
@@ -113,7 +113,7 @@ def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBa
 
 
 def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) -> FourBar:
-    """A mechanism of given ratios that closes."""
+    """A mechanism from ratios that satisfy the closure."""
     return FourBar(kind, plain_ratios(base, coupler, rocker))
 
 
@@ -134,11 +134,12 @@ def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
 
 
 def swing(kind: ChangePoint, ratios: Ratios) -> Array:
-    """Angle of the rocker between its ends [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), sharp near pi."""
+    """Angle of the rocker between its end positions [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), accurate near
+    pi."""
     return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0)))
 
 
 def half_angle(phi: Array | float) -> tuple[Array, Array]:
-    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi], a negative one counted back from 2 pi."""
+    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi]; a negative angle is measured back from 2 pi."""
     angle = np.asarray(phi, float)
     return np.abs(np.sin(0.5 * angle)), np.where(angle < 0, -1.0, 1.0) * np.cos(0.5 * angle)

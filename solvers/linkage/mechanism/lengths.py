@@ -1,4 +1,4 @@
-"""A linkage of given size: its four lengths, whether it turns and whether it can strike."""
+"""A sized linkage: its four lengths, its rotatability and its ability to strike."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ class Lengths:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """A linkage to evaluate: its kind and ratios, the crank's length [m], and how far its closure is missed."""
+    """A linkage to evaluate: kind and ratios, crank length [m], and closure error."""
 
     bar: FourBar
     crank: float
@@ -52,19 +52,19 @@ class Mechanism:
 
     @property
     def rotatable(self) -> bool:
-        """Whether the crank turns fully."""
+        """Whether the crank rotates fully."""
         return self.bar.rotatable if self.closure.closes else turns_fully(*self.lengths.links)
 
     @property
     def can_strike(self) -> bool:
-        """Whether the links close, and the crank pin lies so that the rocker can reverse at the blow: kappa, e > 0."""
+        """Whether the links close and the rocker can reverse at the blow: kappa, e > 0."""
         kind, ratios = self.bar.kind, self.bar.ratios
         lever = kind.crank_sign * float(kind.half_angle_coefficient(ratios))
         return self.closure.closes and float(kind.pin_to_pivot(ratios)) > 0 and lever > 0
 
     @property
     def confined(self) -> float | None:
-        """The crank angle [rad] to either side of the blow that the crank cannot exceed; None where there is none."""
+        """Maximum crank angle [rad] on either side of the blow; None if unlimited."""
         if not self.closure.closes:
             return confinement(self.bar)
         base, coupler, rocker, _, margin, _, _ = self.bar.coefficients.tolist()
@@ -72,9 +72,9 @@ class Mechanism:
 
 
 def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:
-    """A mechanism of given lengths, as the kind whose closure it comes nearest to.
+    """A mechanism of given lengths, as the kind with the smallest closure error.
 
-    ``preferred`` is the kind taken where it closes as more than one.
+    ``preferred`` is chosen if the lengths close as more than one kind.
     """
     found = closure(*lengths.links, preferred)
     links = (lengths.base, lengths.coupler, lengths.rocker)

@@ -1,12 +1,12 @@
-"""The best member of one family, with the proof that there is no better one.
+"""Global optimum of a one-parameter family of linkages, with a certified lower bound.
 
-The free ratio is sampled, the best sample is closed in on (corners of the cost included: no derivative is used), and
-branch and bound over the whole range of the free ratio proves that nothing beats it by more than the gap: a range is
-dropped when its bounds (``range_bounds``) say that no member in it is allowed, or that none costs less.
+The free ratio is sampled and the best sample refined without derivatives (the cost may have kinks). Branch and bound
+over the whole range of the free ratio then proves that no member is better by more than the gap: a subinterval is
+discarded if its bounds (``range_bounds``) show that it contains no feasible member, or none cheaper than the incumbent.
 
-A design keeps off the ends of the family, the parallelogram and links without end; the proof does not. It looks at
-both tails up to where every figure has settled to 1e-8 of itself, except those that grow without end, as sizes do, and
-then cost. (Costs that fall with them for ever are refused beforehand: ``unbounded``.)
+A design stays away from the ends of the family (the parallelogram, infinitely long links); the proof does not. It
+covers both tails up to where every quantity has converged to a relative 1e-8, except those that grow without bound, as
+sizes do, and are then costly. (Costs that decrease with them indefinitely are rejected beforehand: ``unbounded``.)
 """
 
 from __future__ import annotations
@@ -29,27 +29,29 @@ _CELLS = 24
 _POINTS = 25
 _PARTS = 6
 _ROUNDS = 24
-_MOST_CELLS = 160_000
-_FEW, _LOOSE = 8, 1e-4
-"""Cells of what lies beyond the range of designs, and the gap that is closed there where the best lies there."""
-_BEYOND = 1e-8
-_WORTH = 5e-3
-"""What it must gain, relative, to leave the range of designs."""
-_NARROWEST = 1e-11
-_OTHERS = 1e-3
-"""Gap to which at least the best of a type is proven that is not the best of all."""
+_MAX_CELLS = 160_000
+_TAIL_CELLS, _TAIL_GAP = 8, 1e-4
+"""Initial number of subintervals in the tails beyond the design range, and the gap to which a tail optimum is
+proven."""
+_TAIL_TOLERANCE = 1e-8
+_MIN_TAIL_GAIN = 5e-3
+"""Minimum relative gain for which a design outside the design range is returned."""
+_MIN_WIDTH = 1e-11
+_OTHER_TYPES_GAP = 1e-3
+"""Maximum gap of the proof for types other than the best one."""
 _COARSE, _FINE = 1e-4, 1e-13
-_MOST_ROUNDS, _SHARE = 40, 1e-5
-"""A best place is closed in on until it moves, or its cost falls in two rounds, by this share of the gap."""
+_MAX_ITERATIONS, _SHARE = 40, 1e-5
+"""Refinement stops when the minimiser's displacement, or the decrease of the cost over two iterations, is below this
+fraction of the gap."""
 _ASIDE, _SLOW = 0.02, 0.2
-_MOST_TRIALS = 24
+_MAX_TRIALS = 24
 
 
 @dataclass(frozen=True)
 class Proven:
-    """The best member: q, V [m], cost, a proven lower bound of the cost (inf: nothing is allowed) and what it took.
+    """Best member: q, V [m], cost, certified lower bound of the cost (inf: infeasible), and the search statistics.
 
-    ``q`` is None where no member is allowed. The bound holds for members beyond the range of designs as well.
+    ``q`` is None if no member is feasible. The bound also covers members outside the design range.
     """
 
     q: float | None
@@ -60,22 +62,22 @@ class Proven:
 
     @property
     def gap(self) -> float:
-        """How far the cost may be above the least one, relative."""
+        """Relative gap between cost and lower bound."""
         return max(1.0 - self.bound / self.cost, 0.0) if self.q is not None else 0.0
 
 
 def search(subproblem: Subproblem, family: Family, gap: float) -> Proven:
-    """The best member of one family and a lower bound of every member's cost."""
+    """Best member of one family and a lower bound of the cost over the family."""
     return search_all(subproblem, [family], gap)[0]
 
 
 def search_all(subproblem: Subproblem, families: Sequence[Family], gap: float) -> list[Proven]:
-    """The best member of every family, and bounds of which the least holds for the members of all.
+    """Best member of every family; the minimum of their bounds is valid for all families together.
 
-    The best of all is proven to the ``gap``, the best of every other family to no less than ``_OTHERS``. Members beyond
-    the range of designs are searched as well, up to where nothing changes any more, for what costs less than the best
-    in any range. They lower the bound, and the best of them is a family's answer where the range holds none, or none
-    that comes close to it.
+    The best of all is proven to ``gap``, the best of every other family to at least ``_OTHER_TYPES_GAP``. The tails
+    outside the design range are searched, as far as any quantity still changes, for members cheaper than the best
+    within any range. They lower the bound, and the best of them is the family's answer if the design range has no
+    feasible member or only considerably worse ones.
     """
     if subproblem.fixed_end is not None:
         return [_only_member(subproblem, family) for family in families]
@@ -90,11 +92,11 @@ def search_all(subproblem: Subproblem, families: Sequence[Family], gap: float) -
             own, limits = found[k], _allowed_range(subproblem, tail)
             known, best = min(proven.cost for proven in found), None
             if own.q is None:
-                known, best = math.inf, _best_of_samples(subproblem, tail, limits, gap, _FEW)
-            beyond = _proven(subproblem, tail, limits, best, known, known, gap - 1.1 * _BEYOND, _FEW)
-            # Beyond the tail's own end nothing that counts changes by more than this.
-            bound, cells = min(own.bound, beyond.bound * (1.0 - _BEYOND)), own.cells + beyond.cells
-            within = own.q is not None and not beyond.cost < own.cost * (1.0 - _WORTH)
+                known, best = math.inf, _best_of_samples(subproblem, tail, limits, gap, _TAIL_CELLS)
+            beyond = _proven(subproblem, tail, limits, best, known, known, gap - 1.1 * _TAIL_TOLERANCE, _TAIL_CELLS)
+            # Beyond the end of the tail no relevant quantity changes by more than this.
+            bound, cells = min(own.bound, beyond.bound * (1.0 - _TAIL_TOLERANCE)), own.cells + beyond.cells
+            within = own.q is not None and not beyond.cost < own.cost * (1.0 - _MIN_TAIL_GAIN)
             found[k] = replace(own if within else beyond, bound=bound, cells=cells)
     return found
 
@@ -102,7 +104,7 @@ def search_all(subproblem: Subproblem, families: Sequence[Family], gap: float) -
 def _best_of_samples(
     subproblem: Subproblem, family: Family, limits: tuple[float, float], gap: float, parts: int = _CELLS
 ) -> tuple[float, float] | None:
-    """(q, cost) that closing in on the best of even samples gives, None where none is allowed."""
+    """Refine the best of equally spaced samples: (q, cost), None if no sample is feasible."""
     if limits[0] > limits[1]:
         return None
     samples = np.linspace(*limits, _SAMPLES * parts // _CELLS)
@@ -117,10 +119,10 @@ def _proven(
     subproblem: Subproblem, family: Family, limits: tuple[float, float], best: tuple[float, float] | None,
     known: float, sought: float, gap: float, parts: int = _CELLS,
 ) -> Proven:  # fmt: skip
-    """The best within limits of q, and a bound, from the best known in them and the cost ``known`` in all families.
+    """Best member within limits of q and a lower bound, given the incumbent there and the best cost ``known`` overall.
 
-    Where there is no best so far, only what costs less than ``sought`` by more than the gap is looked for, and the
-    bound is no more than that.
+    Without an incumbent, only costs below ``sought`` by more than the gap are searched for, and the bound is at most
+    that.
     """
     low, high = limits
     if low > high:
@@ -130,9 +132,9 @@ def _proven(
     for turn in range(_ROUNDS):
         least = sought if best is None else best[1]
         if best is None or not math.isfinite(sought):
-            enough = max(min(known, least) * (1.0 - gap), least * (1.0 - max(gap, _OTHERS)))
+            enough = max(min(known, least) * (1.0 - gap), least * (1.0 - max(gap, _OTHER_TYPES_GAP)))
         else:
-            enough = least * (1.0 - max(gap, _LOOSE))
+            enough = least * (1.0 - max(gap, _TAIL_GAP))
         ranges = RangeBounds(subproblem, family, lows, highs, enough, places)
         cells += lows.size
         bounds = _cost(ranges)
@@ -140,15 +142,16 @@ def _proven(
         lows, highs, bounds, places = lows[alive], highs[alive], bounds[alive], ranges.parts(alive, _PARTS)
         if not lows.size:
             break
-        if highs[0] - lows[0] < _NARROWEST or cells + _PARTS * lows.size > _MOST_CELLS:
-            # What is this narrow and neither allowed nor excluded differs from what is excluded by rounding only.
+        if highs[0] - lows[0] < _MIN_WIDTH or cells + _PARTS * lows.size > _MAX_CELLS:
+            # Subintervals this narrow that are neither feasible nor excluded differ from excluded ones by rounding
+            # only.
             bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
             break
         if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
-            tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MOST_TRIALS]]
+            tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MAX_TRIALS]]
             width = float(highs[0] - lows[0])
             best = _refined_near(subproblem, family, limits, tried, width, least, gap) or best
-        # Cut into equal parts: a few large rounds cost less than many small ones.
+        # Subdivide into several equal parts: a few large batches cost less than many small ones.
         edges = lows[:, None] + (highs - lows)[:, None] * np.linspace(0.0, 1.0, _PARTS + 1)
         edges[:, -1] = highs
         lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
@@ -159,7 +162,7 @@ def _proven(
 
 
 def _only_member(subproblem: Subproblem, family: Family) -> Proven:
-    """With speed, frequency and tool radius given there is one member at most."""
+    """Given speed, frequency and tool radius there is at most one member."""
     q = family.margin_where(lambda members: members.end, subproblem.fixed_end)
     if q is None:
         return Proven(None, math.nan, math.inf, math.inf, 0)
@@ -170,7 +173,7 @@ def _only_member(subproblem: Subproblem, family: Family) -> Proven:
 
 
 def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float]:
-    """The range of q within the limits that are monotone in it: nu(pi) falls with q, and so does the crank per V."""
+    """Range of q by the limits that are monotone in it: nu(pi) and the crank per V decrease with q."""
     low, high = family.range
     ends = family.members(np.array([low, high]))
     if subproblem.limits.transmission_angle is not None:
@@ -207,14 +210,14 @@ def _costs(subproblem: Subproblem, family: Family, q: Array, tolerance: float) -
 
 
 def _refined(subproblem: Subproblem, family: Family, bracket: Array, gap: float) -> tuple[float, float] | None:
-    """Close in on the least cost within a bracket of rising places: (q, cost), None where none is allowed.
+    """Minimise the cost within a bracket of increasing q: (q, cost), None if no point is feasible.
 
-    Where all costs about the best place are known, the vertex of the parabola through them is tried and where lines
-    through two places on either side meet, as at a corner of the cost. Where a limit cuts the range off, and where that
-    has not helped, even places are.
+    If all costs around the best point are finite, the trials are the vertex of their parabola and the intersections of
+    lines through two points on either side (a kink). Where a limit cuts the range off, or if these did not help, the
+    trials are equally spaced.
     """
     q, costs, idle, even = bracket, _costs(subproblem, family, bracket, _FINE), 0, False
-    for _ in range(_MOST_ROUNDS):
+    for _ in range(_MAX_ITERATIONS):
         k = int(np.argmin(costs))
         low, high, least = q[max(k - 1, 0)], q[min(k + 1, q.size - 1)], costs[k]
         if idle == 2 or high - low <= _SHARE * gap * max(1.0, abs(high)):
@@ -232,7 +235,7 @@ def _refined(subproblem: Subproblem, family: Family, bracket: Array, gap: float)
 
 
 def _trials(q: Array, costs: Array, k: int) -> Array:
-    """Where a function may have its least value, by up to two places to either side of the best so far, the k-th."""
+    """Trial minimisers of a function from up to two points on either side of the best one, the k-th."""
     low, here, high = q[max(k - 1, 0)], q[k], q[min(k + 1, q.size - 1)]
     width = high - low
     tried = [here]
@@ -241,7 +244,7 @@ def _trials(q: Array, costs: Array, k: int) -> Array:
         if left + right > 0.0:
             tried[0] = here + 0.5 * ((high - here) * right - (here - low) * left) / (left + right)
         for left, right in ((k - 2, k), (k - 1, k + 1)):
-            # Lines through (left, left + 1) and (right, right + 1); the best place is on either of them.
+            # Lines through (left, left + 1) and (right, right + 1); the best point lies on one of them.
             if left >= 0 and right + 1 < q.size:
                 falling = (costs[left + 1] - costs[left]) / (q[left + 1] - q[left])
                 rising = (costs[right + 1] - costs[right]) / (q[right + 1] - q[right])
@@ -257,7 +260,7 @@ def _refined_near(
     subproblem: Subproblem, family: Family, limits: tuple[float, float], points: Array, width: float, known: float,
     gap: float,
 ) -> tuple[float, float] | None:  # fmt: skip
-    """What closing in on the best of the points gives, where it is better than the known cost by more than rounding."""
+    """Refine the best of the points; None unless it improves on the known cost by more than rounding."""
     costs = _costs(subproblem, family, points, _COARSE)
     k = int(np.argmin(costs))
     if not costs[k] < known * (1.0 - 1e-9):

@@ -1,7 +1,7 @@
-"""The mechanisms of one kind and one restitution as a family of one free ratio, with sizes per unit of stroke speed.
+"""One-parameter family of mechanisms of a kind at a given restitution, with sizes per unit of stroke speed.
 
-V = l1 lambda3 |u31(2 pi)| [m] is the speed of the rocker's joint before the blow over the crank's: given V, all lengths
-follow from the free ratio. With g = (1 + R)/(1 - R), l1 = V e/(lambda3 (g + 1)), and
+V = l1 lambda3 |u31(2 pi)| [m] is the ratio of the rocker joint's speed before the blow to the crank's angular speed.
+Given V, the free ratio determines all lengths. With g = (1 + R)/(1 - R), l1 = V e/(lambda3 (g + 1)), and
 
 | kind | l1/V | l0/V | l2/V | l3/V |
 |---|---|---|---|---|
@@ -9,8 +9,8 @@ follow from the free ratio. With g = (1 + R)/(1 - R), l1 = V e/(lambda3 (g + 1))
 | largest rocker, p = lambda2 | (g-1)/(p-1) | (g-1) g^2/(p-g^2) | (g-1) p/(p-1) | (g-1) p/(p-g^2) |
 | largest base, p = lambda0 | (p+g^2)/(p(g+1)) | (p+g^2)/(g+1) | g^2 (p+1)/(p(g+1)) | (p+1)/(g+1) |
 
-Each is monotone in p, and so are e, lambda0 (hence the swing 2 asin(g/lambda0)) and nu(pi): over a range of p every one
-of them lies between its values at the ends. This is what the proofs of optimality rest on.
+Each is monotone in p, and so are e, lambda0 (hence the swing 2 asin(g/lambda0)) and nu(pi): over a range of p each lies
+between its values at the ends. The proofs of optimality rely on this.
 """
 
 from __future__ import annotations
@@ -30,16 +30,16 @@ from solvers.linkage.swept_area.outline import outlines
 Array = NDArray[np.float64]
 
 GREATEST_MARGIN = 1e3
-"""How far a design's free ratio should lie beyond its least value, relative to it: farther links grow without end."""
+"""Maximum relative distance of a design's free ratio from its least value: beyond it the links grow without bound."""
 
 FURTHER = 1e6
-"""So much closer to either end proofs look at the free ratio: to 1e-12 from the parallelogram and to links of a billion
-cranks. Farther out no figure changes by more than 1e-8 of itself but those that grow without end."""
+"""Factor by which proofs extend closer to both ends of the family: to 1e-12 from the parallelogram and to links of 1e9
+cranks. Beyond these ends no quantity changes by more than a relative 1e-8, except those that grow without bound."""
 
 
 @dataclass(frozen=True)
 class Members:
-    """Members of a family, one a row: ratios, sizes per V (n, 4), |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
+    """Members of a family, one per row: ratios, sizes per V (n, 4), |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
 
     kind: ChangePoint
     ratios: Ratios
@@ -58,7 +58,7 @@ class Members:
         return self.lengths.max(axis=1)
 
     def part(self, rows: slice) -> Members:
-        """Some of the rows."""
+        """A subset of the rows."""
         r = self.ratios
         ratios = Ratios(
             r.base[rows], r.coupler[rows], r.rocker[rows],
@@ -69,8 +69,8 @@ class Members:
 
 @dataclass(frozen=True)
 class Family:
-    """A kind at one restitution. The free ratio is written p = least (1 + exp(q)); q is what searches run over, all of
-    ``range``, or a part of the family within these ends."""
+    """A kind at one restitution. The free ratio is p = least (1 + exp(q)); the search variable q runs over the whole
+    ``range``, or over a part of the family given by these ends."""
 
     kind: ChangePoint
     gain: Gain
@@ -78,12 +78,12 @@ class Family:
 
     @property
     def range(self) -> tuple[float, float]:
-        """Ends of q: of what a design may be, unless the family is a part."""
+        """Ends of q: the design range, unless the family is a part."""
         return self.part or (math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN))
 
     @property
     def tails(self) -> tuple[Family, Family]:
-        """What lies beyond both ends: next to the parallelogram or to links without end."""
+        """The parts beyond both ends: toward the parallelogram and toward infinitely long links."""
         low, high = Family(self.kind, self.gain).range
         more = math.log(FURTHER)
         return replace(self, part=(low - more, low)), replace(self, part=(high, high + more))
@@ -96,7 +96,7 @@ class Family:
         return FourBar(self.kind, self.kind.family(self.gain, float(self.parameter(q))))
 
     def members(self, q: Array) -> Members:
-        """All that is closed form, for many free ratios at once."""
+        """All closed-form quantities for an array of free ratios."""
         r = self.kind.family(self.gain, self.parameter(q))
         reach, g = self.kind.pin_to_pivot(r), self.gain.value
         crank = reach / (r.rocker * (g + 1.0))
@@ -113,11 +113,11 @@ class Family:
         )
 
     def margin_of_transmission(self, angle: float) -> float | None:
-        """q of the member whose nu(pi) [rad] is this; None where no member's is. nu(pi) falls with q."""
+        """q of the member with nu(pi) = ``angle`` [rad]; None if there is none. nu(pi) decreases with q."""
         return self._margin(self.kind.of_transmission(self.gain, angle)) if angle > 0 else None
 
     def margin_of_crank(self, crank: float) -> float | None:
-        """q of the member whose crank per V is this; None where no member's is. The crank per V falls with q."""
+        """q of the member with this crank per V; None if there is none. The crank per V decreases with q."""
         return self._margin(self.kind.of_crank(self.gain, crank))
 
     def _margin(self, parameter: float) -> float | None:
@@ -126,7 +126,7 @@ class Family:
         return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else None
 
     def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
-        """q of the member whose ``read`` value, positive and monotone in q, is the wanted one; None where none is."""
+        """q at which ``read``, positive and monotone in q, takes the wanted value; None if it does not."""
         if wanted <= 0:
             return None
         low, high = self.range

@@ -1,4 +1,4 @@
-"""Why no linkage meets the limits: each judged alone and with all the others, and the type that comes closest."""
+"""Diagnosis of infeasible problems: each limit alone and together with all others, and the closest type."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from solvers.outcome import Shortfall
 Array = NDArray[np.float64]
 
 _GAP = 1e-2
-"""To which what is attainable is proven to be the best; its value is that of a linkage, to rounding."""
+"""Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
 
 
 class _Fit(Objective):
-    """The least max(W/width, H/height): how far the box is from fitting."""
+    """Minimise max(W/width, H/height), the misfit of the box."""
 
     name = "fit"
     effect = "envelope"
@@ -41,7 +41,7 @@ class _Fit(Objective):
 
 
 class _ShortestLink(Objective):
-    """One over the crank, the shortest link."""
+    """Maximise the crank, the shortest link: cost 1/l1."""
 
     name = "min_link"
     sign = -1
@@ -53,7 +53,7 @@ class _ShortestLink(Objective):
 
 @dataclass(frozen=True)
 class _Limit:
-    """A limit, the objective that serves it, and what would help."""
+    """A limit, the objective that minimises its violation, and a remedy."""
 
     name: str
     objective: Objective
@@ -77,13 +77,13 @@ _SMALLER = "a higher blow frequency, a lower impact speed or smaller joints woul
 
 
 def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
-    """One entry per limit that cannot be met: alone if it cannot be met even alone, else with all the others.
+    """One entry per limit that cannot be met: alone if it is infeasible by itself, otherwise with all others.
 
-    ``attainable`` is the best value to be had in that company over the allowed types, None where there is none.
+    ``attainable`` is the best value under the same limits over the allowed types, None if there is none.
     """
     asked = problem.limits
     free = problem.subproblem.fixed_scale is None
-    # Where the size is free a least link is what gives the mechanism any size, so it stays.
+    # With a free size the minimum link determines the size, so it is kept.
     bare = Limits(
         min_link=asked.min_link if free else 0.0,
         joint_radius=asked.joint_radius,
@@ -96,16 +96,18 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
         return (_motion(problem),)
     boxes = replace(bare, width=asked.width, height=asked.height)
     return (
-        _short(problem, lambda _: bare, boxes, "out of reach even alone")
-        or _short(problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others")
+        _infeasible_limits(problem, lambda _: bare, boxes, "out of reach even alone")
+        or _infeasible_limits(
+            problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others"
+        )
         or (_motion(problem),)
     )
 
 
-def _short(
+def _infeasible_limits(
     problem: LinkageProblem, company: Callable[[_Limit], Limits], boxes: Limits, why: str
 ) -> tuple[Shortfall, ...]:
-    """The limits that cannot be met in the company of others."""
+    """The limits that cannot be met together with others."""
     asked, out = problem.limits, []
     for limit in _LIMITS:
         required = getattr(asked, limit.name)
@@ -119,7 +121,7 @@ def _short(
 
 
 def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
-    """Whether the best value for a limit is finite: a free size needs a bound on the side that matters."""
+    """Whether the best value for a limit is finite: a free size must be bounded on the relevant side."""
     if problem.subproblem.fixed_scale is not None:
         return True
     if limit.objective.grows:
@@ -128,7 +130,7 @@ def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
 
 
 def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] | None:
-    """(least cost, type) among the mechanisms that the subproblem's limits allow."""
+    """(minimum cost, type) among the mechanisms within the subproblem's limits."""
     found = []
     for kind in problem.kinds:
         best = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP)
@@ -138,7 +140,7 @@ def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] 
 
 
 def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:
-    """Width and height together: the least factor by which what is left beside the pads must grow."""
+    """Width and height together: the minimum factor by which the space left beside the pads must grow."""
     if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
         return ()
     found = _best(problem, Subproblem(problem.scene, limits, _Fit(), boxed=False))
@@ -154,7 +156,7 @@ def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall
 
 
 def _motion(problem: LinkageProblem) -> Shortfall:
-    """What is left where every limit can be met: the speed itself, the tool, or the transmission angle."""
+    """The remaining cause if every limit can be met: the speed, the tool radius or the transmission angle."""
     scene = problem.scene
     reason = "no allowed type strikes at this speed, frequency and tool radius within the transmission angle's limits"
     return Shortfall("impact_speed", scene.impact_speed, None, f"{reason}; another tool radius or frequency may do")

@@ -1,17 +1,17 @@
-"""Peak loads over ranges of the free ratio, from below.
+"""Lower bounds of peak loads over ranges of the free ratio.
 
-A peak over the cycle is nowhere below the load at any one crank angle, so what bounds the load at one angle from below
-bounds the peak. The best angle is next to that of the peak of a member within the range.
+A peak over the cycle is at least the load at any one crank angle, so a lower bound of the load at one angle bounds the
+peak. The bound is sharpest near the peak angle of a member within the range.
 
-In terms of y = lambda0/lambda3 = g^2/lambda2, which falls with the free ratio in every type, and of lengths in rockers,
-the formulas of ``angular_velocity_ratio`` and ``torque_and_pin_force`` lose all else that varies. In magnitudes, with
-n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
+In terms of y = lambda0/lambda3 = g^2/lambda2, which decreases with the free ratio in every type, and of lengths in
+rockers, y is the only variable in the formulas of ``angular_velocity_ratio`` and ``torque_and_pin_force``. In
+magnitudes, with n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
 
     t^2 = g^2 c^2 + m s^2,  d = c + t,  a = t + g^2 c,  h = t - sigma y c,  b = d^2 + n^2 s^2
     X = n Y/(t^2 b),  Y = a h^2/b - g^2 m/(2 t)
     torque/E = 2 s (g - 1)^2 a Y/(t^3 b^2),  force V/E = (g - 1) g^2 Y/(y t^3 b)
 
-and likewise the forms for c < 0. V is the scale of ``family``: the force at a given speed of the blow.
+and likewise the forms for c < 0. V is the scale of ``family``: the force at a given impact speed.
 """
 
 from __future__ import annotations
@@ -28,17 +28,18 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 _ANGLE_TOLERANCE = 1e-9
-"""Relative tolerance of a peak at whose angle a load is bounded: any angle gives a bound, one next to it a good one."""
-_BELOW = 0.05
-"""How much lower than the peak, relative, another hump may be that is the peak elsewhere in a range."""
-_NEARER, _MOST_STEPS = 0.25, 12
-"""By what a step about a known angle is shortened where the peak is within it, and how many are tried."""
+"""Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
+_RIVAL_MARGIN = 0.05
+"""Relative margin below the highest peak within which another local maximum may be the highest elsewhere in the
+range."""
+_STEP_REDUCTION, _MAX_STEPS = 0.25, 12
+"""Factor by which a step about a known angle is reduced once it brackets the peak, and the maximum number of steps."""
 
 
 @kernel
 def peak_places(coefficients: Array, end: Array, which: int) -> Array:
-    """The crank angle less 2 pi at which every row has its peak torque (0) or force (1) and the mean distance of the
-    samples about it; the same of its next highest hump, with a distance of 0 where that is far lower: shape (n, 4)."""
+    """Crank angle less 2 pi of the peak torque (0) or force (1) of every row and the mean spacing of the samples there;
+    then the same for the next highest local maximum, with spacing 0 if it is much lower: shape (n, 4)."""
     out = np.zeros((coefficients.shape[0], 4))
     for i in range(out.shape[0]):
         cotangents, samples = sampled(coefficients[i], end[i])
@@ -50,9 +51,9 @@ def peak_places(coefficients: Array, end: Array, which: int) -> Array:
             _, at = highest(coefficients[i], end[i], cotangents, heights, which, _ANGLE_TOLERANCE)
             top = min(max(np.searchsorted(-cotangents, -1.0 / math.tan(0.5 * at)), 1), last - 1)
             distance = 0.5 * (angle_of(cotangents[top + 1]) - angle_of(cotangents[top - 1]))
-            out[i, 2 * k], out[i, 2 * k + 1] = at, _NEARER * distance
-            need = (1.0 - _BELOW) * heights.max()
-            # The next one beyond the feet of this hump.
+            out[i, 2 * k], out[i, 2 * k + 1] = at, _STEP_REDUCTION * distance
+            need = (1.0 - _RIVAL_MARGIN) * heights.max()
+            # The next local maximum beyond the minima on both sides of this one.
             if heights[top - 1] > heights[top]:
                 top -= 1
             low, high = top, top
@@ -68,16 +69,20 @@ def peak_places(coefficients: Array, end: Array, which: int) -> Array:
 def least_loads(
     low: Array, rows: Array, high: Array, end: Array, gain: float, which: int, places: Array
 ) -> Array:  # fmt: skip
-    """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,), from the coefficients of
-    the members at the ranges' low ends, of some within, and at the high ends, (n, 7) each; |u31(2 pi)| of those within.
-    ``places``, as of ``peak_places``, are closed in on.
+    """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,).
+
+    ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
+    each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within. ``places``, as returned by ``peak_places``, are
+    refined.
     """
     out = np.empty(places.shape[0])
     for i in range(out.size):
         best, angle = -1.0, 0.0
         for k in range(0, 4, 2):
             if k == 0 or places[i, k + 1] > 0.0:
-                places[i, k], places[i, k + 1], height = _nearer(rows[i], end[i], which, places[i, k], places[i, k + 1])
+                places[i, k], places[i, k + 1], height = _refined(
+                    rows[i], end[i], which, places[i, k], places[i, k + 1]
+                )
                 if height > best:
                     best, angle = height, places[i, k]
         s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
@@ -93,12 +98,12 @@ def _load(row: Array, end: float, which: int, angle: float) -> float:
 
 
 @kernel
-def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
-    """The vertex of the parabola through a load about an angle and a step to either side, twice, and farther on where
-    it lies outside; a step to begin with next to it, and the load."""
+def _refined(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
+    """Refine an angle: the vertex of the parabola through the loads at it and one step to either side, twice, stepping
+    on if the vertex lies outside. Returns the angle, an initial step near it, and the load."""
     inside = 0
-    for _ in range(_MOST_STEPS):
-        step *= _NEARER if inside else 1.0
+    for _ in range(_MAX_STEPS):
+        step *= _STEP_REDUCTION if inside else 1.0
         low, high = max(angle - step, -2.0 * math.pi), min(angle + step, 0.0)
         before, here, after = _load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high)
         if here >= max(before, after):
@@ -116,7 +121,7 @@ def _nearer(row: Array, end: float, which: int, angle: float, step: float) -> tu
 
 @kernel
 def _ratios(row: Array, gain: float) -> tuple[float, float, float]:
-    """y, n and g - y of a member, each sharp where it is small."""
+    """y, n and g - y of a member, each without cancellation where it is small."""
     y = row[0] / row[2]
     return y, abs(row[3]) / row[2], row[4] / (row[2] * row[2] * (gain + y))
 
@@ -125,15 +130,15 @@ def _ratios(row: Array, gain: float) -> tuple[float, float, float]:
 def _least_load(
     low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float, rate: float
 ) -> float:  # fmt: skip
-    """The bound over one range at a half angle's sine and cosine, with |X| of the member within; 0 where nothing is
-    known."""
+    """The bound over one range at a half angle's sine and cosine, given |X| of the member within; 0 if there is no
+    bound."""
     y_low, n_low, short_low = _ratios(high, gain)
     y_mid, n_mid, short_mid = _ratios(row, gain)
     y_high, n_high, short_high = _ratios(low, gain)
     sigma, square, cc, ss = row[6], gain * gain, c * c, s * s
     reach = (
-        _farther(y_mid - y_low, n_mid - n_low, short_mid - short_low),
-        _farther(y_high - y_mid, n_high - n_mid, short_high - short_mid),
+        _largest_of_three(y_mid - y_low, n_mid - n_low, short_mid - short_low),
+        _largest_of_three(y_high - y_mid, n_high - n_mid, short_high - short_mid),
     )
     y = (y_mid, y_low, y_high, 1.0, 1.0)
     rising = 1.0 if n_high >= n_low else -1.0
@@ -156,7 +161,7 @@ def _least_load(
     if not b[1] > 0.0:
         return 0.0
     risen, falling = over(times(a, squared(h, reach), reach), b, reach), scaled(over(m, t, reach), 0.5 * square)
-    # The difference's value within is known without rounding.
+    # The difference at the interior member is known without cancellation.
     sharp = rate * under[0] * b[0] / n[0]
     rest = minus(risen, falling, reach)
     rest = kept(sharp, rest[1], rest[2], rest[3], rest[4], reach)
@@ -169,6 +174,6 @@ def _least_load(
 
 
 @kernel
-def _farther(one: float, two: float, three: float) -> float:
-    """The greatest of what rounding leaves of one distance."""
+def _largest_of_three(one: float, two: float, three: float) -> float:
+    """Maximum of three evaluations of the same distance, which differ by rounding."""
     return max(abs(one), abs(two), abs(three))

@@ -1,4 +1,4 @@
-"""Output quantities of single members, and the scales at which they keep within the limits."""
+"""Output quantities of individual members, and the scales at which they are feasible."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
-_SHARPER = 0.1
-"""How much closer than sizes peaks are found: at the price of a step or two."""
+_PEAK_TOLERANCE_RATIO = 0.1
+"""Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
 
 
 def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
-    """Least and greatest V [m] of members whose lower and upper quantities these are; least > greatest: none."""
+    """Minimum and maximum feasible V [m] from lower and upper quantities of members; minimum > maximum: none."""
     subproblem, limits = quantities.subproblem, quantities.subproblem.limits
     low, high = np.zeros_like(quantities.crank), np.full_like(quantities.crank, np.inf)
     if limits.min_link > 0:
@@ -39,7 +39,7 @@ def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
 
 
 def within(subproblem: Subproblem, low: Array, high: Array, narrowest: Array, widest: Array) -> tuple[Array, Array]:
-    """The allowed scales, narrowed to the fixed one where there is one; least > greatest: none.
+    """The feasible scales, intersected with the fixed one if any; minimum > maximum: none.
 
     ``narrowest`` and ``widest`` enclose the mid-cycle transmission angle.
     """
@@ -73,7 +73,7 @@ class MemberQuantities:
         return self.family.outlines(self.members)
 
     def _peak(self, which: int) -> Array:
-        tolerance = max(SHARP, _SHARPER * self.tolerance)
+        tolerance = max(SHARP, _PEAK_TOLERANCE_RATIO * self.tolerance)
         return unit_peaks(self.members.coefficients, self.members.end, which, 1, tolerance)[:, 0]
 
     @cached_property

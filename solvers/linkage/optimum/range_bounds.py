@@ -1,16 +1,16 @@
-"""Rigorous bounds of the output quantities of ranges of members.
+"""Rigorous bounds of the output quantities over ranges of members.
 
 Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
-(``family``). The swept outline of any member then lies within the Hausdorff distance
+(``family``). The swept outline of any member is within the Hausdorff distance
 
     d = max(change of l1, change of l0 + change of l3 + l3 (change of the swing))
 
-of the outline in the middle of the range, and the enclosing radius changes by at most d. Along the base and across it
+of the outline at the midpoint of the range, and the enclosing radius changes by at most d. Along and across the base
 
     d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
-    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: the greatest over the arc,
+    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: its maximum over the arc,
 
-so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base moves the height little.
+so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base hardly affects the height.
 Peak loads: see ``load_bounds``.
 """
 
@@ -33,20 +33,20 @@ from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
 _SLACK = 1e-10
-"""What rounding may spoil of a bound, relative."""
+"""Relative allowance for rounding in a bound."""
 
-_FEW = 48
+_MAX_RANGES_RELOCATED = 48
 AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
-"""Relative tolerances of the orientation's search in bounds; An area is
-asked only whether it is below what is enough, and then need not be sharp; a fit decides what is allowed."""
+"""Relative tolerances of the orientation search within bounds. An area is only compared with ``enough``, so it need not
+be sharp; a fit decides feasibility."""
 
 
 @dataclass(frozen=True)
 class RangeBounds:
     """Bounds over the ranges [low, high] of q, shape (n,).
 
-    ``enough``: an area above it need not be known. ``places``: for each load where its peaks were in the ranges that
-    these are parts of, see ``load_bounds.peak_places``; where there are few ranges, peaks are looked for anew.
+    ``enough``: areas above it need not be known exactly. ``places``: for each load the peak angles in the parent
+    ranges, see ``load_bounds.peak_places``; if there are few ranges, peaks are located anew.
     """
 
     subproblem: Subproblem
@@ -58,7 +58,7 @@ class RangeBounds:
 
     @cached_property
     def _all(self) -> Members:
-        """Lower ends, upper ends and middles, in one call."""
+        """Lower ends, upper ends and midpoints, in one call."""
         return self.family.members(np.concatenate([self.low, self.high, 0.5 * (self.low + self.high)]))
 
     @cached_property
@@ -108,13 +108,13 @@ class RangeBounds:
         """Lower bounds of a load over the ranges."""
         n, rows, end = self.low.size, self._all.coefficients, self._middle.end
         middle = rows[2 * n :]
-        if which not in self.places or n <= _FEW:
+        if which not in self.places or n <= _MAX_RANGES_RELOCATED:
             self.places[which] = peak_places(middle, end, which)
         gain = self.family.gain.value
         return least_loads(rows[:n], middle, rows[n : 2 * n], end, gain, which, self.places[which])
 
     def parts(self, alive: NDArray[np.bool_], count: int) -> dict[int, Array]:
-        """Where the parts of the ranges that are alive, so many of each, begin to look for their peaks."""
+        """Initial peak angles for the subdivision of the remaining ranges into ``count`` parts each."""
         return {which: np.repeat(places[alive], count, axis=0) for which, places in self.places.items()}
 
     @cached_property
@@ -149,8 +149,8 @@ class RangeBounds:
         _, along, across = self._moves
         found = least_areas(self._outlines, scale, along, across, pads, width, height, AREA_TOLERANCE, self.enough)
         found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
-        # Far from exact, but not spoilt by a wide range: no side is below twice the crank, nor the longer one below
-        # the base over sqrt(2).
+        # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
+        # least the base over sqrt(2).
         shortest = np.minimum(*(end.lengths for end in self._ends))
         with np.errstate(invalid="ignore"):
             side = 2.0 * shortest[:, 0] * scale + 2.0 * limits.joint_radius

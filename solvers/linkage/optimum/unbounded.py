@@ -1,10 +1,10 @@
-"""Objectives that longer links improve without end: no mechanism is the best, and the limit that is missing is named.
+"""Objectives that improve indefinitely with longer links: no optimum exists, and the missing limit is reported.
 
-With a tool at its own radius the frequency of the blows is v/(2 pi r |u31(2 pi)|), and |u31(2 pi)| = (g + 1)/e falls
-to 0 where the base, and e with it, grows without end: the largest rocker for lambda2 -> g^2, the largest base for
-lambda0 -> inf. There the transmission angle tends to 2 asin(1/g), and in cranks all of the sweep but its length along
-the base tends to a figure of its own. So if a member far out is allowed, so are all beyond it, each better than the
-last.
+With a tool at its own radius the blow frequency is v/(2 pi r |u31(2 pi)|), and |u31(2 pi)| = (g + 1)/e tends to 0 as
+the base, and with it e, grows without bound: the largest rocker for lambda2 -> g^2, the largest base for lambda0 ->
+inf. The transmission angle then tends to 2 asin(1/g), and in crank lengths all dimensions of the swept area except its
+length along the base converge. So if a sufficiently distant member is feasible, so are all beyond it, each better than
+the one before.
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem, Subproblem
 
-_FAR = 1e6, 1e9
-"""Bases, in cranks, of two members far out."""
+_DISTANT_BASES = 1e6, 1e9
+"""Base lengths, in cranks, of two distant members."""
 
 
 def refuse_endless(problem: LinkageProblem) -> None:
-    """Raises InvalidInput where longer links improve the objective without end."""
+    """Raise InvalidInput if longer links improve the objective indefinitely."""
     limits, subproblem = problem.limits, problem.subproblem
     if not problem.objective.slows or problem.scene.tool_radius is None:
         return
@@ -42,8 +42,8 @@ def refuse_endless(problem: LinkageProblem) -> None:
 
 
 def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
-    """Whether members whose base is a million and a billion cranks are allowed, at scales of their own."""
-    places = [family.kind.margin_of_base(family.gain, base) for base in _FAR]
+    """Whether members with bases of 1e6 and 1e9 cranks are feasible at their own scales."""
+    places = [family.kind.margin_of_base(family.gain, base) for base in _DISTANT_BASES]
     if None in places:
         return False
     low, high = MemberQuantities(subproblem, family, np.array([math.log(place) for place in places]), 1e-9).scale

@@ -1,1 +1,1 @@
-"""The machine running with a motor."""
+"""Steady running with a motor."""

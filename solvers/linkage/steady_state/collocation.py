@@ -1,10 +1,11 @@
-"""One turn of the crank between two blows, by collocation on steps that suit the mechanism; see ``periodic_solution``.
+"""Integration of one crank revolution between two blows by collocation on a graded mesh; see ``periodic_solution``.
 
-The work D(phi) that the motor has done since the blow solves dD/dphi = M0 - k omega, omega^2 = 2 (E0 + D)/J(phi). Four
-Gauss points a step make the rule of order 8, also for the time of the turn; Newton's method solves each step, so a
-steep motor line needs no short ones. Steps crowd where the rocker's speed turns within a small angle: at the blow
-within e, and about phi = pi within the opening of a second change point.
-Angles in [-pi, pi], those of the cycle's second half counted back from its end, which they so reach sharply. SI units.
+The motor's work D(phi) since the blow satisfies dD/dphi = M0 - k omega, omega^2 = 2 (E0 + D)/J(phi). Four Gauss points
+per step give order 8, also for the period; each step is solved by Newton's method, so a stiff motor line does not
+require short steps. The mesh is refined where the rocker's speed varies over a small angle: at the blow over e, and at
+phi = pi over the opening of a second change point.
+Angles in [-pi, pi]: those of the second half of the cycle are measured back from its end, without cancellation. SI
+units.
 """
 
 from __future__ import annotations
@@ -20,11 +21,11 @@ from solvers.numerics.jit import kernel
 Array = NDArray[np.float64]
 _STAGES = 4
 _EVEN, _SHRINK = 9, 3.0
-_NARROWEST = 1e-10
+_MIN_SCALE = 1e-10
 
 
 def _gauss() -> tuple[Array, Array, Array]:
-    """Nodes c, weights b and matrix A of the collocation in [0, 1]: A_ij integrates the j-th Lagrange polynomial."""
+    """Nodes c, weights b and matrix A of the collocation on [0, 1]: A_ij integrates the j-th Lagrange polynomial."""
     nodes, weights = np.polynomial.legendre.leggauss(_STAGES)
     c = 0.5 * (nodes + 1.0)
     powers = np.arange(_STAGES)
@@ -36,13 +37,13 @@ NODES, WEIGHTS, MATRIX = _gauss()
 
 
 def mesh(coefficients: Array, parts: int) -> Array:
-    """Steps of a turn, each cut into so many parts: rows of their first angle and length, shape (n, 2)."""
+    """Steps of a revolution, each divided into ``parts``: rows of start angle and length, shape (n, 2)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
     sharp = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
     opening = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
-    half = np.concatenate([np.linspace(0.0, math.pi, _EVEN), _shrinking(sharp), math.pi - _shrinking(opening)])
+    half = np.concatenate([np.linspace(0.0, math.pi, _EVEN), _graded(sharp), math.pi - _graded(opening)])
     half = np.unique(half)
-    # Two lists of steps that nearly agree would leave slivers.
+    # Merging two nearly coincident meshes would leave tiny steps.
     half = half[np.concatenate([[True], np.diff(half) > 0.1 * np.minimum(half[1:], math.pi - half[:-1])])]
     half[-1] = math.pi
     edges = half[:-1, None] + np.diff(half)[:, None] * (np.arange(parts) / parts)
@@ -51,15 +52,15 @@ def mesh(coefficients: Array, parts: int) -> Array:
     return np.ascontiguousarray(np.concatenate([steps, back]))
 
 
-def _shrinking(scale: float) -> Array:
-    """Distances from pi/2 down to a third of a scale, each a third of the one before."""
-    count = math.ceil(math.log(0.5 * math.pi / max(scale, _NARROWEST), _SHRINK)) + 2
+def _graded(scale: float) -> Array:
+    """Distances from pi/2 down to a third of a scale, in geometric progression with ratio 1/3."""
+    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE), _SHRINK)) + 2
     return 0.5 * math.pi * _SHRINK ** -np.arange(count)
 
 
 @kernel
 def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
-    """|u31| and d|u31|/dphi at angles in [-pi, pi], a negative one (and only such) in the second half."""
+    """|u31| and d|u31|/dphi at angles in [-pi, pi]; negative angles (only) lie in the second half."""
     s, c = np.abs(np.sin(0.5 * angles)), np.cos(0.5 * angles)
     for k in range(angles.size):
         if angles[k] < 0.0:
@@ -75,7 +76,7 @@ def inertias(coefficients: Array, crank: float, rocker: float, steps: Array, nod
     angles = np.empty(steps.shape[0] * 4)
     for n in range(steps.shape[0]):
         for i in range(4):
-            # Of the second half, from the end of the step backward: sharp near the blow.
+            # In the second half, from the end of the step backward, to full precision near the blow.
             if steps[n, 0] < 0.0:
                 angles[4 * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * nodes[3 - i]
             else:
@@ -86,7 +87,7 @@ def inertias(coefficients: Array, crank: float, rocker: float, steps: Array, nod
 
 @kernel
 def _step(total: Array, width: float, energy: float, stall: float, slope: float, matrix: Array, torque: Array) -> bool:
-    """Torques at the Gauss points of one step that begins with an energy, by Newton's method from a guess in place."""
+    """Torques at the Gauss points of one step from its initial energy, by Newton's method; the guess is overwritten."""
     for _ in range(40):
         lhs, change = np.empty((4, 4)), np.empty(4)
         for i in range(4):
@@ -124,7 +125,7 @@ def _step(total: Array, width: float, energy: float, stall: float, slope: float,
 def turn(
     total: Array, steps: Array, energy: float, stall: float, slope: float, weights: Array, matrix: Array
 ) -> tuple[Array, float]:
-    """Work done up to every step's end (n + 1,), and the time of the turn; NaN where a step has no solution."""
+    """Work up to every step's end (n + 1,), and the period; NaN if a step has no solution."""
     work, time = np.zeros(steps.shape[0] + 1), 0.0
     torque = np.full(4, stall - slope * math.sqrt(2.0 * energy / total[0, 0]))
     for n in range(steps.shape[0]):
@@ -145,8 +146,8 @@ def turn(
 
 
 @kernel
-def _excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
-    """omega/omega_0 - 1 without a difference of near speeds: from J0 - J and the work done."""
+def _relative_excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
+    """omega/omega_0 - 1 without cancellation, from J0 - J and the work done."""
     more = (rocker * (start - u) * (start + u) + (crank + rocker * start * start) * work / energy) / (
         crank + rocker * u * u
     )
@@ -154,12 +155,12 @@ def _excess(u: float, work: float, energy: float, start: float, crank: float, ro
 
 
 @kernel
-def _within(
+def _inside_step(
     coefficients: Array, crank: float, rocker: float, row: Array, pull: float, share: float, work: float,
     energy: float, start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """omega/omega_0 - 1 and a number of the sign of its slope, a share of a step after its beginning, where the motor
-    gives the torque ``pull``; NaN where that part of the step has no solution."""
+    """omega/omega_0 - 1 and a number with the sign of its slope, at a fraction ``share`` of a step with the motor
+    torque ``pull`` there; NaN if that part of the step has no solution."""
     width = share * row[1]
     angles = np.empty(5)
     for i in range(4):
@@ -175,7 +176,7 @@ def _within(
         work += width * weights[i] * torque[i]
     speed = math.sqrt(2.0 * (energy + work) / (crank + rocker * u[4] ** 2))
     # J omega omega' = M - J' omega^2/2.
-    return _excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
+    return _relative_excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
         4
     ] * speed**2
 
@@ -185,8 +186,8 @@ def spread(
     coefficients: Array, crank: float, rocker: float, steps: Array, work: Array, energy: float, start: float,
     stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
 ) -> float:  # fmt: skip
-    """(Greatest - least speed over the turn)/(speed after the blow): of the steps' ends and all extremes between; NaN
-    where a part of a step has no solution."""
+    """(max - min speed over the revolution)/(speed after the blow), from the step ends and all extrema in between; NaN
+    if a part of a step has no solution."""
     count = steps.shape[0]
     angles = np.empty(count + 1)
     for k in range(count):
@@ -196,7 +197,7 @@ def spread(
     rises, pulls = np.empty(count + 1), np.empty(count + 1)
     greatest, least = -math.inf, math.inf
     for n in range(count + 1):
-        value = _excess(u[n], work[n], energy, start, crank, rocker)
+        value = _relative_excess(u[n], work[n], energy, start, crank, rocker)
         greatest, least = max(greatest, value), min(least, value)
         square = 2.0 * (energy + work[n]) / (crank + rocker * u[n] * u[n])
         pulls[n] = stall - slope * math.sqrt(square)
@@ -207,10 +208,10 @@ def spread(
         args = (coefficients, crank, rocker, steps[n], pulls[n])
         more = (work[n], energy, start, stall, slope, nodes, weights, matrix)
         low, high = 0.0, 1.0
-        # At an extreme the value moves with the square of the place.
+        # At an extremum the value's error is quadratic in the position error.
         for _ in range(28):
             middle = 0.5 * (low + high)
-            value, sign = _within(*args, middle, *more)
+            value, sign = _inside_step(*args, middle, *more)
             if math.isnan(value):
                 return math.nan
             greatest, least = max(greatest, value), min(least, value)

@@ -1,1 +1,1 @@
-"""What the moving mechanism sweeps."""
+"""The area swept by the mechanism."""

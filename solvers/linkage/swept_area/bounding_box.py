@@ -1,9 +1,9 @@
-"""The least box around a swept outline, over all orientations.
+"""Minimum-area bounding box of a swept outline, over all orientations.
 
 Between the corners of an outline's pieces (``outline``) the area f = W H has a bounded second derivative, so
-f >= min(ends) - (step)^2/8 max|f''| prunes all but the neighbourhood of the least value. The box found is thus within a
-stated relative tolerance of the least box there is. Likewise for max(W/width, H/height), how far a box is from fitting.
-Lengths in any one unit; angles in rad, from the base line.
+f >= min(ends) - (step)^2/8 max|f''| prunes all but the neighbourhood of the minimum. The box found is within a given
+relative tolerance of the global minimum. Likewise for max(W/width, H/height), the misfit of a box.
+Lengths in any consistent unit; angles in rad, from the base line.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _STACK = 4096
 
 @dataclass(frozen=True)
 class Box:
-    """A rectangle turned by ``angle`` [rad] against the base line: ``width`` along it, ``height`` across."""
+    """A rectangle rotated by ``angle`` [rad] from the base line: ``width`` along it, ``height`` across."""
 
     width: float
     height: float
@@ -37,7 +37,7 @@ class Box:
 def least_box(
     outline: Array, pad: float, width: float = math.inf, height: float = math.inf, tolerance: float = 1e-12
 ) -> Box | None:
-    """The box of least area within width and height, to a relative tolerance; None where none fits."""
+    """The box of minimum area within width and height, to a relative tolerance; None if none fits."""
     area, angle, turned = least_area(outline, 2.0 * pad, 0.0, 0.0, width, height, tolerance, math.inf)
     if not math.isfinite(area):
         return None
@@ -49,12 +49,12 @@ def least_box(
 
 
 @kernel
-def _less(
+def _reduced(
     wx: float, wy: float, hx: float, hy: float, along: float, across: float, middle: float
 ) -> tuple[float, float, float, float]:
-    """The factors of cos(alpha), sin(alpha) in W and H less 2 (along |n_x| + across |n_y|), n their directions.
+    """Coefficients of cos(alpha), sin(alpha) in W and H minus 2 (along |n_x| + across |n_y|), n their directions.
 
-    No corner lies between ``middle`` and the ends of its piece, and every quarter turn from the base line is one.
+    No corner lies between ``middle`` and the ends of its piece; the multiples of pi/2 are corners.
     """
     c, s = math.copysign(2.0, math.cos(middle)), math.copysign(2.0, math.sin(middle))
     return wx - c * along, wy - s * across, hx - c * across, hy - s * along
@@ -65,12 +65,12 @@ def least_area(
     outline: Array, pads: float, along: float, across: float, width: float, height: float, tolerance: float,
     enough: float,
 ) -> tuple[float, float, bool]:  # fmt: skip
-    """(least area, its direction, whether a quarter turn is to be added to it) over all orientations whose box keeps
-    within width and height; inf where none does.
+    """(minimum area, its direction, whether pi/2 is to be added to it) over all orientations whose box keeps within
+    width and height; inf if none does.
 
-    ``pads`` is added to W and H; of outlines that may differ from this one by ``along`` in the base's direction and by
-    ``across`` across it, W and H are told from below. An answer below ``enough`` is within ``tolerance`` of the least
-    area; any other says only that the least area is not below ``enough``.
+    ``pads`` is added to W and H. W and H are lower bounds for outlines that deviate from this one by up to ``along`` in
+    the base's direction and ``across`` perpendicular to it. A result below ``enough`` is within ``tolerance`` of the
+    minimum; any other only states that the minimum is not below ``enough``.
     """
     edges = corners(outline)
     best, at = _least_upright(
@@ -87,7 +87,7 @@ def _least_upright(
     outline: Array, edges: Array, pads: float, along: float, across: float, width: float, height: float,
     tolerance: float, enough: float, best: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """``least_area`` within an eighth of a turn about the base line; ``best`` is what is known already."""
+    """``least_area`` within pi/4 about the base line; ``best`` is the incumbent."""
     tips = tips_of(outline)
     free, at = width == math.inf and height == math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
@@ -96,7 +96,7 @@ def _least_upright(
             continue
         middle = 0.5 * (edges[k] + edges[k + 1])
         wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
+        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
         wc, hc = wc + pads, hc + pads
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
@@ -113,7 +113,7 @@ def _least_upright(
             if wr <= width and hr <= height and wr * hr < best:
                 best, at = wr * hr, right
             if best <= 0.0:
-                # A bound that tells nothing: only what moves a long way comes so low.
+                # The bound is useless: only outlines with a large deviation come so low.
                 return 0.0, at
             step = (right - left) ** 2
             if not free and (min(wl, wr) - step / 8.0 * w1 > width or min(hl, hr) - step / 8.0 * h1 > height):
@@ -132,7 +132,7 @@ def _least_upright(
 
 @kernel
 def least_fit(outline: Array, along: float, across: float, width: float, height: float, tolerance: float) -> float:
-    """The least over all orientations of max(W/width, H/height); at most 1 where the outline fits.
+    """Minimum over all orientations of max(W/width, H/height); at most 1 if the outline fits.
 
     ``along`` and ``across`` as in ``least_area``.
     """
@@ -148,7 +148,7 @@ def _least_upright_fit(
     outline: Array, edges: Array, along: float, across: float, width: float, height: float, tolerance: float,
     best: float,
 ) -> float:  # fmt: skip
-    """``least_fit`` within an eighth of a turn about the base line; ``best`` is what is known already."""
+    """``least_fit`` within pi/4 about the base line; ``best`` is the incumbent."""
     tips = tips_of(outline)
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
@@ -156,7 +156,7 @@ def _least_upright_fit(
             continue
         middle = 0.5 * (edges[k] + edges[k + 1])
         wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _less(wx, wy, hx, hy, along, across, middle)
+        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
         wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         lefts[0], rights[0] = edges[k], edges[k + 1]
@@ -193,10 +193,10 @@ def least_areas(
     tolerance: float,
     enough: float,
 ) -> Array:
-    """Least box area of every outline at its scale, within width and height; inf where none fits.
+    """Minimum box area of every outline at its scale, within width and height; inf if none fits.
 
-    ``along`` and ``across`` [per scale] as in ``least_area``. An area is told to ``tolerance``, or is above
-    ``enough``; where W and H could both vanish within what moves it is 0.
+    ``along`` and ``across`` [per scale] as in ``least_area``. An area is accurate to ``tolerance``, or above
+    ``enough``; it is 0 if W and H could both vanish within the deviation.
     """
     out = np.full(scale.size, np.inf)
     for i in range(scale.size):
@@ -205,19 +205,19 @@ def least_areas(
         outline = outlines[i].copy()
         outline[:6] *= scale[i]
         moved = along[i] * scale[i], across[i] * scale[i]
-        # Neither side of a box is below twice the crank: W + H keeps above 0, so the lower bounds of W and H are not
+        # Each side of a box is at least twice the crank, so W + H stays positive: the lower bounds of W and H are not
         # both negative, and their product is a lower bound of the area.
         if 2.0 * outline[0] + pads <= math.sqrt(2.0) * (moved[0] + moved[1]):
             out[i] = 0.0
             continue
-        # W, H already carry the pads less what is uncertain, so the limits are compared as they are.
+        # W and H already include the pads minus the deviation, so they are compared with the limits directly.
         out[i] = least_area(outline, pads, moved[0], moved[1], width, height, tolerance, enough)[0]
     return out
 
 
 @kernel
 def least_fits(outlines: Array, along: Array, across: Array, width: float, height: float, tolerance: float) -> Array:
-    """Least max(W/width, H/height) of every outline."""
+    """Minimum of max(W/width, H/height) for every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
         out[i] = least_fit(outlines[i], along[i], across[i], width, height, tolerance)

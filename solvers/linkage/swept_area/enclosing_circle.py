@@ -1,4 +1,4 @@
-"""The least circle around a swept outline. Lengths in any one unit."""
+"""Smallest enclosing circle of a swept outline. Lengths in any consistent unit."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Array = NDArray[np.float64]
 
 
 def enclosing_radius(outline: Array, pad: float) -> float:
-    """Radius of the least circle around the swept outline and its pads."""
+    """Radius of the smallest circle around the padded swept outline."""
     return enclosing(outline) + pad
 
 
 @kernel
 def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
-    """Centre and radius of the circle that two (k < 0) or three circles (x, y, radius) touch from inside."""
+    """Centre and radius of the circle internally tangent to two (k < 0) or three circles (x, y, radius)."""
     x1, y1, r1 = circles[i]
     x2, y2, r2 = circles[j]
     dx, dy = x2 - x1, y2 - y1
@@ -36,7 +36,7 @@ def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, floa
     determinant = 2.0 * (dx * ey - dy * ex)
     if abs(determinant) < 1e-14 * (dx * dx + dy * dy + ex * ex + ey * ey):
         return 0.0, 0.0, math.inf
-    # |c - c1|^2 = (R - r1)^2 and the like, subtracted: the centre is linear in S = R - r1.
+    # Differences of |c - c1|^2 = (R - r1)^2 and its counterparts: the centre is linear in S = R - r1.
     a1, b1 = dx * dx + dy * dy - (r2 - r1) ** 2, r2 - r1
     a2, b2 = ex * ex + ey * ey - (r3 - r1) ** 2, r3 - r1
     px, py = (a1 * ey - a2 * dy) / determinant, (a2 * dx - a1 * ex) / determinant
@@ -59,7 +59,7 @@ def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, floa
 
 @kernel
 def _reach(circles: Array, count: int, x: float, y: float) -> float:
-    """Radius of the least circle about a centre that holds the first ``count`` circles."""
+    """Radius of the smallest circle about a given centre that contains the first ``count`` circles."""
     found = 0.0
     for m in range(count):
         found = max(found, math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2])
@@ -68,10 +68,11 @@ def _reach(circles: Array, count: int, x: float, y: float) -> float:
 
 @kernel
 def enclosing(outline: Array) -> float:
-    """Radius of the least circle around the outline.
+    """Radius of the smallest circle around the outline.
 
-    A circle held by two or three touching parts is the least around them; the part that sticks out farthest joins
-    them, and the least circle around these four is found by trial, until nothing sticks out. The radius only grows.
+    A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
+    and the smallest circle of these four found by enumeration, until nothing protrudes. The radius increases
+    monotonically.
     """
     r, base, rocker, _, _, _, first, last = outline
     tips = tips_of(outline)
@@ -81,7 +82,7 @@ def enclosing(outline: Array) -> float:
     count = 2
     x, y, radius = _through(parts, 0, 1, -1)
     for _ in range(200):
-        # The farthest part from the centre.
+        # The part farthest from the centre.
         far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
         if math.hypot(x - base, y) > far:
             far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
@@ -104,12 +105,12 @@ def enclosing(outline: Array) -> float:
                     cx, cy, size = _through(parts, i, j, third)
                     if size == math.inf:
                         continue
-                    # What the centre needs, rather than whether its circle holds all: rounding cannot rule all out.
+                    # The radius required at this centre, not a containment test, which rounding could fail for all.
                     size = _reach(parts, count, cx, cy)
                     if size < best:
                         best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
         if best <= radius:
-            # Rounding alone is left.
+            # Only rounding remains.
             radius = max(radius, far)
             break
         x, y, radius = bx, by, best
@@ -125,7 +126,7 @@ def enclosing(outline: Array) -> float:
 
 @kernel
 def enclosing_radii(outlines: Array) -> Array:
-    """Least enclosing radius of every outline."""
+    """Smallest enclosing radius of every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
         out[i] = enclosing(outlines[i])

@@ -1,13 +1,13 @@
-"""The outline of what the moving mechanism sweeps, and its extents in any direction.
+"""Outline of the area swept by the mechanism, and its extents in any direction.
 
-Links are straight, so the hull of what they sweep is the hull of what their joints sweep: the crank pin's circle about
-the crank pivot, the rocker's pivot, and the arc of the rocker's joint about it. The hull's support function
+Links are straight, so the convex hull of the swept area is that of the joints' paths: the crank pin's circle about the
+crank pivot, the rocker's pivot, and the arc of the rocker's joint about it. The hull's support function
 
     h(beta) = max(r, n.D, n.C at either end, n.D + l3 while beta lies within the arc),  n = (cos beta, sin beta)
 
-is in pieces a constant and a sinusoid, and so are width W(alpha) = h(alpha) + h(alpha + pi) and height
+is piecewise a constant plus a sinusoid, and so are width W(alpha) = h(alpha) + h(alpha + pi) and height
 H(alpha) = W(alpha + pi/2). The corners between pieces are known in closed form.
-Lengths in any one unit; angles in rad, from the base line. Pads are none of it: who uses an outline adds them.
+Lengths in any consistent unit; angles in rad, from the base line. Pads are not included; callers add them.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ def sweep(bar: FourBar, crank: float) -> Array:
 
 
 def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Array | float) -> Array:
-    """Crank radius, base, rocker; x of the rocker's joint at the blow; how far it swings along the base and, signed,
-    across it; first and last direction of the rocker. Shape (..., 8); six lengths, two angles.
+    """Crank radius, base, rocker; x of the rocker's joint at the blow; its displacement along and, signed, across the
+    base; first and last direction of the rocker. Shape (..., 8); six lengths, two angles.
 
-    All links lie on one line at the blow, so that its joint is at sigma N from the crank's pivot, and it swings by
-    2 lambda2/lambda0 and 2 sqrt(lambda2 (lambda0 lambda3 - lambda2))/lambda0: of long links and a small swing nothing
-    cancels.
+    At the blow all links are collinear with the joint at sigma N from the crank's pivot; its displacements are
+    2 lambda2/lambda0 and 2 sqrt(lambda2 (lambda0 lambda3 - lambda2))/lambda0, free of cancellation for long links and a
+    small swing.
     """
     away = 2.0 * ratios.coupler / ratios.base
     side = kind.crank_sign * kind.rocker_sign * np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0) / ratios.coupler)
@@ -53,7 +53,7 @@ def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Arr
 
 
 def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
-    """First and last direction of the rocker: it leaves the blow upward, except for the largest rocker."""
+    """First and last direction of the rocker: it departs upward from the blow, except for the largest rocker."""
     if kind.rocker_sign > 0:
         return 0.0 * swing, swing
     return (math.pi + 0.0 * swing, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi + 0.0 * swing)
@@ -86,8 +86,8 @@ def _support(
 
 
 @kernel
-def _folded(x: float, y: float) -> float:
-    """The direction of a vector less the nearest quarter turn, in [-pi/4, pi/4], sharp next to 0."""
+def _modulo_quarter_turn(x: float, y: float) -> float:
+    """The direction of a vector modulo pi/2, in [-pi/4, pi/4], accurate near 0."""
     return math.atan(y / x) if abs(y) <= abs(x) else -math.atan(x / y)
 
 
@@ -95,8 +95,8 @@ def _folded(x: float, y: float) -> float:
 def corners(outline: Array) -> Array:
     """All directions in [-pi/4, pi/4] at which a piece of W or H may change, with 0 and both ends, sorted.
 
-    Pieces change across common tangents, which are built as vectors: directions close to the base line decide over
-    boxes of long links.
+    Pieces change at common tangents, which are computed as vectors: for long links the box depends on directions very
+    close to the base line.
     """
     r, base, rocker, blow, away, rise, _, _ = outline
     tips = tips_of(outline)
@@ -106,22 +106,25 @@ def corners(outline: Array) -> Array:
         distance = math.hypot(x, y)
         if distance > r:
             along = math.sqrt((distance - r) * (distance + r))
-            found[count] = _folded(r * x - along * y, r * y + along * x)
-            found[count + 1] = _folded(r * x + along * y, r * y - along * x)
+            found[count] = _modulo_quarter_turn(r * x - along * y, r * y + along * x)
+            found[count + 1] = _modulo_quarter_turn(r * x + along * y, r * y - along * x)
             count += 2
-    found[count], found[count + 1] = _folded(away, rise if blow < base else -rise), 0.0
+    found[count], found[count + 1] = _modulo_quarter_turn(away, rise if blow < base else -rise), 0.0
     swung = rocker - away if blow > base else away - rocker
-    found[count + 2] = _folded(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    found[count + 2] = _modulo_quarter_turn(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
     count += 3
-    # The crank's circle beside the rocker's: n.D + l3 = r.
+    # The crank's circle against the rocker's: n.D + l3 = r.
     beside = (blow if blow < base else base - rocker) + r
     above = base - r + rocker
     if beside >= 0.0 and above > 0.0:
         across = math.sqrt(beside * above)
-        found[count], found[count + 1] = _folded(r - rocker, across), _folded(r - rocker, -across)
+        found[count], found[count + 1] = (
+            _modulo_quarter_turn(r - rocker, across),
+            _modulo_quarter_turn(r - rocker, -across),
+        )
         count += 2
     found[count], found[count + 1] = -_EIGHTH, _EIGHTH
-    # A dozen numbers, in the shortest way for the compiler too.
+    # Insertion sort: a dozen values, and fast to compile.
     for k in range(1, count + 2):
         m = k
         while m > 0 and found[m - 1] > found[m]:
@@ -134,7 +137,7 @@ def corners(outline: Array) -> Array:
 def pieces(
     outline: Array, tips: tuple[float, float, float, float], middle: float
 ) -> tuple[float, float, float, float, float, float]:
-    """W and H around a direction: constants and the factors of cos(alpha), sin(alpha)."""
+    """W and H near a direction: constants and the coefficients of cos(alpha), sin(alpha)."""
     cos, sin = math.cos(middle), math.sin(middle)
     c1, x1, y1 = _support(outline, tips, middle, cos, sin)
     c2, x2, y2 = _support(outline, tips, middle + math.pi, -cos, -sin)
@@ -145,7 +148,7 @@ def pieces(
 
 @kernel
 def extents(outline: Array, angle: float) -> tuple[float, float]:
-    """W and H at a direction, pads not included."""
+    """W and H at a direction, without pads."""
     wc, wx, wy, hc, hx, hy = pieces(outline, tips_of(outline), angle)
     cos, sin = math.cos(angle), math.sin(angle)
     return wc + wx * cos + wy * sin, hc + hx * cos + hy * sin

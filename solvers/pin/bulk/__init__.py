@@ -1,1 +1,1 @@
-"""Many pins at once: tables of arrays, lists of cases."""
+"""Batch checks of pins: array tables and lists of cases."""

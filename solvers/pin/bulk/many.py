@@ -1,6 +1,6 @@
-"""Many pins and bushings checked at once: the same numbers as ``check`` gives one by one.
+"""Batch checks of pins and bushings, with the same results as ``check``.
 
-Stepped bores under the rod's force alone go through one compiled loop; all others are checked one by one.
+Stepped bores under the rod force alone go through one compiled loop; all others are checked one by one.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from solvers.pin.shapes.given import Profile
 
 @dataclass(frozen=True)
 class Case:
-    """One check as ``check`` would be asked for it."""
+    """The arguments of one ``check``."""
 
     scene: Scene
     profile: Profile
@@ -34,20 +34,20 @@ class Case:
     accuracy: float = 1e-6
 
     def prepared(self) -> Prepared:
-        """The check with its effects chosen. Raises InvalidInput where it makes no sense."""
+        """Return the check with its effects selected. Raises InvalidInput for an invalid request."""
         return prepare(
             self.scene, self.profile, self.criterion, self.limits, self.effects, self.effect_tolerance, self.accuracy
         )
 
     def alone(self) -> Outcome[PinCheck]:
-        """The single check."""
+        """Run this check on its own."""
         return check(
             self.scene, self.profile, self.criterion, self.limits, self.effects, self.effect_tolerance, self.accuracy
         )
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[PinCheck] | InvalidInput]:
-    """An outcome for every case, in their order; in the place of one that makes no sense, what is wrong with it."""
+    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
     found: list[Outcome[PinCheck] | InvalidInput | None] = []
     rows: list[tuple[int, Prepared]] = []
     for case in cases:

@@ -20,11 +20,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class PinTable:
-    """Results of many pins, SI units, (n,) each.
+    """Results of n pins, SI units, shape (n,) each.
 
-    ``estimated`` is the relative error of every number, that of rounding. ``force_limit`` is the force that the solid
-    pin carries, NaN without a load; ``worst_section`` the place in the first half where the criterion uses most of the
-    strength. Deflection, stresses and utilisation are infinite where a load meets no wall.
+    ``estimated`` is the relative rounding error of every number. ``force_limit`` is the capacity of the solid pin,
+    NaN without a load; ``worst_section`` the position in the first half where the criterion's utilisation is
+    greatest. Deflection, stresses and utilisation are infinite where a loaded section has no wall.
     """
 
     mass: Array
@@ -54,12 +54,12 @@ def check_bores(
     shear_deflection: bool = True,
     threads: int = 1,
 ) -> PinTable:
-    """Pins of one material with constant or stepped bores, SI units.
+    """Check pins of one material with constant or stepped bores, SI units.
 
-    D, a, b, delta and P are (n,) or one number for all. ``bores`` (n, k), or (n,) for constant ones, are the diameters
-    of the steps of the first half from its end to the middle, ``ends`` (n, k) or (k,) where each of them ends, rising;
-    what lies beyond the middle is ignored. The other half mirrors the first. Threads share the pins; none holds the
-    interpreter's lock. Raises InvalidInput for what makes no pin.
+    D, a, b, delta and P have shape (n,) or are scalars. ``bores`` (n, k), or (n,) if constant, are the step
+    diameters of the first half from the end to the middle; ``ends`` (n, k) or (k,) are the non-decreasing end
+    positions of the steps, clipped at the middle. The other half is mirrored. The pins are divided among the
+    threads, which release the GIL. Raises InvalidInput for invalid dimensions.
     """
     bores = np.asarray(bores, dtype=float)
     bores = bores[:, None] if bores.ndim == 1 else bores
@@ -103,7 +103,7 @@ def check_bores(
 
 
 def _require_pins(sizes: Array, bores: Array) -> None:
-    """Refuse, with InvalidInput, sizes and bores that make no pin."""
+    """Raise InvalidInput for dimensions and bores that do not describe a pin."""
     for column, name in enumerate(("outer_diameter", "boss_length", "small_end_length")):
         good = np.isfinite(sizes[:, column]) & (sizes[:, column] > 0.0)
         require(bool(good.all()), name, "must be positive", "(0, inf)")

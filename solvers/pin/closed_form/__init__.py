@@ -1,1 +1,1 @@
-"""Pins of stepped bores under the rod's force, without stations."""
+"""Stepped-bore pins under the rod force in closed form, without stations."""

@@ -1,4 +1,4 @@
-"""The lightest pin of one bore under the rod's force, in closed form."""
+"""The lightest uniform-bore pin under the rod force, in closed form."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from solvers.pin.uniform import deflection_parts
 
 
 def forces_at_ends(scene: Scene) -> InternalForces:
-    """The resultants where one of the strength's parts is greatest: at the boss's edge, at the rod's, in the middle."""
+    """Return the resultants at the candidate critical sections: boss edge, small-end edge, middle."""
     g, p = scene.geometry, scene.force
     edge = p * g.boss_length / 6.0
     rod = edge + 0.5 * p * g.gap
@@ -28,10 +28,10 @@ def forces_at_ends(scene: Scene) -> InternalForces:
 
 
 def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: bool) -> float | None:
-    """Volume of the lightest pin of one bore over the solid pin's, under strength, wall, ring and deflection.
+    """Return the relative volume of the lightest uniform-bore pin under strength, wall, ring and deflection limits.
 
-    ``shears`` says whether shear adds to the deflection. None where even the solid pin is too weak or too soft. Raises
-    InvalidInput for a wall beyond the radius.
+    ``shears`` includes shear deflection. None if even the solid pin violates a limit. Raises InvalidInput for a
+    minimum wall above the radius.
     """
     sought = sought_in(scene)
     constraints = sought.constraints(scene, criterion, [forces_at_ends(scene)])
@@ -47,7 +47,7 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
 def _stiff_enough(
     parts: tuple[float, float], law: ShearFlexibility, limit: float, least: float, shears: bool
 ) -> float | None:
-    """The least u >= ``least`` with B/v + S phi <= limit."""
+    """Return the least u >= ``least`` with B/v + S phi <= limit."""
     from scipy.optimize import brentq
 
     bend, shear = parts[0], parts[1] if shears else 0.0

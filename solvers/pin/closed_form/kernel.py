@@ -1,18 +1,18 @@
-"""Pins of stepped bores under the rod's force, in closed form: one compiled loop over any number of them.
+"""Closed-form check of stepped-bore pins under the rod force: one compiled loop over any number of pins.
 
-Half the pin has three pieces, with t counted from where each begins:
+Half the pin has three pieces, t measured from the start of each:
 
     boss        0 <= t <= a        Q = P t^2/(2 a^2)      M = P t^3/(6 a^2)
     gap         0 <= t <= delta    Q = P/2                M = P a/6 + P t/2
     small end   0 <= t <= b/2      Q = P (b/2 - t)/b      M = P a/6 + P delta/2 + P t (b - t)/(2 b)
 
-The wall is the same all along a step. There the strength is used most at an end of the step or of a piece: up to the
-small end neither M nor Q falls; in the small end d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor rises
-with M, so that no maximum lies inside. The deflection of the middle against the inner edges of the bosses,
+The wall is constant within a step, so the utilisation is greatest at an end of the step or of a piece: up to the
+small end neither M nor Q decreases; in the small end d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor
+increases with M, so no maximum is interior. The deflection of the middle relative to the inner edges of the bosses,
 
     2 integral from a to L/2 of  M m/(E I0 v) + Q phi/(2 G A0),   m = (x - a)/2,
 
-has polynomials of third degree in it, which Gauss' rule with two points integrates exactly.
+has cubic integrands, which two-point Gauss quadrature integrates exactly.
 
 Source: the paper's equations (4) to (8), and ``solvers.pin`` for v, phi and the criteria.
 """
@@ -29,21 +29,21 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
-_HALVINGS = 60
+_BISECTIONS = 60
 _GAUSS = 0.5 / math.sqrt(3.0)
-_TIE = 1.0 + 1e-14
-"""Of places where the strength is used alike the first one is told."""
-_OVER = 1.0 + 1e-9
-"""A strength is exceeded where more than this is used, as in a single check's warnings."""
+_TIE_TOLERANCE = 1.0 + 1e-14
+"""Relative tie tolerance: of equally utilised positions the first one is reported."""
+_EXCEEDED = 1.0 + 1e-9
+"""Utilisation above which strength is reported as exceeded; the same as for a single check."""
 
 
 class Pins(NamedTuple):
-    """What n pins are, SI units.
+    """Input data of n pins, SI units.
 
     ``sizes`` (n, 5): D, a, b, delta, P. ``elastic`` (n, 4): E, G, and Cowper's A and B (0 without shear).
-    ``demands`` (n, 3, 3), a row for each strength demand, zeros where there are fewer: by what bending stress and shear
-    stress are multiplied in it [1/Pa], and 1 for a demand of the criterion, 0 for the separate shear allowable.
-    ``laws`` (n, 3): c0, c1, c2 of the greatest shear stress Q (c0 + c1 w + c2 w^2)/(D^2 v).
+    ``demands`` (n, 3, 3), one row per strength constraint, zero-padded: the factors of bending stress and shear
+    stress [1/Pa], and 1 for the criterion or 0 for the separate shear allowable. ``laws`` (n, 3): c0, c1, c2 of the
+    maximum shear stress Q (c0 + c1 w + c2 w^2)/(D^2 v).
     """
 
     sizes: Array
@@ -53,9 +53,12 @@ class Pins(NamedTuple):
 
 
 class Results(NamedTuple):
-    """What is found of n pins, (n,) each: the share of the solid pin's volume, deflection [m], greatest use of the
-    criterion and of the shear allowable, the place of the former [m], first and last place where either is exceeded
-    [m] (NaN: nowhere), greatest moment [N m] and shear [N], and the greatest use of the solid pin."""
+    """Results of n pins, (n,) each.
+
+    Volume relative to the solid pin, deflection [m], maximum utilisation of the criterion and of the shear
+    allowable, position of the former [m], first and last position where either is exceeded [m] (NaN: nowhere),
+    maximum moment [N m] and shear [N], and the maximum utilisation of the solid pin.
+    """
 
     volume: Array
     deflection: Array
@@ -71,7 +74,7 @@ class Results(NamedTuple):
 
 @kernel
 def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> tuple[float, float]:
-    """Moment and shear force at a place in a piece."""
+    """Return moment and shear force at position t in a piece."""
     if piece == 0:
         s = t / a
         return p * a * s * s * s / 6.0, 0.5 * p * s * s
@@ -81,8 +84,10 @@ def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> t
 
 
 @kernel
-def _used(moment: float, force: float, wall: float, d: float, demands: Array, law: Array) -> tuple[float, float]:
-    """Use of the criterion and of the shear allowable by a section: F(w)/v(w), inf without a wall, 0 without a load."""
+def _utilisations(
+    moment: float, force: float, wall: float, d: float, demands: Array, law: Array
+) -> tuple[float, float]:
+    """Return the utilisation of the criterion and of the shear allowable, F(w)/v(w); inf without a wall, 0 unloaded."""
     v = wall * (2.0 - wall) * (2.0 - 2.0 * wall + wall * wall)
     across = (law[0] + wall * (law[1] + wall * law[2])) / (d * d)
     along = 32.0 / (math.pi * d * d * d)
@@ -99,19 +104,22 @@ def _used(moment: float, force: float, wall: float, d: float, demands: Array, la
 
 
 @kernel
-def _most(
+def _max_utilisation(
     piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, demands: Array, law: Array
 ) -> float:  # fmt: skip
-    """The greater use of the two at a place."""
+    """Return the larger of the two utilisations at a position."""
     moment, force = _forces(piece, t, a, b, gap, p)
-    one, other = _used(moment, force, wall, d, demands, law)
+    one, other = _utilisations(moment, force, wall, d, demands, law)
     return max(one, other)
 
 
 @kernel
 def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
-    """Fill ``out``. ``ends`` (n, k): where each step of the first half ends [m], rising, the last at the middle or
-    beyond; ``walls`` (n, k): relative walls 1 - d/D in [0, 1]."""
+    """Fill ``out``.
+
+    ``ends`` (n, k): non-decreasing end positions of the steps of the first half [m], the last at or beyond the
+    middle; ``walls`` (n, k): relative walls 1 - d/D in [0, 1].
+    """
     for i in range(walls.shape[0]):
         d, a, b, gap, p = pins.sizes[i]
         modulus, shear_modulus, law_a, law_b = pins.elastic[i]
@@ -119,7 +127,7 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         bend_unit = 1.0 / (modulus * math.pi * d**4 / 64.0)
         shear_unit = 1.0 / (shear_modulus * 0.25 * math.pi * d * d)
         rod = a + gap
-        # What rounding leaves out of where the small end begins: beside a long boss it may be much of a short rod.
+        # Rounding error of the small end's start position: significant if the boss is long and the small end short.
         rest = (a - (rod - (rod - a))) + (gap - (rod - a))
         half = rod + 0.5 * b
         volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
@@ -144,12 +152,12 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                 for side in range(2):
                     t = low if side == 0 else high
                     moment, force = _forces(piece, t, a, b, gap, p)
-                    one, other = _used(moment, force, wall, d, demands, law)
-                    full, full_shear = _used(moment, force, 1.0, d, demands, law)
+                    one, other = _utilisations(moment, force, wall, d, demands, law)
+                    full, full_shear = _utilisations(moment, force, 1.0, d, demands, law)
                     solid, shear = max(solid, full, full_shear), max(shear, other)
-                    if one > criterion * _TIE:
+                    if one > criterion * _TIE_TOLERANCE:
                         criterion, worst = one, start + less + t
-                    over = max(one, other) > _OVER
+                    over = max(one, other) > _EXCEEDED
                     if side == 0:
                         over_low = over
                     else:
@@ -158,9 +166,9 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                     head, tail = low, high
                     if over_low != over_high and wall > 0.0:
                         good, bad = (low, high) if over_high else (high, low)
-                        for _ in range(_HALVINGS):
+                        for _ in range(_BISECTIONS):
                             middle = 0.5 * (good + bad)
-                            if _most(piece, middle, wall, d, a, b, gap, p, demands, law) > _OVER:
+                            if _max_utilisation(piece, middle, wall, d, a, b, gap, p, demands, law) > _EXCEEDED:
                                 bad = middle
                             else:
                                 good = middle

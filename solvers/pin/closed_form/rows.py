@@ -1,4 +1,4 @@
-"""Materials and criteria as the kernel has them, and the kernel on several threads."""
+"""Materials and criteria as kernel arrays, and multithreaded evaluation."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
 
 Array = NDArray[np.float64]
-_DEMANDS = 3
+_MAX_DEMANDS = 3
 
 
 def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
-    """The strength demands as ``kernel.Pins`` has them, (3, 3)."""
-    rows = np.zeros((_DEMANDS, 3))
+    """Return the strength constraints in the layout of ``kernel.Pins``, (3, 3)."""
+    rows = np.zeros((_MAX_DEMANDS, 3))
     for row, (bending, shear) in zip(rows, criterion.factors, strict=False):
         row[:] = bending / material.allowable_stress, shear / material.allowable_stress, 1.0
     if material.allowable_shear is not None:
@@ -26,13 +26,13 @@ def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
 
 
 def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
-    """The greatest shear stress of a tube by the criterion: c0, c1, c2."""
+    """Return the coefficients c0, c1, c2 of a tube's maximum shear stress under the criterion."""
     law = criterion.law(material)
     return law.c0, law.c1, law.c2
 
 
 def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:
-    """``evaluate`` for all pins, in so many slices at the same time."""
+    """Run ``evaluate`` on all pins, divided into one slice per thread."""
     count = walls.shape[0]
     out = Results(*(np.empty(count) for _ in Results._fields))
     cuts = np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()

@@ -1,4 +1,4 @@
-"""Checks of pins with stepped bores: any number of them by the kernel, each as ``PinCheck`` has it."""
+"""Checks of stepped-bore pins: batch evaluation by the kernel, results as ``PinCheck``."""
 
 from __future__ import annotations
 
@@ -30,20 +30,20 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Steps:
-    """A stepped bore: diameters of the steps of the first half, and where each of them ends [m]."""
+    """A stepped bore: step diameters of the first half and their end positions [m]."""
 
     ends: tuple[float, ...]
     bores: tuple[float, ...]
 
 
 def steps_of(profile: Profile, length: float) -> Steps | None:
-    """A profile's steps, if it has nothing else and its points stand for both halves; else None."""
+    """Return a profile's steps if it is purely stepped and symmetric; else None."""
     half, bore = 0.5 * length, profile.bore
     if all(d == bore[0] for d in bore):
         return Steps((half,), bore[:1])
     if profile.x[-1] > half * (1.0 + 1e-12):
         return None
-    # Before the first point and behind the last one the bore goes on unchanged.
+    # The bore is constant before the first point and after the last one.
     places = [0.0, *profile.x, half]
     diameters = [bore[0], *bore, bore[-1]]
     ends, bores = [], []
@@ -58,7 +58,7 @@ def steps_of(profile: Profile, length: float) -> Steps | None:
 
 @dataclass(frozen=True)
 class Stepped:
-    """A pin of a stepped bore, and all that its check needs."""
+    """A stepped-bore pin with the data its check needs."""
 
     scene: Scene
     steps: Steps
@@ -68,8 +68,7 @@ class Stepped:
 
 
 def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics) -> Stepped | None:
-    """The pin, if it is one that the kernel knows: alike in both halves, under the rod's force alone, all of its bore
-    steps; else None."""
+    """Return the pin if the kernel applies (symmetric, rod force alone, stepped bore); else None."""
     if not scene.symmetric or isinstance(scene.geometry, BushingGeometry):
         return None
     steps = steps_of(profile, scene.geometry.length)
@@ -77,7 +76,7 @@ def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits
 
 
 def evaluate_all(pins: Sequence[Stepped]) -> Results:
-    """The kernel's results, a row for each; where steps are fewer than others', the last one is repeated."""
+    """Evaluate all pins, one result row each; shorter step lists are padded with their last step."""
     most = max((len(pin.steps.ends) for pin in pins), default=1)
     ends, bores = np.empty((len(pins), most)), np.empty((len(pins), most))
     sizes, elastic = np.empty((len(pins), 5)), np.empty((len(pins), 4))
@@ -94,7 +93,7 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
 
 
 def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
-    """One row as a check; ``sections`` makes what stands along the pin, where that is read."""
+    """Return one row as a check; ``sections`` builds the table along the pin on first access."""
     scene, limits, criterion, bores = pin.scene, pin.limits, pin.criterion, pin.steps.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
@@ -128,14 +127,14 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
 
 
 def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[str, ...]:
-    """What the pin breaks, as ``check`` says it."""
-    scene, limits, steps, said = pin.scene, pin.limits, pin.steps, []
+    """Return the warnings, as ``check`` words them."""
+    scene, limits, steps, messages = pin.scene, pin.limits, pin.steps, []
     outer, use = scene.geometry.outer_diameter, max(found.criterion, found.shear)
     if use > 1.0 + 1e-9:
-        said.append(exceeded(np.array([found.first_over, found.last_over]), use))
+        messages.append(exceeded(np.array([found.first_over, found.last_over]), use))
     walls = np.maximum(outer - np.array(steps.bores), 0.0)
-    said += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
+    messages += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
     if ring is not None:
         x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
-        said += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
-    return tuple(said)
+        messages += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
+    return tuple(messages)

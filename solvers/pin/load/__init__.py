@@ -1,1 +1,1 @@
-"""What acts on the bar: load cases and their internal forces."""
+"""Loads on the bar: load cases and their internal forces."""

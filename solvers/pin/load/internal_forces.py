@@ -1,4 +1,4 @@
-"""Resultants of a load case at stations of the bar: bending moments, shear forces, axial force, torque."""
+"""Stress resultants of a load case at stations: bending moments, shear forces, axial force, torque."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class InternalForces:
-    """Resultants at stations: bending moments and shear forces of both planes (2, n), axial force and torque."""
+    """Resultants at n stations: bending moments [N m] and shear forces [N] in two planes (2, n), axial force,
+    torque."""
 
     moment: Array
     shear: Array
@@ -25,23 +26,23 @@ class InternalForces:
 
     @cached_property
     def moment_total(self) -> Array:
-        return _both(self.moment)
+        return _magnitude(self.moment)
 
     @cached_property
     def shear_total(self) -> Array:
-        return _both(self.shear)
+        return _magnitude(self.shear)
 
 
-def _both(planes: Array) -> Array:
-    """The size of vectors (2, n), of which mostly only the first component is not zero."""
+def _magnitude(planes: Array) -> Array:
+    """Magnitudes of vectors (2, n); the second component is usually zero."""
     return np.hypot(planes[0], planes[1]) if planes[1].any() else np.abs(planes[0])
 
 
 def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.0) -> InternalForces:
-    """The resultants of a case at stations ``x``, of which rounding left out ``rest``.
+    """Return the resultants of a case at stations ``x``, with their rounding residuals ``rest``.
 
-    A term acts where it starts at or before ``side_of`` (same shape as x): a station on a point force belongs to the
-    side on which its panel lies.
+    A term acts if it starts at or before ``side_of`` (same shape as x): a station at a point force belongs to the
+    side of its panel.
     """
     rest = rest + np.zeros_like(x)
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
@@ -61,7 +62,7 @@ def _evaluate(
 ) -> None:  # fmt: skip
     k = 0
     for i in range(x.size):
-        # Stations mostly rise, so the piece is the last one's or the next.
+        # Stations are mostly increasing, so the piece is usually the previous one or the next.
         while k > 0 and start[k] > side[i]:
             k -= 1
         while k + 1 < start.size and start[k + 1] <= side[i]:

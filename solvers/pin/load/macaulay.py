@@ -1,7 +1,7 @@
 """Internal forces along a straight bar: sums of Macaulay terms, exact at every station.
 
-A term c <x - s>^n in the shear force Q is a point force (n = 0), a uniform load (n = 1) or a load that grows in
-proportion to x - s (n = 2); the bending moment is M = integral of Q. Equation (4) and (5) of the paper are such sums.
+A term c <x - s>^n in the shear force Q is a point force (n = 0), a uniform load (n = 1) or a linearly increasing
+load (n = 2); the bending moment is M = integral of Q. Equations (4) and (5) of the paper are such sums.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 
 Array = NDArray[np.float64]
-_NOTHING = 8.0 * 2.0**-52
-"""Sums below this share of their parts are rounding."""
+_CANCELLATION_TOLERANCE = 8.0 * 2.0**-52
+"""Relative magnitude below which a sum is pure rounding error."""
 ROUNDING = 1e-13
-"""What rounding may do to results, relative."""
+"""Relative rounding error of results."""
 
 
 @dataclass(frozen=True)
 class MacaulayTerm:
     """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n.
 
-    ``rest`` is what rounding left out of a start that is itself a sum.
+    ``rest`` is the rounding residual of a start that is itself a sum.
     """
 
     coefficient: float
@@ -47,7 +47,7 @@ class MacaulayTerm:
 
 @dataclass(frozen=True)
 class LoadCase:
-    """What acts at one time: transverse terms in two planes, an axial force [N] and a torque [N m] along the bar."""
+    """Simultaneous loads: transverse terms in two planes, an axial force [N] and a torque [N m] along the bar."""
 
     terms: tuple[MacaulayTerm, ...]
     axial_force: float = 0.0
@@ -55,7 +55,7 @@ class LoadCase:
 
     @cached_property
     def pieces(self) -> tuple[Pieces, Pieces]:
-        """The shear force of each plane as polynomials between the places where terms start."""
+        """The shear force of each plane as piecewise polynomials between the starts of the terms."""
         return tuple(_pieces([term for term in self.terms if term.plane == plane]) for plane in (0, 1))
 
 
@@ -63,8 +63,8 @@ class LoadCase:
 class Pieces:
     """Q = sum c_j (x - s)^j from each start s to the next, shape (4, k), and M at the starts, (k,).
 
-    Sums of Macaulay terms as they stand lose (x/a)^2 digits behind a short boss. Here the terms are shifted from start
-    to start, and a coefficient that only rounding tells from zero is zero. ``rest`` belongs to the starts.
+    Direct Macaulay sums lose (x/a)^2 digits beyond a short boss. Here the polynomials are shifted from start to
+    start and coefficients at rounding level are set to zero. ``rest`` holds the rounding residuals of the starts.
     """
 
     start: Array
@@ -91,7 +91,7 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
             ]  # fmt: skip
         for term in starting[place]:
             parts[term.order].append(term.coefficient)
-        now = tuple(map(_settled, parts))
+        now = tuple(map(_cancelled_sum, parts))
         shear.append(now)
         moment.append(bent)
         before = place
@@ -99,17 +99,17 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
     return Pieces(places[:, 0].copy(), places[:, 1].copy(), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
 
 
-def _settled(parts: list[float]) -> float:
-    """Their sum, the greatest first: what those leave of each other by rounding is no part of what follows."""
+def _cancelled_sum(parts: list[float]) -> float:
+    """Sum the parts, largest first, resetting a partial sum that cancels to rounding level."""
     total = size = 0.0
     for part in sorted(parts, key=abs, reverse=True):
         total, size = total + part, size + abs(part)
-        if abs(total) <= _NOTHING * size:
+        if abs(total) <= _CANCELLATION_TOLERANCE * size:
             total = size = 0.0
     return total
 
 
 def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:
-    """The places inside (0, length) where a load begins or ends, rising, each once."""
+    """Return the distinct positions inside (0, length) where a load begins or ends, ascending."""
     starts = {term.start for case in cases for term in case.terms if 0.0 < term.start < length}
     return sorted(starts)

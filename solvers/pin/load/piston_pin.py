@@ -1,4 +1,4 @@
-"""The piston pin's own load, the places where its parts begin, and what its deflection is counted from."""
+"""The piston pin's own load, the axial positions of its parts, and the deflection reference."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DeflectionReference:
-    """The deflection half-way between two points, against the straight line through them.
+    """Deflection at the midpoint of two points, relative to the chord through them.
 
-    ``rest`` is what rounding left out of ``right``.
+    ``rest`` is the rounding residual of ``right``.
     """
 
     left: float
@@ -26,7 +26,8 @@ class DeflectionReference:
     rest: float = 0.0
 
     def unit_load(self, x: Array, rest: Array | float = 0.0) -> tuple[Array, Array]:
-        """Moment and shear magnitude of a unit force half-way: (x - left)/2 and 1/2 up to the middle, mirrored.
+        """Return moment and shear of a unit force at the midpoint: (x - left)/2 and 1/2 up to the middle, then
+        mirrored.
 
         ``rest`` as in ``forces_at``.
         """
@@ -37,7 +38,8 @@ class DeflectionReference:
 
 
 def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
-    """The pin's load: uniform in the rod's small end, in each boss a triangle that is highest at its inner edge.
+    """Return the pin's load: uniform in the rod's small end, triangular in each boss with its peak at the inner
+    edge.
 
     Q(x) = P/(2a^2)(<x>^2 - <x-a>^2) - (P/a)<x-a> - (P/b)(<x-x1> - <x-x2>) + (P/a)<x-x3> - (P/(2a^2))<x-x3>^2,
     x1 = a + delta, x2 = x1 + b, x3 = x2 + delta. The moment in the middle is the textbook's
@@ -64,10 +66,10 @@ def weigh_deflection(
     x: Array, rest: Array, side: Array, left: float, right: float, right_rest: float, moment: Array, shear: Array,
     length: float, stiff: float, stiff_in_shear: float, bending: Array, sheared: Array,
 ) -> None:  # fmt: skip
-    """Into ``bending`` M m length/stiff and into ``sheared`` Q q length/stiff_in_shear [m] at stations, as
-    ``DeflectionReference.unit_load`` has m and q; 0 outside the span, and where a load lifts the middle.
+    """Write M m length/stiff into ``bending`` and Q q length/stiff_in_shear into ``sheared`` [m] at the stations.
 
-    A station on an end of the span lies inside only if its panel, which begins at ``side``, does.
+    m and q as in ``DeflectionReference.unit_load``; 0 outside the span, and where a load lifts the middle. A station
+    at an end of the span is inside only if its panel, which begins at ``side``, is.
     """
     for i in range(x.size):
         bending[i] = sheared[i] = 0.0
@@ -80,20 +82,20 @@ def weigh_deflection(
 
 @lru_cache(maxsize=256)
 def pin_places(boss_length: float, small_end_length: float, gap: float) -> tuple[tuple[float, float], ...]:
-    """Where boss, small end, middle, gap, boss and pin end, each with what rounding leaves out of the float.
+    """Return the ends of boss, gap, half small end, small end, gap and pin, each with its rounding residual.
 
-    Beside a long boss a short rod would otherwise lose the digits of its own length.
+    Without the residuals a short small end beside a long boss would lose significant digits.
     """
     boss = (boss_length, 0.0)
-    rod = _added(boss, gap)
-    middle = _added(rod, 0.5 * small_end_length)
-    rod_end = _added(rod, small_end_length)
-    far_boss = _added(rod_end, gap)
-    return boss, rod, middle, rod_end, far_boss, _added(far_boss, boss_length)
+    rod = _compensated_sum(boss, gap)
+    middle = _compensated_sum(rod, 0.5 * small_end_length)
+    rod_end = _compensated_sum(rod, small_end_length)
+    far_boss = _compensated_sum(rod_end, gap)
+    return boss, rod, middle, rod_end, far_boss, _compensated_sum(far_boss, boss_length)
 
 
-def _added(place: tuple[float, float], length: float) -> tuple[float, float]:
-    """A sum of two floats and one more, likewise: Knuth's exact sum, and what is left of it once more."""
+def _compensated_sum(place: tuple[float, float], length: float) -> tuple[float, float]:
+    """Add a length to a compensated position, with Knuth's error-free sum applied twice."""
     total = place[0] + length
     part = total - place[0]
     rest = place[1] + ((place[0] - (total - part)) + (length - part))

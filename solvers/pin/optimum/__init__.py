@@ -1,1 +1,1 @@
-"""The lightest walls at given stations, with a proven bound."""
+"""Minimum-mass walls at given stations, with a proven lower bound."""

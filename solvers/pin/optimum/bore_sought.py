@@ -1,7 +1,7 @@
-"""The pin: its outer diameter D is given, its bore d is sought.
+"""Pin problem: outer diameter D given, bore d sought.
 
-u = 1 - (d/D)^2 is the share of the solid section that is left, walls are w = 1 - d/D; f = 1/v = 1/(u (2 - u)) and
-g = phi (``solvers.pin.section.flexibility``), so the deflection's coefficients are those of the solid section.
+u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D; f = 1/v = 1/(u (2 - u)) and g = phi
+(``solvers.pin.section.flexibility``), so the deflection coefficients are those of the solid section.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ from solvers.pin.section.variables import solidity_of, wall_of
 
 Array = NDArray[np.float64]
 _NEARLY_SOLID = 0.99
-"""Of u above this the root of 1 - u has lost a digit."""
+"""Value of u above which 1 - u has lost a significant digit."""
 
 
 @dataclass(frozen=True)
 class BoreSought:
-    """See ``solvers.pin.optimum.program.Sought``; ``diameter`` D [m]."""
+    """Pin with outer diameter ``diameter`` D [m]; see ``solvers.pin.optimum.program.Sought``."""
 
     diameter: float
     name: ClassVar[str] = "bore"
@@ -50,7 +50,7 @@ class BoreSought:
         return tuple(found)
 
     def floor(self, scene: Scene, limits: Limits) -> float:
-        """NaN where not even a solid pin keeps the limits. Raises InvalidInput for a wall beyond the radius."""
+        """NaN if even a solid pin violates the limits. Raises InvalidInput for a minimum wall above the radius."""
         m = scene.material
         floor = 2.0 * limits.min_wall / self.diameter
         if floor > 1.0:
@@ -92,8 +92,11 @@ class BoreSought:
         return wall_of(u)
 
     def walls(self, program: Program, u: Array) -> Array:
-        """u = 1 - (d/D)^2 does not know a bore below 1e-8 of the diameter. Where it is the least that some station may
-        have, w is that station's, first of all its own, as it was found there."""
+        """Return the walls of u, restoring digits lost near the solid section.
+
+        u = 1 - (d/D)^2 cannot resolve bores below 1e-8 of the diameter. Where u equals a station's lower bound, w is
+        taken from the wall computed at that station (preferably the station itself).
+        """
         found, near = wall_of(u), np.flatnonzero(u > _NEARLY_SOLID)
         if not near.size:
             return found
@@ -136,9 +139,9 @@ class BoreSought:
         return scene.material.density * g.area * g.length
 
     def mass_of(self, scene: Scene, x: Array, sizes: Array) -> float:
-        """Frustums, in walls so that a thin tube keeps its digits.
+        """Mass of frustums, in terms of walls to keep the significant digits of a thin tube.
 
-        Over a segment u = w (2 - w) with w straight: mean 2 m - (w0^2 + w0 w1 + w1^2)/3, m = (w0 + w1)/2.
+        Over a segment u = w (2 - w) with w linear: mean 2 m - (w0^2 + w0 w1 + w1^2)/3, m = (w0 + w1)/2.
         """
         w = self.relative(self.points(sizes))
         a, b = w[:-1], w[1:]

@@ -1,4 +1,4 @@
-"""What the solid pin can carry: the greatest force, where it fails first, and the outer diameter that would do."""
+"""Capacity of the solid pin: maximum force, location of failure, and required outer diameter."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
-_PASSES = 60
-_EDGE_STEPS = 60
+_MAX_PASSES = 60
+_EDGE_BISECTIONS = 60
 
 
 @dataclass(frozen=True)
 class WeakSpan:
-    """Where even the solid section is too weak: from, to [m], and the greatest utilisation of the solid section."""
+    """Range [m] in which even the solid section fails, and its maximum utilisation."""
 
     begin: float
     end: float
@@ -30,7 +30,7 @@ class WeakSpan:
 
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
-    """The greatest of all constraints on the solid section at stations: F(1) <= 1 where it holds."""
+    """Return the maximum utilisation of the solid section over all constraints at stations; feasible if F(1) <= 1."""
     full = np.ones_like(x)
     out = np.zeros_like(x)
     for constraint in constraints_at(scene, criterion, x, side):
@@ -39,9 +39,10 @@ def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
-    """(utilisation, place) of the solid pin's worst section: panels are halved where it may lie between stations."""
+    """Return (utilisation, position) of the solid pin's critical section, halving panels that may hold a larger
+    value."""
     stations = opening_stations(scene)
-    for _ in range(_PASSES):
+    for _ in range(_MAX_PASSES):
         values = solid_utilisation(scene, criterion, stations.x, stations.side)
         between = risen(stations, values[None]) > ROUNDING
         if not between.any():
@@ -52,13 +53,13 @@ def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, flo
 
 
 def force_limit(scene: Scene, criterion: Criterion) -> float:
-    """The greatest force [N] that the solid pin carries, further cases growing in proportion."""
+    """Return the maximum force [N] that the solid pin carries; further cases scale in proportion."""
     probe = scene if scene.force > 0 else replace(scene, force=1.0, further_cases=())
     return probe.force / greatest_utilisation(probe, criterion)[0]
 
 
 def force_limit_of(program: Program) -> float:
-    """``force_limit`` by what is known at a program's stations."""
+    """``force_limit`` evaluated from a program's stations if they resolve the maximum."""
     solid = np.ones_like(program.stations.x)
     values = np.max([constraint.value(solid) for constraint in program.constraints], axis=0)
     greatest = float(values.max())
@@ -68,7 +69,7 @@ def force_limit_of(program: Program) -> float:
 
 
 def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
-    """Where the solid section fails, from the first to the last such place of the whole pin; None: nowhere."""
+    """Return the range of the whole pin in which the solid section fails; None if it does not."""
     worst, place = greatest_utilisation(scene, criterion)
     if worst <= 1.0:
         return None
@@ -79,7 +80,7 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
     inside = np.append(x[fails], place)
 
     def edge(good: float, bad: float) -> float:
-        for _ in range(_EDGE_STEPS):
+        for _ in range(_EDGE_BISECTIONS):
             middle = 0.5 * (good + bad)
             at = np.array([middle])
             if solid_utilisation(scene, criterion, at, at)[0] > 1.0:
@@ -97,7 +98,7 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
 
 
 def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
-    """The least outer diameter [m] whose solid pin carries the loads, all else equal; 0 without a load."""
+    """Return the least outer diameter [m] whose solid pin carries the loads, all else equal; 0 without a load."""
 
     def worst(diameter: float) -> float:
         return greatest_utilisation(

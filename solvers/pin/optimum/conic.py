@@ -1,15 +1,17 @@
-"""Where a slope limit ties stations together: the same program as a cone program, with a bound of our own.
+"""The coupled problem under a slope limit: a cone program with an independent lower bound.
 
-In u every part is convex but one: phi = (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2, whose last term is concave. It is
-replaced by its tangent at the last answer, which is never below it, and the program is solved again: the answers stay
-feasible, fall, and settle in a few rounds, since that term bends little. The bound takes every station's convex
-envelope instead, so that nearly solid pins keep a gap. Everything is divided by its own size, and the reciprocals
-stand as s_i <= u_i t_i with the weight inside the cone, without which the interior point stops short.
+In u every term is convex but one: phi = (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2, whose last term is concave. It is
+linearised at the previous solution, where the tangent is an upper bound, and the program is solved again: the
+iterates stay feasible, decrease monotonically and converge in a few rounds because the curvature is small. The lower
+bound uses every station's convex envelope instead, so a gap remains for nearly solid pins. All quantities are
+scaled, and the reciprocals are written as s_i <= u_i t_i with the weight inside the cone; otherwise the
+interior-point method stalls.
 
-The solver's word is not taken: its answer is moved toward the solid pin until it keeps every limit by our own formulas,
-and the bound comes from its multipliers through ``solvers.pin.optimum.dual_bound``.
+The solver's status is not trusted: its solution is moved toward the solid pin until it satisfies every limit by our
+own formulas, and the bound is computed from its multipliers by ``solvers.pin.optimum.dual_bound``.
 
-Slope: |u_{i+1} - u_i| <= k_i (sqrt(1 - u_i) + sqrt(1 - u_{i+1})), k_i = s h_i/D, is |d_{i+1} - d_i| <= s h_i exactly.
+Slope: |u_{i+1} - u_i| <= k_i (sqrt(1 - u_i) + sqrt(1 - u_{i+1})), k_i = s h_i/D, is |d_{i+1} - d_i| <= s h_i
+exactly.
 """
 
 from __future__ import annotations
@@ -29,16 +31,15 @@ from solvers.pin.optimum.program import Program, rising
 from solvers.pin.optimum.slope_limit import gentle
 
 Array = NDArray[np.float64]
-_ROUNDS = 12
+_MAX_ROUNDS = 12
 _TOLERANCE = 1e-10
-_SETTLED, _CLOSE = 1e-9, 1e-2
-"""Rounds that bring answer and bound no closer than by this, relative, or by this share of the gap asked for, are the
-last."""
+_MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
+"""Stopping criteria: relative progress of the gap per round, and the same as a fraction of the requested gap."""
 
 
 @dataclass(frozen=True)
-class _Answer:
-    """One solve: u, the deflection's multiplier, those between neighbours, and the solver's own word."""
+class _Solution:
+    """One solve: u, the multipliers of the deflection and between neighbours, and the solver's status."""
 
     solidity: Array
     multiplier: float
@@ -48,8 +49,8 @@ class _Answer:
     status: str
 
 
-def _over(denominator: Any, weight: Array, constraints: list[Any]) -> Any:
-    """sum of weight/denominator: the weight inside the cone |(2 sqrt(weight), x - t)| <= x + t."""
+def _sum_of_reciprocals(denominator: Any, weight: Array, constraints: list[Any]) -> Any:
+    """Return the sum of weight/denominator, with the weight inside the cone |(2 sqrt(weight), x - t)| <= x + t."""
     import cvxpy as cp
 
     if not weight.size:
@@ -59,7 +60,7 @@ def _over(denominator: Any, weight: Array, constraints: list[Any]) -> Any:
     return cp.sum(t)
 
 
-def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Answer | None:
+def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Solution | None:
     import cvxpy as cp
 
     share, law = program.share, program.law
@@ -74,10 +75,10 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Answer 
         s, point = shear[shears], at[shears]
         drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
         parts = [
-            _over(u[bends], 0.5 * bend[bends], constraints),
-            _over(2.0 - u[bends], 0.5 * bend[bends], constraints),
-            _over(u[shears], s * (law.a + 0.25 * law.b), constraints),
-            _over(2.0 - u[shears], s * 0.25 * law.b, constraints),
+            _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
+            _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
+            _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
+            _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
             float(drop.sum()) + drop_slope @ (u[shears] - point),
         ]
         deflection = sum(parts) <= 1.0
@@ -100,7 +101,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Answer 
     problem = cp.Problem(cp.Minimize(share @ u), constraints)
     try:
         with warnings.catch_warnings():
-            # An inaccurate answer is judged by our own bound like any other.
+            # An inaccurate solution is assessed by the independent bound like any other.
             warnings.simplefilter("ignore")
             problem.solve(
                 solver=cp.CLARABEL, tol_gap_abs=_TOLERANCE, tol_gap_rel=_TOLERANCE, tol_feas=_TOLERANCE, max_iter=200
@@ -114,22 +115,22 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Answer 
     down = none if fall is None else np.maximum(np.asarray(fall.dual_value), 0.0)
     order = np.zeros(n - 1)
     for part, constraint, sign in narrowing:
-        # u must not fall: u_i - u_{i+1} <= 0, a flow from i + 1 to i; behind the middle the other way round.
+        # u non-decreasing: u_i - u_{i+1} <= 0, a flow from i + 1 to i; reversed beyond the middle.
         order[part] = sign * np.maximum(np.asarray(constraint.dual_value), 0.0)
     value = 0.0 if deflection is None else max(float(deflection.dual_value), 0.0)
-    return _Answer(np.asarray(u.value), value, up, down, order, str(problem.status))
+    return _Solution(np.asarray(u.value), value, up, down, order, str(problem.status))
 
 
 def reaches(program: Program) -> Array:
-    """k_i = s h_i/D between neighbouring stations, (n - 1,)."""
+    """Return k_i = s h_i/D between neighbouring stations, (n - 1,)."""
     slope = program.limits.max_slope
     return slope * np.diff(program.stations.x) / program.scene.geometry.outer_diameter
 
 
 def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
-    """The least step from u toward the solid pin that keeps the walls and the deflection; None where none does.
+    """Move u toward the solid pin by the least step that satisfies walls and deflection; None if none does.
 
-    The step scales every bore by the same factor, so a bore that narrows or is gentle stays so.
+    The step scales every bore by the same factor, which preserves monotonicity and slope limits.
     """
 
     def ok(part: float) -> bool:
@@ -148,14 +149,15 @@ def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
 
 
 def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found | None:
-    """The lightest bore under a deflection limit, with or without a slope limit, narrowing toward the middle or not."""
+    """Find the lightest bore under a deflection limit, optionally with a slope limit and narrowing toward the
+    middle."""
     solid = np.ones_like(low)
     if program.limit is not None and program.deflection(solid) > program.limit:
         return None
     weighed = weigh(program, low, drillable)
     first = low if weighed is None else gentle(program, weighed.solidity)
     at, found, bound, status, rounds = first, solid, 0.0, "", 0
-    for rounds in range(1, _ROUNDS + 1):
+    for rounds in range(1, _MAX_ROUNDS + 1):
         before = program.volume(found) - bound
         answer = _solve(program, low, at, drillable)
         if answer is None:
@@ -171,9 +173,9 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
             bound,
             coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)),
         )
-        if program.volume(found) - bound <= _CLOSE * gap * bound:
+        if program.volume(found) - bound <= _GAP_FRACTION * gap * bound:
             break
-        if rounds > 1 and before - (program.volume(found) - bound) <= max(_SETTLED, _CLOSE * gap) * bound:
+        if rounds > 1 and before - (program.volume(found) - bound) <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
             break
         at = np.clip(answer.solidity, low, 1.0)
     volume = program.volume(found)

@@ -1,4 +1,4 @@
-"""From a scene and its limits to a program at stations."""
+"""Discretisation of a scene and its limits into a program at stations."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ Array = NDArray[np.float64]
 
 
 def sought_in(scene: Scene) -> BoreSought | OutsideSought:
-    """Which diameter is sought: that which the geometry does not give."""
+    """Return which diameter is sought: the one the geometry does not give."""
     g = scene.geometry
     return OutsideSought(g.bore, g.bore) if isinstance(g, BushingGeometry) else BoreSought(g.outer_diameter)
 
 
 def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0) -> Any:
-    """Every strength constraint of every load case at stations; ``side`` and ``rest`` as in ``forces_at``."""
+    """Return the strength constraints of all load cases at stations; ``side`` and ``rest`` as in ``forces_at``."""
     forces = [forces_at(case, x, side, rest) for case in scene.cases]
     return sought_in(scene).constraints(scene, criterion, forces)
 
 
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
-    """The least walls at any places x of the first half, where the halves are alike."""
+    """Return the minimum walls at positions x of the first half; in a symmetric design they satisfy both halves."""
     sought = sought_in(scene)
     places = (x,) if scene.symmetric else (x, scene.geometry.length - x)
     walls = [sought.least_walls(constraints_at(scene, criterion, at, at), floor, at.size) for at in places]
@@ -50,9 +50,9 @@ def assemble(
     stations: Stations,
     law: ShearFlexibility | None = None,
 ) -> Program:
-    """The program at these stations; ``lower`` is NaN where even the solid section is too weak.
+    """Assemble the program at these stations; ``lower`` is NaN where even the solid section fails.
 
-    ``law`` is how sections shear, Cowper's unless another is given.
+    ``law`` is the shear flexibility, Cowper's by default.
     """
     length, sought = scene.geometry.length, sought_in(scene)
     forces = [forces_at(case, stations.x, stations.side, stations.rest) for case in scene.cases]

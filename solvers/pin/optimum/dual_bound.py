@@ -1,22 +1,23 @@
-"""A lower bound of the mass that trusts nobody: tangents of the Lagrangian at the answer, and its levels.
+"""Lower bound of the mass that does not rely on the solver: tangents of the Lagrangian, and its level sets.
 
-For multipliers that are not negative the Lagrangian, with every flexibility replaced by its convex envelope, is nowhere
-above the objective on feasible pins, and being convex and separable it lies above its tangents. So for any u^ whatever
+For non-negative multipliers the Lagrangian, with every flexibility replaced by its convex envelope, is a lower bound
+of the objective on feasible pins; being convex and separable it lies above its tangents. So for any u^
 
     sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
 
-h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; bad ones make the bound loose, not wrong.
+h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; poor ones weaken the bound but keep it
+valid.
 
-Where u must not fall toward the middle, envelopes of single stations give too much away: they mix thin walls with solid
-ones side by side. There a station's term f_i = s_i (u + lambda g_i) is split at the level c from which phi is concave,
-f_i(u) = f_i(min(u, c)) + [f_i(max(u, c)) - f_i(c)]. The first part is convex, and the tangent's minimum runs over u
-that do not fall, which on a block of equal u^ is a threshold: a sum of suffixes. The second part, summed, is the
-integral over the levels z from c to 1 of the sum of f_i'(z) over all stations whose u is above z: a suffix t(z).
-Whatever u is, that is no less than the integral of M(z) = min over t of sum_{i >= t} f_i'(z). Third derivatives of 1/v
-and phi are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule lies below its
-integral.
+If u must not decrease toward the middle, stationwise envelopes are too weak: they mix thin walls and solid sections
+in adjacent stations. There a station's term f_i = s_i (u + lambda g_i) is split at the level c above which phi is
+concave, f_i(u) = f_i(min(u, c)) + [f_i(max(u, c)) - f_i(c)]. The first part is convex, and the tangent is minimised
+over non-decreasing u, whose minimiser on a block of equal u^ is a threshold: a sum of suffixes. The second part,
+summed, is the integral over the levels z from c to 1 of the sum of f_i'(z) over all stations with u above z: a
+suffix t(z). For every u it is at least the integral of M(z) = min over t of sum_{i >= t} f_i'(z). Third derivatives
+of 1/v and phi are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule
+underestimates its integral.
 
-A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well, and its multipliers join h_i.
+A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well; its multipliers enter h_i.
 """
 
 from __future__ import annotations
@@ -34,30 +35,31 @@ from solvers.pin.section.flexibility import bending, chord, inflection, line_fro
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
-_LEVELS, _CELLS = 513, 128
-_TIGHT, _AROUND, _TRIES, _GOLDEN = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
-"""Below which gap no better multiplier is looked for; where and how often otherwise."""
-_SAME, _WORTH = 1e-8, 8.0
-"""Deflections that agree as well as this, or as the accuracy asked for, are the same; what a share of the deflection is
-worth in the mass at most, relative."""
+_MIN_LEVELS, _SUBINTERVALS = 513, 128
+_SUFFICIENT_GAP, _SEARCH_RANGE, _SEARCH_ITERATIONS, _GOLDEN_RATIO = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
+"""Gap below which the multiplier is not improved; relative search interval, iterations, and golden section ratio."""
+_DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
+"""Relative agreement below which two deflections are equal; upper estimate of the relative mass change per relative
+deflection change."""
 
 
 def told_apart(deflection: float | None, constrained_um: object, accuracy: float) -> float:
-    """What a bound must give way, relative to the mass, where the deflection told [m] is not the one searched with
+    """Return the relative reduction of the bound for a mismatch of the reported [m] and the constrained deflection
     [um].
 
-    Both are one formula, so this is 0 but for rounding; were they not, a pin that uses the limit up by the one would
-    miss it or leave room by the other, and each per cent of the deflection is worth some per cents of the mass.
+    Both use the same formula and differ by rounding only, so the result is normally 0. A real mismatch would mean
+    that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few
+    per cent of mass.
     """
     if deflection is None or not isinstance(constrained_um, float) or constrained_um == 0.0:
         return 0.0
     apart = abs(1e6 * deflection / constrained_um - 1.0)
-    return _WORTH * apart if apart > max(_SAME, accuracy) else 0.0
+    return _MASS_PER_DEFLECTION * apart if apart > max(_DEFLECTION_TOLERANCE, accuracy) else 0.0
 
 
 @kernel
 def _envelope(u: float, bend: float, shear: float, a: float, b: float, line: float) -> tuple[float, float]:
-    """g = bend/v + shear phi up to ``line``, from there on straight to (1, g(1)), and its slope."""
+    """Return the convex envelope of g = bend/v + shear phi, linear from ``line`` to (1, g(1)), and its slope."""
     at = min(u, line)
     value, slope, _ = bending(at)
     g = bend * value + shear * phi(at, a, b)
@@ -82,7 +84,8 @@ def _tangents(
 
 
 def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
-    """Terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection need no wall for it.
+    """Return the terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection may have no
+    wall.
 
     ``enveloped`` replaces g_i by its convex envelope.
     """
@@ -95,10 +98,11 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
 
 
 def least_walls_bound(program: Program, low: Array) -> float:
-    """Volume of walls thinner than ``low`` by 1e-12 (relative; more where rounding hides that), each shown not to hold.
+    """Return the volume of walls thinner than ``low`` by 1e-12 (relative; more if required by rounding), verified to
+    fail.
 
-    Where ``low`` comes from a neighbour (no widening toward the middle, a slope, one bore for all), the neighbour's
-    wall is what cannot be thinner, so the whole profile shrinks in proportion.
+    Where ``low`` is inherited from a neighbour (monotone, slope-limited or uniform bore), the neighbour's wall is
+    the binding one, so the whole profile is scaled in proportion.
     """
     wall = program.sought.wall_of(program.lower)
     shrink = np.zeros_like(wall)
@@ -113,7 +117,7 @@ def least_walls_bound(program: Program, low: Array) -> float:
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """Lower bound of the volume over all u in [low, 1] that keep the deflection limit."""
+    """Return a lower bound of the volume over all u in [low, 1] that satisfy the deflection limit."""
     if math.isinf(multiplier):
         return program.volume(np.where((program.bending > 0) | (program.shear > 0), 1.0, low))
     value, slope = lagrangian(program, multiplier, u)
@@ -121,7 +125,7 @@ def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -
 
 
 def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """The same over u that also do not fall toward the middle; ``low`` does not fall either."""
+    """As ``pointwise_bound``, over u non-decreasing toward the middle; ``low`` is non-decreasing as well."""
     if math.isinf(multiplier):
         return program.volume(u)
     knee = inflection(program.scene.material.poisson)
@@ -131,30 +135,33 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     total = float(np.sum(value)) - multiplier
     for half in halves(program):
         total += least_rising(capped[half], slope[half], held[half], knee)
-        total += _above(program, multiplier, low[half], half, knee)
+        total += _bound_above_knee(program, multiplier, low[half], half, knee)
     return total
 
 
 def halves(program: Program) -> list[Indices]:
-    """The stations from one end to the middle, and from the other end back to it, where they are looked at."""
+    """Return the station indices of each half, from the end toward the middle."""
     stations = np.arange(program.lower.size)
     return [half for half in (stations[: program.anchor], stations[program.anchor :][::-1]) if half.size]
 
 
 def least_rising(u: Array, slope: Array, low: Array, top: float) -> float:
-    """The least of sum slope (v - u) over v in [low, ``top``] that do not fall along the stations, from below: u does
-    not fall either, and on each of its blocks of equal u a v is looked for by itself."""
+    """Return a lower bound of min sum slope (v - u) over non-decreasing v in [low, ``top``].
+
+    u is non-decreasing too; each of its blocks of equal u is minimised separately.
+    """
     total = 0.0
     starts = np.flatnonzero(np.concatenate([[True], u[1:] != u[:-1]]))
     for begin, end in zip(starts, np.append(starts[1:], u.size), strict=True):
-        # v = top from some station of the block on, its low before it: the extreme points of rising sequences.
+        # Extreme points of non-decreasing sequences: v = low before some station of the block, v = top from it on.
         suffix = np.concatenate([np.cumsum(slope[begin:end][::-1])[::-1], [0.0]])
         total += float(np.min((low[begin] - u[begin]) * (suffix[0] - suffix) + (top - u[begin]) * suffix))
     return total
 
 
-def _above(program: Program, multiplier: float, low: Array, order: NDArray[np.int64], knee: float) -> float:
-    """The integral of M(z) over the levels from ``knee`` to 1, from below; one half's stations in their order."""
+def _bound_above_knee(program: Program, multiplier: float, low: Array, order: NDArray[np.int64], knee: float) -> float:
+    """Return a lower bound of the integral of M(z) over the levels from ``knee`` to 1, for one half in station
+    order."""
     scale = multiplier / program.limit
 
     def suffixes(of: Array) -> Array:
@@ -165,21 +172,21 @@ def _above(program: Program, multiplier: float, low: Array, order: NDArray[np.in
         [suffixes(share), scale * suffixes(share * program.bending), scale * suffixes(share * program.shear)]
     )
     ends = np.array([knee, 1.0])
-    # A wall that must be above some level must be so from its own station on.
+    # A lower bound above some level forces all stations from its own on above that level.
     beyond = low[(low > knee) & (low < 1.0)]
     if (
         not beyond.size
         and low[-1] < 1.0
-        and _levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
+        and _integral_over_levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
     ):
         return 0.0
-    levels = np.unique(np.concatenate([np.linspace(knee, 1.0, _LEVELS), beyond]))
+    levels = np.unique(np.concatenate([np.linspace(knee, 1.0, _MIN_LEVELS), beyond]))
     latest = np.searchsorted(low, levels[1:], side="left")
-    return _levels(levels, latest, sums, program.law.a, program.law.b)
+    return _integral_over_levels(levels, latest, sums, program.law.a, program.law.b)
 
 
 @kernel
-def _levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
+def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
     """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] (1/v)' + sums[2] phi'."""
     total = 0.0
     for k in range(latest.size):
@@ -193,36 +200,42 @@ def _levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> 
 
 
 def monotone_bound_around(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """``monotone_bound`` at the answer's multiplier; where a jump to the solid section has kept that from being the
-    best one, at others around it (golden section: the bound is concave in the multiplier)."""
+    """``monotone_bound`` at the solution's multiplier, improved by golden-section search if the gap is significant.
+
+    The bound is concave in the multiplier; a jump to the solid section can make the solution's multiplier
+    suboptimal.
+    """
     bound = monotone_bound(program, low, multiplier, u)
-    if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _TIGHT):
+    if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _SUFFICIENT_GAP):
         return bound
 
     def at(factor: float) -> float:
         price = factor * multiplier
         return monotone_bound(program, low, price, monotone_at(program, low, price, u))
 
-    left, right = 1.0 - _AROUND, 1.0 + _AROUND
-    ahead, behind = right - _GOLDEN * (right - left), left + _GOLDEN * (right - left)
+    left, right = 1.0 - _SEARCH_RANGE, 1.0 + _SEARCH_RANGE
+    ahead, behind = right - _GOLDEN_RATIO * (right - left), left + _GOLDEN_RATIO * (right - left)
     one, other = at(ahead), at(behind)
-    for _ in range(_TRIES):
+    for _ in range(_SEARCH_ITERATIONS):
         bound = max(bound, one, other)
         if one > other:
             right, behind, other = behind, ahead, one
-            ahead = right - _GOLDEN * (right - left)
+            ahead = right - _GOLDEN_RATIO * (right - left)
             one = at(ahead)
         else:
             left, ahead, one = ahead, behind, other
-            behind = left + _GOLDEN * (right - left)
+            behind = left + _GOLDEN_RATIO * (right - left)
             other = at(behind)
     return max(bound, one, other)
 
 
 @dataclass(frozen=True)
 class Neighbours:
-    """Multipliers between stations i and i + 1, (n - 1,) each: of the rise and the fall of u beyond the slope limit,
-    with its ``reach`` k_i, and of falling (before the middle) or rising (behind it) where the bore must narrow."""
+    """Multipliers between stations i and i + 1, (n - 1,) each.
+
+    Of the rise and the fall of u beyond the slope limit with ``reach`` k_i, and of the monotonicity constraint
+    (falling before the middle, rising beyond it).
+    """
 
     rise: Array
     fall: Array
@@ -231,13 +244,14 @@ class Neighbours:
 
 
 def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours) -> float:
-    """Lower bound of the volume for constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with
-    r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u not falling toward the middle.
+    """Return a lower bound of the volume under slope and monotonicity constraints between neighbours.
 
-    With all multipliers given, the Lagrangian is a sum of one function per station, s (u + lambda g) + c u - k
-    sqrt(1-u), each bounded from below over the whole of [l, 1]; the solver's own u does not enter. Up to the knee, from
-    which phi is concave, it is convex: a tangent where bisection finds it least. Beyond, on each of some intervals, phi
-    lies above its chord and 1/v above its tangent in the middle, and what is left has its least value in closed form.
+    Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u
+    non-decreasing toward the middle. For fixed multipliers the Lagrangian separates into one function per station, s
+    (u + lambda g) + c u - k sqrt(1-u), each bounded from below over the whole of [l, 1]; the solver's u is not used.
+    Up to the knee, above which phi is concave, the function is convex: tangent at the minimum located by bisection.
+    Beyond, on each subinterval, phi lies above its chord and 1/v above its midpoint tangent, and the remainder is
+    minimised in closed form.
     """
     pull, net = np.zeros_like(low), np.zeros_like(low)
     flow = between.rise - between.fall + between.order
@@ -246,15 +260,15 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
     pull[:-1] += (between.rise + between.fall) * between.reach
     pull[1:] += (between.rise + between.fall) * between.reach
     knee = inflection(program.scene.material.poisson)
-    convex = np.where(low < knee, _least_to_knee(program, np.minimum(low, knee), knee, multiplier, net, pull), np.inf)
-    beyond = _least_beyond(program, np.maximum(low, knee), multiplier, net, pull)
+    convex = np.where(low < knee, _bound_to_knee(program, np.minimum(low, knee), knee, multiplier, net, pull), np.inf)
+    beyond = _bound_beyond_knee(program, np.maximum(low, knee), multiplier, net, pull)
     return float(np.sum(np.minimum(convex, beyond))) - multiplier
 
 
-def _least_to_knee(
+def _bound_to_knee(
     program: Program, low: Array, knee: float, multiplier: float, net: Array, pull: Array
 ) -> Array:  # fmt: skip
-    """A lower bound of every station's term over [low, knee]."""
+    """Return a lower bound of every station's term over [low, knee]."""
 
     def at(u: Array) -> tuple[Array, Array]:
         value, slope = lagrangian(program, multiplier, u, enveloped=False)
@@ -272,11 +286,11 @@ def _least_to_knee(
     return value + np.where(slope > 0.0, slope * (low - u), slope * (knee - u))
 
 
-def _least_beyond(program: Program, low: Array, multiplier: float, net: Array, pull: Array) -> Array:
-    """A lower bound of every station's term over [low, 1], low at the knee or beyond."""
+def _bound_beyond_knee(program: Program, low: Array, multiplier: float, net: Array, pull: Array) -> Array:
+    """Return a lower bound of every station's term over [low, 1], low at the knee or beyond."""
     share, law = program.share[:, None], program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
-    z = low[:, None] + (1.0 - low[:, None]) * np.linspace(0.0, 1.0, _CELLS + 1)
+    z = low[:, None] + (1.0 - low[:, None]) * np.linspace(0.0, 1.0, _SUBINTERVALS + 1)
     z0, z1 = z[:, :-1], z[:, 1:]
     middle, wide = 0.5 * (z0 + z1), np.maximum(z1 - z0, 1e-300)
     bent, bent_slope = 1.0 / (middle * (2.0 - middle)), 0.5 * (1.0 / (2.0 - middle) ** 2 - 1.0 / middle**2)
@@ -286,7 +300,7 @@ def _least_beyond(program: Program, low: Array, multiplier: float, net: Array, p
     value = share * (middle + scale * program.bending[:, None] * bent)
     value += share * scale * program.shear[:, None] * (sheared[:, :-1] + rise * (middle - z0))
     slope, held = slope + net[:, None], pull[:, None]
-    # value + slope (u - middle) + net middle - pull sqrt(1 - u) is convex: least at an end or where its slope is 0.
+    # value + slope (u - middle) + net middle - pull sqrt(1 - u) is convex: minimum at an end or a stationary point.
     root = np.where(slope < 0.0, -0.5 * held / np.minimum(slope, -1e-300), np.inf)
     turn = np.clip(1.0 - root * root, z0, z1)
     least = np.inf

@@ -1,4 +1,4 @@
-"""What a search for a shape answers with."""
+"""Result of a shape search."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ class Found:
     """A profile of some form.
 
     solidity   u at the program's stations
-    volume     mass over that of the solid pin, exact for the shape
-    proof      works out a proven lower bound of the volume, over this form on these stations
-    corners    bore diameters [m] at places [m] on which the shape is straight lines; None: the stations say it all
-    doubt      per panel, how far quadrature, or what lies between stations, may be off in the volume
+    volume     mass relative to the solid pin, exact for the shape
+    proof      computes a proven lower bound of the volume over this form on these stations
+    corners    (position [m], bore diameter [m]) vertices of a piecewise linear shape; None: given by the stations
+    doubt      error estimate of the volume per panel: quadrature, or extrema between stations
     """
 
     solidity: Array
@@ -33,5 +33,5 @@ class Found:
 
     @cached_property
     def bound(self) -> float:
-        """What ``proof`` says, no more than the volume; only asked of the last of many stations."""
+        """Lower bound of the volume, computed on first access, usually only on the final stations."""
         return min(float(self.proof()), self.volume)

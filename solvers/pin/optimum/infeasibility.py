@@ -1,4 +1,4 @@
-"""Why no pin of this outer diameter does: where it is too weak or too soft, and the diameter that would do."""
+"""Diagnosis of infeasible problems: where the pin is too weak or too soft, and the outer diameter required."""
 
 from __future__ import annotations
 
@@ -21,8 +21,11 @@ from solvers.pin.stations.opening import opening_stations
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What is missing, where the solid section fails, the greatest force [N] it bears, and the least outer diameter [m]
-    that meets what is missed; None of a bushing, whose outer diameter is sought."""
+    """The violated requirements, where the solid section fails, its capacity [N], and the required outer diameter
+    [m].
+
+    The latter three are None for a bushing, whose outer diameter is sought.
+    """
 
     shortfalls: tuple[Shortfall, ...]
     weak: WeakSpan | None
@@ -31,13 +34,13 @@ class Diagnosis:
 
 
 def solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> float:
-    """Deflection [m] of the solid pin, by the exact law."""
+    """Return the deflection [m] of the solid pin with Cowper's shear law."""
     program = assemble(scene, Limits(), criterion, physics, opening_stations(scene), cowper(scene.material.poisson))
     return program.deflection(np.ones_like(program.lower))
 
 
 def _least_diameter(scene: Scene, value: object, limit: float) -> float:
-    """The least outer diameter at which a value that falls with it is within its limit."""
+    """Return the least outer diameter at which a decreasing function of it is within its limit."""
 
     def at(diameter: float) -> float:
         return value(replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)))
@@ -55,7 +58,7 @@ def _least_diameter(scene: Scene, value: object, limit: float) -> float:
 
 
 def _at_least(diameter: float) -> str:
-    """A diameter in millimetres to six digits, rounded up: the one that is read does what it promises."""
+    """Format a diameter in millimetres to six digits, rounded up so that the printed value is sufficient."""
     millimetres = 1e3 * diameter
     digit = 10.0 ** (math.floor(math.log10(millimetres)) - 5)
     return f"{math.ceil(millimetres / digit) * digit:.6g}"
@@ -67,14 +70,15 @@ def _where(weak: WeakSpan) -> str:
 
 
 def _too_soft_a_ring(scene: Scene, limits: Limits) -> Shortfall:
-    """All that a bushing can miss: the ovalization of a solid bar does not depend on its diameter."""
+    """Return the only possible shortfall of a bushing: the ovalization of a solid bar is independent of its
+    diameter."""
     length, m = scene.geometry.length, scene.material
     solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
     return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")
 
 
 def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
-    """Every requirement that even the solid section misses."""
+    """Return every requirement that even the solid section violates."""
     if isinstance(scene.geometry, BushingGeometry):
         return Diagnosis((_too_soft_a_ring(scene, limits),), None, None, None)
     found: list[Shortfall] = []
@@ -108,7 +112,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
             )
     if limits.max_ovalization is not None:
         g, m = scene.geometry, scene.material
-        # The formula's growth of a solid pin does not depend on its diameter: more length is what helps.
+        # The ovalization of a solid pin is independent of its diameter; only a longer pin reduces it.
         solid = ovalization.ring(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
         if solid > limits.max_ovalization:
             found.append(
@@ -118,7 +122,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
         g, m = scene.geometry, scene.material
         stress = ovalization.greatest_stress(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson)
         if stress > limits.max_ring_stress:
-            # The stress of like rings goes with 1/D.
+            # The stress of geometrically similar rings is proportional to 1/D.
             diameters.append(g.outer_diameter * stress / limits.max_ring_stress)
             found.append(
                 Shortfall(

@@ -1,14 +1,14 @@
-"""One multiplier for the deflection of a pin or a bushing, and a one-dimensional minimum at every station.
+"""Lagrangian method for the deflection limit: one multiplier, and a one-dimensional minimisation per station.
 
-For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda falls apart into stations (or,
-where the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators), each of
-which is minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection falls as lambda rises;
-1/deflection^2 is nearly straight in it, so a safeguarded Newton method ends after a few rounds. All of it is one
-compiled function.
+For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda separates into stations (or,
+if the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators), each
+minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection decreases with lambda; 1/deflection^2
+is nearly linear in it, so a safeguarded Newton method converges in a few rounds. The method is one compiled
+function.
 
-A station may jump to the solid section as lambda passes one value. Of those that jump at the last lambda as many are
-solid as the limit asks for, and one lies between. Where every station stands for itself this is the best there is but
-for that one station; panels are halved around it like around any kink.
+A station may jump to the solid section at a critical lambda. Of the stations that jump at the final lambda, as many
+are made solid as the limit requires, and one takes an intermediate value. For independent stations this is optimal
+up to that one station; panels are refined around it as around any kink.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ from solvers.pin.optimum.station_minimum import all_lightest, reaches
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
-_ROUNDS = 200
+_MAX_ROUNDS = 200
 CLOSE = 4e-14
-"""How far below its limit the deflection may end, relative."""
+"""Maximum relative margin of the converged deflection below its limit."""
 _ROUNDING = 1e-14
-"""What a sum over stations may be off by, relative."""
-_EQUAL = 1e-12
-"""Deflections closer than this to the limit are the limit."""
-_JUMP = 1e-6
-"""Two walls for one price that differ by more than this differ by a jump, not by rounding."""
-_LOOSEST, _TIGHTEST = 1e-2, 1e-8
-"""To what step stations settle in the first and in the last rounds, relative."""
+"""Relative rounding error of a sum over stations."""
+_LIMIT_TOLERANCE = 1e-12
+"""Relative tolerance within which a deflection equals the limit."""
+_MIN_JUMP = 1e-6
+"""Difference of two equally good walls above which it is a jump, not rounding."""
+_INITIAL_TOLERANCE, _FINAL_TOLERANCE = 1e-2, 1e-8
+"""Relative step tolerance of the stations in the first and in the last rounds."""
 
 
 @kernel
@@ -43,8 +43,10 @@ def _one_by_one(
     lam: float, share: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
     pooled: bool, turn: int, u: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """As ``all_lightest`` station by station, for bushings too; ``pooled`` for u that must not fall along the stations
-    up to ``turn``, nor from there on; neither does low."""
+    """As ``all_lightest`` station by station, for bushings too.
+
+    ``pooled``: u (and low) non-decreasing along the stations up to ``turn``, and again from there on.
+    """
     n = u.size
     w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     count = np.empty(n, dtype=np.int64)
@@ -82,14 +84,14 @@ def _one_by_one(
 
 @kernel
 def _copy(values: Array, to: Array) -> None:
-    # Written out: assigning a whole array takes seconds to compile, most of them for the message of its error.
+    # An explicit loop: whole-array assignment adds seconds of compile time, mostly for its error message.
     for i in range(to.size):
         to[i] = values[i]
 
 
 @kernel
 def _deflection(share: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, u: Array) -> float:
-    """sum s g over the stations that pull; inf where one of them has no section."""
+    """Return sum s g over the loaded stations; inf if one of them has no section."""
     total = 0.0
     for i in range(u.size):
         if bend[i] > 0.0 or shear[i] > 0.0:
@@ -105,20 +107,22 @@ def _search(
     share: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
     monotone: bool, turn: int, solid: Array, best: Array, short: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
-    """(multiplier, rounds, deflection over its limit) of the least volume; its u in ``best``, in ``short`` that of the
-    greatest multiplier seen that is too small. The multiplier is NaN where even ``solid`` is too soft, and inf where
-    only it will do; of a bushing there is always enough."""
+    """Return (multiplier, rounds, deflection relative to its limit) of the minimum volume.
+
+    ``best`` receives its u, ``short`` that of the greatest multiplier found too small. The multiplier is NaN if even
+    ``solid`` is too soft, and inf if only ``solid`` suffices; a bushing is always feasible.
+    """
     _copy(low, best)
     total = _deflection(share, bend, shear, kappa, a, b, low)
     if total <= 1.0 + _ROUNDING:
         return 0.0, 0, total
     _copy(solid, best)
     least = _deflection(share, bend, shear, kappa, a, b, solid) if kappa < 0.0 else 0.0
-    if least > 1.0 + _EQUAL:
+    if least > 1.0 + _LIMIT_TOLERANCE:
         return np.nan, 0, least
-    if least >= 1.0 - _EQUAL:
+    if least >= 1.0 - _LIMIT_TOLERANCE:
         return np.inf, 0, least
-    # Without least walls and for thin walls this is the answer.
+    # Exact for thin walls without lower bounds; an initial guess otherwise.
     lam = 0.0
     for i in range(low.size):
         lam += share[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b * abs(kappa)))
@@ -131,18 +135,18 @@ def _search(
     together = kappa < 0.0 and not monotone
     if together:
         reaches(low, bend, shear, a, b, top, solid_below)
-    loose = _LOOSEST if together else 0.0
+    step_tolerance = _INITIAL_TOLERANCE if together else 0.0
     rounds = 0
-    while rounds < _ROUNDS:
+    while rounds < _MAX_ROUNDS:
         rounds += 1
         if not together:
             total, change = _one_by_one(lam, share, low, bend, shear, kappa, a, b, monotone, turn, u)
         else:
             total, change = all_lightest(
-                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, loose
+                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, step_tolerance
             )  # fmt: skip
-        # A station is off by about the square of its last step: by so little the sign of total - 1 says nothing.
-        known = loose <= _TIGHTEST or abs(total - 1.0) > loose * loose
+        # A station's error is about the square of its last step: within that error the sign of total - 1 is undecided.
+        known = step_tolerance <= _FINAL_TOLERANCE or abs(total - 1.0) > step_tolerance * step_tolerance
         if total <= 1.0:
             _copy(u, best)
             found, kept = lam, total
@@ -155,8 +159,8 @@ def _search(
         if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
             break
         if together:
-            loose = max(_TIGHTEST, min(_LOOSEST, 0.01 * abs(total - 1.0)))
-        # 1/total^2 is nearly straight in lambda; aim a hair inside the limit.
+            step_tolerance = max(_FINAL_TOLERANCE, min(_INITIAL_TOLERANCE, 0.01 * abs(total - 1.0)))
+        # 1/total^2 is nearly linear in lambda; aim slightly inside the limit.
         new = np.nan
         if change < 0.0:
             aim = 1.0 - 0.4 * CLOSE
@@ -175,8 +179,11 @@ def _lightest(
     share: Array, low: Array, bending: Array, shear: Array, limit: float, kappa: float, a: float, b: float,
     anchor: int, monotone: bool, best: Array, short: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
-    """As ``_search``, over all stations of a program: those without deflection keep their least walls, unless walls
-    must not thin toward the middle; the second half runs from its end."""
+    """As ``_search``, over all stations of a program.
+
+    Stations without deflection keep their minimum walls, unless walls must not thin toward the middle; the second
+    half is traversed from its end.
+    """
     n = low.size
     order = np.empty(n, dtype=np.int64)
     table = np.empty((7, n))
@@ -204,10 +211,10 @@ def _lightest(
 
 
 def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None:
-    """The least volume that keeps the deflection limit; None where even the solid pin gives more.
+    """Find the minimum volume that satisfies the deflection limit; None if even the solid pin exceeds it.
 
-    ``low`` is the least u of every station, the program's own without it (for ``monotone`` it must not fall toward the
-    middle). The answer keeps the limit; it ends within CLOSE of it.
+    ``low`` is the lower bound of u at every station, by default the program's (with ``monotone`` it must be
+    non-decreasing toward the middle). The solution is feasible, with a relative slack of at most CLOSE.
     """
     low = program.lower if low is None else low
     if program.limit is None:
@@ -219,13 +226,13 @@ def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None
     )  # fmt: skip
     if math.isnan(multiplier):
         return None
-    if 0.0 < multiplier < math.inf and total < 1.0 - _EQUAL:
-        best = _between(program, short, best) if monotone else _some(program, short, best)
+    if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
+        best = _interpolated(program, short, best) if monotone else _partial_jump(program, short, best)
     return Weighed(best, multiplier, rounds)
 
 
 def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -> Array:
-    """Walls that cost least at a price of the deflection among those that do not fall toward the middle."""
+    """Return the walls that minimise the Lagrangian at a multiplier, non-decreasing toward the middle."""
     law, n = program.law, low.size
     order = np.concatenate([np.arange(program.anchor), np.arange(n - 1, program.anchor - 1, -1)])
     u = start[order]
@@ -238,36 +245,36 @@ def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -
     return found
 
 
-def _some(program: Program, short: Array, enough: Array) -> Array:
-    """Of the stations that jump from ``short`` to ``enough``, as many as the limit asks for; one lies between."""
+def _partial_jump(program: Program, short: Array, enough: Array) -> Array:
+    """Move as many of the jumping stations from ``short`` to ``enough`` as the limit requires; one is interpolated."""
 
     def densities(u: Array) -> Array:
         return program.share * program.densities(u)
 
-    jump = np.flatnonzero(enough - short > _JUMP)
+    jump = np.flatnonzero(enough - short > _MIN_JUMP)
     u = enough.copy()
     softer = np.cumsum((densities(short) - densities(enough))[jump])
     room = program.limit * (1.0 - 0.4 * CLOSE) - float(densities(enough).sum())
     spared = int(np.searchsorted(softer, room, side="right"))
     u[jump[:spared]] = short[jump[:spared]]
     if spared == jump.size:
-        return _between(program, u, enough)
+        return _interpolated(program, u, enough)
     last = np.zeros(u.size, dtype=bool)
     last[jump[spared]] = True
-    return _between(program, np.where(last, short, u), u)
+    return _interpolated(program, np.where(last, short, u), u)
 
 
-def _between(program: Program, short: Array, enough: Array) -> Array:
-    """The lightest mix of an answer that is too soft and one that is stiff enough, by regula falsi (Illinois)."""
+def _interpolated(program: Program, short: Array, enough: Array) -> Array:
+    """Interpolate between a too soft and a feasible solution by regula falsi (Illinois)."""
 
     def beyond(part: float) -> float:
         return program.deflection(short + part * (enough - short)) / program.limit - 1.0
 
     (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
-    for _ in range(_ROUNDS):
+    for _ in range(_MAX_ROUNDS):
         if stiff >= -CLOSE or most - least <= _EPS:
             break
-        # A hair inside the limit; by halves where what is too soft has no section at all.
+        # Aim slightly inside the limit; bisect if the softer solution has no section.
         share = (soft + 0.4 * CLOSE) / (soft - stiff) if math.isfinite(soft) else 0.5
         part = least + (most - least) * min(max(share, 0.0), 1.0)
         off = beyond(part)

@@ -1,4 +1,4 @@
-"""A program whose stations are whole parts of the pin, each of one wall."""
+"""Reduced programs whose stations are whole segments of uniform wall."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Array = NDArray[np.float64]
 
 
 def segments(program: Program, low: Array, parts: list[slice]) -> Program:
-    """The program in which every part of the stations has one u: its least values, shares and mean coefficients."""
+    """Return the program with one u per segment: its lower bounds, shares and mean coefficients."""
     half = folded(program)
     share = np.array([half.share[part].sum() for part in parts])
     mean = [
@@ -29,7 +29,7 @@ def segments(program: Program, low: Array, parts: list[slice]) -> Program:
 
 @dataclass(frozen=True)
 class Lumped(Stations):
-    """Stations that stand for whole parts of the pin: only their shares mean anything."""
+    """Stations that represent whole segments; only their shares are meaningful."""
 
     weights: Array
 

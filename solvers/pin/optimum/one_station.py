@@ -1,7 +1,8 @@
-"""One station of a pin or a bushing: its flexibilities f and g in bending and shear, and its lightest u at a price.
+"""A single station of a pin or a bushing: bending and shear flexibilities f and g, and the u that minimises its
+term.
 
-``kappa`` is -1 for the pin's bore inside a given outside (``solvers.pin.section.flexibility``), 0 or 1 for an outside
-about a given bore (``solvers.pin.section.tube``); a and b are Cowper's constants.
+``kappa`` is -1 for the pin's bore inside a given outer diameter (``solvers.pin.section.flexibility``), 0 or 1 for an
+outer diameter around a given bore (``solvers.pin.section.tube``); a and b are Cowper's constants.
 """
 
 from __future__ import annotations
@@ -43,8 +44,10 @@ def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float
 def place(
     lam: float, weight: float, bend: float, shear: float, low: float, start: float, kappa: float, a: float, b: float
 ) -> float:  # fmt: skip
-    """argmin over u >= low (of a pin, up to 1) of weight u + lam (bend f + shear g): the global one, though the pin's g
-    is concave near 1; what weighs nothing is solid, or without end."""
+    """Return argmin over u >= low (for a pin, up to 1) of weight u + lam (bend f + shear g).
+
+    The minimum is global, although the pin's g is concave near 1. At zero weight u is 1, or infinite for a bushing.
+    """
     if lam * bend <= 0.0 and lam * shear <= 0.0:
         return low
     if weight <= 0.0:

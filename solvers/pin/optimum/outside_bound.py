@@ -1,7 +1,7 @@
-"""A lower bound of a bushing's volume under a deflection limit.
+"""Lower bound of a bushing's volume under a deflection limit.
 
-As ``solvers.pin.optimum.dual_bound`` for the pin, with the bushing's own two flexibilities: they are convex everywhere,
-and there is no solid section to end at.
+As ``solvers.pin.optimum.dual_bound`` for the pin, with the bushing's flexibilities, which are convex everywhere; u
+has no upper bound.
 """
 
 from __future__ import annotations
@@ -18,9 +18,9 @@ Array = NDArray[np.float64]
 
 
 def bound(program: Program, low: Array, multiplier: float, y: Array, monotone: bool) -> float:
-    """Lower bound of the volume over all y >= low (not falling toward the middle) that keep the deflection limit.
+    """Return a lower bound of the volume over all y >= low (optionally monotone) that satisfy the deflection limit.
 
-    Tangents of the Lagrangian at y, over [low, top]; at ``top`` every slope is positive, so no minimum lies beyond.
+    Tangents of the Lagrangian at y, over [low, top]; every slope is positive at ``top``, so no minimum lies beyond.
     """
     share, scale = program.share, multiplier / program.limit
     pulls = (program.bending > 0.0) | (program.shear > 0.0)

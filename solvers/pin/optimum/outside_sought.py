@@ -1,9 +1,9 @@
-"""The bushing: its bore d is given, its outer diameter D is sought.
+"""Bushing problem: bore d given, outer diameter D sought.
 
-u = y = (D^2 - d^2)/l^2 with l the bore (without one: a size of the load), walls are t = D - d [m]. f is the section's
-bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2) (``solvers.pin.section.tube``), kappa
-1 with a bore and 0 without. Both are convex for every y > 0, and more material always helps: there is a bushing for
-every finite load and every deflection limit.
+u = y = (D^2 - d^2)/l^2 with l the bore (for a shaft: a length scale from the load), walls are t = D - d [m]. f is
+the section's bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2)
+(``solvers.pin.section.tube``), kappa 1 with a bore and 0 without. Both are convex and decreasing for y > 0: a
+feasible bushing exists for every finite load and every deflection limit.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class OutsideSought:
-    """See ``solvers.pin.optimum.program.Sought``; ``bore`` d [m] (0: a shaft), ``unit`` l [m]."""
+    """Bushing with ``bore`` d [m] (0: a shaft) and length unit ``unit`` l [m]; see
+    ``solvers.pin.optimum.program.Sought``."""
 
     bore: float
     unit: float
@@ -53,7 +54,7 @@ class OutsideSought:
         return tuple(found)
 
     def floor(self, scene: Scene, limits: Limits) -> float:
-        """inf where not even a solid bar is round enough (its ovalization does not depend on the diameter)."""
+        """inf if even a solid bar exceeds the ovalization limit (its ovalization is independent of the diameter)."""
         length, m, floor = scene.geometry.length, scene.material, 2.0 * limits.min_wall
         if scene.force == 0:
             return floor
@@ -138,8 +139,8 @@ class OutsideSought:
         return scene.material.density * math.pi / 4.0 * self.unit**2 * scene.geometry.length
 
     def mass_of(self, scene: Scene, x: Array, sizes: Array) -> float:
-        """Frustums less the bore: D^2 - d^2 over straight segments, in t = D - d so that thin walls keep their
-        digits."""
+        """Mass of frustums minus the bore: D^2 - d^2 over linear segments, in t = D - d to keep the digits of thin
+        walls."""
         d, t = self.bore, self.points(sizes)
         a, b = t[:-1], t[1:]
         mean = d * (a + b) + (a * a + a * b + b * b) / 3.0

@@ -1,10 +1,10 @@
-"""The design as a program at stations, in a measure u of the material that is left of the section there.
+"""The design as a discretised program at stations, in a measure u of the section's material.
 
     minimise  sum s_i u_i   subject to  l_i <= u_i,  sum s_i (B_i f(u_i) + S_i g(u_i)) <= limit
 
-with s_i the quadrature shares (they add up to 1) and f, g the section's bending and shear flexibility. What u is
-follows from which diameter is sought: u = 1 - (d/D)^2 <= 1 of a pin, whose outer diameter D is given, u = (D^2 -
-d^2)/l^2 of a bushing, whose bore d is given. Either way nothing depends on the unit or the size of the part.
+with s_i the quadrature shares (summing to 1) and f, g the section's bending and shear flexibility. u depends on
+which diameter is sought: u = 1 - (d/D)^2 <= 1 for a pin of given outer diameter D, u = (D^2 - d^2)/l^2 for a bushing
+of given bore d. The formulation is independent of the units and the size of the part.
 """
 
 from __future__ import annotations
@@ -30,8 +30,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Weighed:
-    """u at the stations that is lightest at a price of the deflection, that price (the deflection's multiplier, per
-    relative deflection; 0: no limit binds, inf: only the solid section keeps it), and the rounds it took."""
+    """The solution at the stations, the deflection's multiplier, and the number of rounds.
+
+    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    """
 
     solidity: Array
     multiplier: float
@@ -39,32 +41,35 @@ class Weighed:
 
 
 class Sought(Protocol):
-    """Which diameter is sought, and what follows from that. Walls are D - d, relative to D or in metres; u, walls and
-    sizes (the diameter sought [m]) are arrays (n,)."""
+    """Which diameter is sought, and the quantities that depend on it.
+
+    Walls are D - d, relative to D or in metres; u, walls and sizes (the sought diameter [m]) are arrays (n,).
+    """
 
     name: str
     kappa: float
 
     def constraints(self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]) -> Any:
-        """Every strength constraint of every load case at stations."""
+        """Return the strength constraints of all load cases at stations."""
 
     def floor(self, scene: Scene, limits: Limits) -> float:
-        """The least wall that the limits on wall, ovalization and hoop stress allow; not finite where none does."""
+        """Return the minimum wall under the limits on wall, ovalization and hoop stress; not finite if infeasible."""
 
     def least_walls(self, constraints: Any, floor: float, stations: int) -> Array:
-        """The least walls that no constraint and not the floor undercuts; NaN where even the solid section fails."""
+        """Return the minimum walls that satisfy all constraints and the floor; NaN where even the solid section
+        fails."""
 
     def fitted(self, walls: Array, length: float) -> Sought:
-        """The same with its unit of length settled, where that needs the walls."""
+        """Return a copy with its length unit set, if that depends on the walls."""
 
     def stiffness(self, scene: Scene) -> tuple[float, float]:
-        """What M m [N m^2] and Q q [N] are divided by to be B and S per length [1]: E I and G A of f = g = 1."""
+        """Return E I [N m^2] and G A [N] of f = g = 1, the divisors of M m and Q q that give B and S per length [1]."""
 
     def uses(self, constraints: Any, walls: Array) -> Array:
-        """How much of the strength the criterion and the shear allowable use, (2, n)."""
+        """Return the strength utilisation of the criterion and of the shear allowable, (2, n)."""
 
     def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        """B f(u) + S g(u); inf where something must be held by nothing."""
+        """B f(u) + S g(u); inf where a loaded section has no wall."""
 
     def solidity_of(self, walls: Array) -> Array:
         """u of walls."""
@@ -73,34 +78,34 @@ class Sought(Protocol):
         """Walls of u."""
 
     def walls(self, program: Program, u: Array) -> Array:
-        """Walls of u at a program's stations, to the digits that the constraints give them."""
+        """Walls of u at a program's stations, to the precision of the constraints."""
 
     def sizes(self, walls: Array) -> Array:
-        """The diameter sought [m]."""
+        """Sought diameter [m] of walls."""
 
     def diameters(self, sizes: Array) -> tuple[Array, Array]:
-        """Bores and outer diameters [m]."""
+        """Bores and outer diameters [m] of sizes."""
 
     def pair(self, size: float) -> tuple[float, float]:
         """Bore and outer diameter [m] of one size."""
 
     def thinnest(self, sizes: Array) -> float:
-        """Of several sizes the one that leaves the thinnest wall."""
+        """The size that leaves the thinnest wall."""
 
     def thickness(self, wall: Array | float) -> Array | float:
         """D - d [m] of walls."""
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
-        """At which stations the ring's greatest hoop stress is beyond what is allowed, and of which sizes, in words."""
+        """Return the stations whose hoop stress exceeds the allowable, and a description of the sizes concerned."""
 
     def with_wall(self, size: float, share: float) -> float:
-        """The size, kept from leaving a wall thinner than this share of the radius."""
+        """Limit the size to leave at least a wall of this share of the radius."""
 
     def mass_unit(self, scene: Scene) -> float:
-        """Mass [kg] of u = 1 all along."""
+        """Mass [kg] of a part with u = 1 throughout."""
 
     def mass_of(self, scene: Scene, x: Array, sizes: Array) -> float:
-        """Mass [kg] of sizes that are straight between places x [m]."""
+        """Mass [kg] of sizes that are linear between positions x [m]."""
 
     def points(self, sizes: Array) -> Array:
         """D - d [m] at points of a given profile."""
@@ -109,25 +114,27 @@ class Sought(Protocol):
         """Walls of D - d [m]."""
 
     def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        """A lower bound, proven at any multiplier, of the volume above ``low`` that keeps the deflection limit; with
-        ``monotone`` u does not fall toward the middle."""
+        """Return a lower bound, valid for any multiplier, of the volume above ``low`` under the deflection limit.
+
+        With ``monotone`` u is non-decreasing toward the middle.
+        """
 
     def growth(self, thickest: float) -> float:
-        """How much u changes with D - d [1/m] at most, up to a thickest one [m]."""
+        """Maximum derivative of u with respect to D - d [1/m], up to the thickest wall [m]."""
 
     def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
-        """The lightest under a slope limit that meets a deflection limit."""
+        """Find the lightest profile under both a slope limit and a deflection limit."""
 
 
 @dataclass(frozen=True)
 class Program:
-    """One discretised problem; arrays of shape (n,).
+    """A discretised problem; arrays of shape (n,).
 
-    ``forces`` are those of the part's own load, ``constraints`` those of strength at the stations, ``floor`` the least
-    wall the limits allow, ``lower`` the least u that all of these allow (NaN: not even the solid section), ``bending``
-    and ``shear`` the deflection's coefficients B and S in metres, ``law`` how sections shear, ``limit`` the greatest
-    deflection (None: none), ``anchor`` the station index at which the second half begins (n where one half stands for
-    both).
+    ``forces`` are those of the part's own load, ``constraints`` the strength constraints at the stations, ``floor``
+    the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even the solid section fails),
+    ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``law`` the shear flexibility, ``limit``
+    the maximum deflection (None: none), ``anchor`` the index of the second half's first station (n if one half
+    represents both).
     """
 
     scene: Scene
@@ -152,36 +159,38 @@ class Program:
 
     @property
     def mass_unit(self) -> float:
-        """Mass [kg] of u = 1 all along."""
+        """Mass [kg] of a part with u = 1 throughout."""
         return self.sought.mass_unit(self.scene)
 
     def volume(self, u: Array) -> float:
-        """Mass over ``mass_unit``."""
+        """Mass relative to ``mass_unit``."""
         return float(self.share @ u)
 
     def densities(self, u: Array) -> Array:
-        """The deflection's density at every station [m]."""
+        """Deflection density at every station [m]."""
         return self.sought.densities(u, self.bending, self.shear, self.law)
 
     def deflection(self, u: Array) -> float:
-        """Deflection of the middle [m]; inf where something must be held by nothing."""
+        """Deflection of the middle [m]; inf where a loaded section has no wall."""
         return float(self.share @ self.densities(u))
 
     def uses(self, walls: Array) -> Array:
-        """How much of the strength the criterion and the shear allowable use, (2, n)."""
+        """Strength utilisation of the criterion and of the shear allowable, (2, n)."""
         return self.sought.uses(self.constraints, walls)
 
 
 def refined(program: Program, excess: Array, values: Array) -> Stations:
-    """The program's stations with the panels cut whose doubt of ``values`` exceeds what is allowed, (n/NODES,) times
-    (see ``Stations.refined``); two halves alike."""
+    """Refine the panels whose error estimate for ``values`` exceeds the tolerance, symmetrically for two halves.
+
+    ``excess`` (n/NODES,) is the ratio of estimate to tolerance (see ``Stations.refined``).
+    """
     if program.scene.symmetric:
         return program.stations.refined(excess, values)
     return program.stations.halved(np.maximum(excess, excess[::-1]) > 1.0)
 
 
 def folded(program: Program) -> Program:
-    """The program of a part whose two halves are alike: each station must meet the demands of both."""
+    """Return the program of a symmetric part on one half: each station must satisfy the constraints of both halves."""
     half = program.anchor
     if half == program.lower.size:
         return program
@@ -199,12 +208,12 @@ def folded(program: Program) -> Program:
 
 
 def unfolded(program: Program, half: Array) -> Array:
-    """Values of one half at the stations of the whole program."""
+    """Expand values of one half to the stations of the whole program."""
     return half if program.anchor == program.lower.size else np.concatenate([half, half[::-1]])
 
 
 def rising(values: Array, anchor: int) -> Array:
-    """The least values above the given ones that rise from both ends toward the anchor."""
+    """Return the least majorant that is non-decreasing from both ends toward the anchor."""
     first = np.maximum.accumulate(values[:anchor])
     second = np.maximum.accumulate(values[anchor:][::-1])[::-1]
     return np.concatenate([first, second])

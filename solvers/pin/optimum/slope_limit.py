@@ -1,4 +1,4 @@
-"""Diameters that change no faster than a slope limit."""
+"""Slope-limited diameters."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ Array = NDArray[np.float64]
 
 
 def bore_of(program: Program, solidity: Array) -> Array:
-    """A pin's bore d = D (1 - w) [m] of u."""
+    """Return a pin's bore d = D (1 - w) [m] of u."""
     return program.scene.geometry.outer_diameter * (1.0 - wall_of(solidity))
 
 
 def gentle(program: Program, low: Array) -> Array:
-    """The least u above ``low`` whose diameter changes no faster than the slope limit: two sweeps, exact.
+    """Return the least u above ``low`` that satisfies the slope limit, exactly, in two sweeps.
 
-    The thickness T = D - d changes as the diameter sought does: T(x) = max over y of T_min(y) - s |x - y|.
+    The thickness T = D - d has the slope of the sought diameter: T(x) = max over y of T_min(y) - s |x - y|.
     """
     slope, sought = program.limits.max_slope, program.sought
     if slope is None:
@@ -31,7 +31,7 @@ def gentle(program: Program, low: Array) -> Array:
 
 
 def missed_by_slope(program: Program, low: Array) -> Array:
-    """What the thickness of a gentle shape misses between stations, per panel, as volume."""
+    """Return the volume underestimated between stations by a slope-limited shape, per panel."""
     stations, slope, sought = program.stations, program.limits.max_slope, program.sought
     thick, reach = sought.thickness(sought.wall_of(low)), slope * stations.x
     missed = stations.overlooked(thick + reach) + stations.overlooked(thick - reach, forward=False)

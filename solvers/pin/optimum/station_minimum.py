@@ -1,16 +1,16 @@
-"""Every station's lightest wall at a price of the deflection, over all u, for many stations at once.
+"""Global minimisation of each station's Lagrangian term over u, for many stations at once.
 
-At price lambda a station costs u + lambda g, g = bend/v + shear phi. Where g is concave near the solid section its
-convex envelope (``solvers.pin.section.flexibility``) has the same least value: the least wall is solid where 1/lambda
-is less than the slope of the envelope's straight line, and otherwise lies below the line's beginning, where g is convex
+At multiplier lambda a station costs u + lambda g, g = bend/v + shear phi. Where g is concave near the solid section
+its convex envelope (``solvers.pin.section.flexibility``) has the same minimum: the minimiser is solid if 1/lambda is
+less than the slope of the envelope's linear part, and otherwise lies below the start of that part, where g is convex
 and lambda g' = -1. With the partial fractions of g' that is
 
     A/u^2 = k + E(u),   E = C/c^2 - D/c^3,   c = 2 - u,   k = 1/lambda,
     A = bend/2 + shear (a + b/4),   C = bend/2 + shear b/4,   D = shear b.
 
-Q(u) = u sqrt(k + E) - sqrt(A) rises and is nearly straight from thin walls to the solid section, so that Newton's
-method settles in a few steps from anywhere. It knows no branches, and the processor takes several stations at a time; a
-block ends when all of its stations have settled.
+Q(u) = u sqrt(k + E) - sqrt(A) is increasing and nearly linear from thin walls to the solid section, so Newton's
+method converges in a few steps from any start. The loop is branch-free and therefore vectorised; a block ends when
+all of its stations have converged.
 """
 
 from __future__ import annotations
@@ -25,25 +25,25 @@ from solvers.pin.section.flexibility import chord, line_from
 
 Array = NDArray[np.float64]
 _BLOCK = 256
-_MOST_STEPS = 60
-_CLOSE = 1e-9
-"""After a step as short as this one, relative, what is left is below rounding."""
-_STEPS = 12
-"""Where g's curvature all but vanishes at the solid section a station settles slowly: the rest is left to the next
-round, whose start is better. What a station's u lacks makes an answer heavier, never too soft: its deflection is taken
-where it stands."""
+_MAX_STEPS = 60
+_STEP_TOLERANCE = 1e-9
+"""Relative step after which the remaining error is below rounding."""
+_MAX_STEPS_PER_ROUND = 12
+"""Maximum steps per round. Convergence is slow where g's curvature nearly vanishes at the solid section; the next
+round continues from a better start. An unconverged u is heavier, never too soft, as its deflection is evaluated at
+u."""
 
 
 @kernel
 def reach(low: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
-    """The greatest u short of the solid section that can cost least, and the k = 1/lambda below which solid does."""
+    """Return the greatest non-solid minimiser u, and the k = 1/lambda below which the solid section is optimal."""
     top = max(line_from(bend, shear, a, b), low)
     return top, chord(top, bend, shear, a, b)
 
 
 @kernel
-def _guess(k: float, low: Array, top: Array, bend: Array, shear: Array, a: float, b: float, u: Array) -> None:
-    """A first u: E between its values at the two ends."""
+def _initial_guess(k: float, low: Array, top: Array, bend: Array, shear: Array, a: float, b: float, u: Array) -> None:
+    """Initial guess for u: E between its end values."""
     for i in range(u.size):
         x = math.sqrt((0.5 * bend[i] + shear[i] * (a + 0.25 * b)) / (k + 0.25 * bend[i]))
         x = x if x < top[i] else top[i]
@@ -51,10 +51,10 @@ def _guess(k: float, low: Array, top: Array, bend: Array, shear: Array, a: float
 
 
 @kernel
-def _better(
+def _newton_step(
     k: float, low: float, top: float, solid_below: float, bend: float, shear: float, a: float, b: float, x: float
 ) -> float:  # fmt: skip
-    """One step of Newton's method on Q from x, kept in [low, top]; 1 where the solid section costs less."""
+    """One Newton step on Q from x, clipped to [low, top]; 1 if the solid section is optimal."""
     half = 0.5 * bend
     inverse = 1.0 / (2.0 - x)
     second, third = half + 0.25 * shear * b, shear * b
@@ -62,7 +62,7 @@ def _better(
     slope = whole + 0.5 * x * inverse * inverse * inverse * (2.0 * second - 3.0 * third * inverse)
     slope = slope if slope > 0.05 * whole else 0.05 * whole
     new = x - (x * whole - math.sqrt((half + shear * (a + 0.25 * b)) * whole)) / slope
-    # Where k + E is not positive, more wall always pays.
+    # If k + E is not positive, the cost decreases with u.
     new = new if whole > 0.0 else top
     new = new if new < top else top
     new = new if new > low else low
@@ -73,16 +73,16 @@ def _better(
 def lightest(
     k: float, low: float, bend: float, shear: float, start: float, a: float, b: float
 ) -> float:  # fmt: skip
-    """One station's lightest u in [low, 1], to rounding; a start outside of it is none."""
+    """Return one station's minimiser u in [low, 1], to rounding; a start outside (low, top) is ignored."""
     top, solid_below = reach(low, bend, shear, a, b)
     if k < solid_below:
         return 1.0
     u = start
     if not low < u < top:
         u = max(min(math.sqrt((0.5 * bend + shear * (a + 0.25 * b)) / (k + 0.25 * bend)), top), low)
-    for _ in range(_MOST_STEPS):
-        new = _better(k, low, top, solid_below, bend, shear, a, b, u)
-        if abs(new - u) <= _CLOSE * u:
+    for _ in range(_MAX_STEPS):
+        new = _newton_step(k, low, top, solid_below, bend, shear, a, b, u)
+        if abs(new - u) <= _STEP_TOLERANCE * u:
             return new
         u = new
     return u
@@ -90,32 +90,32 @@ def lightest(
 
 @kernel
 def reaches(low: Array, bend: Array, shear: Array, a: float, b: float, top: Array, solid_below: Array) -> None:
-    """``reach`` of every station, into ``top`` and ``solid_below``."""
+    """Write ``reach`` of every station into ``top`` and ``solid_below``."""
     for i in range(low.size):
         top[i], solid_below[i] = reach(low[i], bend[i], shear[i], a, b)
 
 
 @kernel
-def _approach(
+def _newton_steps(
     k: float, low: Array, top: Array, solid_below: Array, bend: Array, shear: Array, a: float, b: float, u: Array,
     tolerance: float,
 ) -> int:  # fmt: skip
-    """One step for every station; how many moved by more than ``tolerance``, relative."""
+    """One step for every station; returns how many moved by more than ``tolerance``, relative."""
     unsettled = 0
     for i in range(u.size):
         x = u[i]
-        new = _better(k, low[i], top[i], solid_below[i], bend[i], shear[i], a, b, x)
+        new = _newton_step(k, low[i], top[i], solid_below[i], bend[i], shear[i], a, b, x)
         u[i] = new
         unsettled += 1 if abs(new - x) > tolerance * x else 0
     return unsettled
 
 
 @kernel
-def _respond(
+def _deflections_and_slopes(
     lam: float, share: Array, low: Array, top: Array, bend: Array, shear: Array, a: float, b: float,
     u: Array, deflection: Array, change: Array,
 ) -> None:  # fmt: skip
-    """Every station's deflection and its derivative by lambda."""
+    """Every station's deflection and its derivative with respect to lambda."""
     pole = a + 0.25 * b
     for i in range(u.size):
         x = u[i]
@@ -135,11 +135,11 @@ def all_lightest(
     lam: float, share: Array, low: Array, top: Array, solid_below: Array, bend: Array, shear: Array,
     a: float, b: float, u: Array, cold: bool, tolerance: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Every station's lightest u in [low, 1] at price ``lam``, into ``u``, from where it stands unless ``cold``; the
-    deflection sum s g and its derivative by lambda, stations that become solid left out.
+    """Minimise every station over u in [low, 1] at multiplier ``lam``, in place, warm-started unless ``cold``.
 
-    All arrays (n,); ``top`` and ``solid_below`` from ``reaches``; bend or shear must be positive at every station. The
-    last step of a station was below ``tolerance`` relative, its error therefore about the square of that.
+    Returns the deflection sum s g and its derivative with respect to lambda, excluding stations that become solid.
+    All arrays (n,); ``top`` and ``solid_below`` from ``reaches``; bend or shear must be positive at every station.
+    The last relative step of a station was below ``tolerance``, so its error is about the square of that.
     """
     deflections, changes = np.empty(_BLOCK), np.empty(_BLOCK)
     total, change, k = 0.0, 0.0, 1.0 / lam
@@ -148,11 +148,13 @@ def all_lightest(
         own_low, own_top, own_solid = low[begin:end], top[begin:end], solid_below[begin:end]
         own_bend, own_shear, own = bend[begin:end], shear[begin:end], u[begin:end]
         if cold:
-            _guess(k, own_low, own_top, own_bend, own_shear, a, b, own)
-        for _ in range(_STEPS):
-            if _approach(k, own_low, own_top, own_solid, own_bend, own_shear, a, b, own, tolerance) == 0:
+            _initial_guess(k, own_low, own_top, own_bend, own_shear, a, b, own)
+        for _ in range(_MAX_STEPS_PER_ROUND):
+            if _newton_steps(k, own_low, own_top, own_solid, own_bend, own_shear, a, b, own, tolerance) == 0:
                 break
-        _respond(lam, share[begin:end], own_low, own_top, own_bend, own_shear, a, b, own, deflections, changes)
+        _deflections_and_slopes(
+            lam, share[begin:end], own_low, own_top, own_bend, own_shear, a, b, own, deflections, changes
+        )
         for i in range(end - begin):
             total += deflections[i]
             change -= changes[i]

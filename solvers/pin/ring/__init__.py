@@ -1,1 +1,1 @@
-"""The bar as a ring, and what presses on it."""
+"""The section as a ring, and bearing pressures."""

@@ -1,4 +1,4 @@
-"""What the rod's small end and the piston's bosses press with."""
+"""Bearing pressures in the rod's small end and the piston's bosses."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Pressures:
-    """Mean pressure in the rod's small end, mean and peak in the bosses [Pa]."""
+    """Mean pressure in the small end, mean and peak pressure in the bosses [Pa]."""
 
     small_end: float
     boss_mean: float
@@ -23,17 +23,17 @@ class Pressures:
 
 
 def pressures_of_pin(scene: Scene) -> Pressures:
-    """P/(D b), P/(2 a D), and the triangle's peak P/(a D)."""
+    """Return P/(D b), P/(2 a D), and the peak P/(a D) of the triangular load."""
     g = scene.geometry
     boss = scene.force / (2.0 * g.boss_length * g.outer_diameter)
     return Pressures(scene.force / (g.outer_diameter * g.small_end_length), boss, 2.0 * boss)
 
 
 def bearing_pressures(scene: Scene, stations: Stations, outer: Array) -> Pressures | None:
-    """Load over projected area: P/int D dx in the rod, half of it in a boss, and the triangle's peak P x/(a^2 D) with x
-    from the boss's own end; of the two bosses the greater ones. ``outer`` D [m] at the stations, (n,).
+    """Return load over projected area: P/int D dx in the small end, half of it in a boss, and the peak P x/(a^2 D).
 
-    None where there is no outside to press on.
+    x is measured from the boss's outer end; the larger values of the two bosses. ``outer`` D [m] at the stations,
+    (n,). None if there is no bearing surface.
     """
     g = scene.geometry
     if isinstance(g, Geometry):

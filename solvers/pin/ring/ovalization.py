@@ -1,12 +1,12 @@
-"""The pin as a ring: how much it flattens under the pressure of rod and piston, and the stresses that come with it.
+"""The pin as a ring: ovalization under the pressure of rod and piston, and the resulting stresses.
 
-Two models stand beside each other. The textbook's formula is that of a thin ring under a pressure that goes with
-|sin| on both sides, with an empirical factor K = 1.5 - 15 (alpha - 0.4)^3 for how the load crowds along a stiff pin.
-The plane elastic ring (Michell's series) takes any wall and spreads the load evenly: no pin's ring bears less. K falls
-below 1 at 0.722 and to zero at 0.864 for no physical reason, and a mass optimiser would walk there. So the formula
-stands as long as it gives no less than the elastic ring, up to about 0.73 for the growth and 0.70 to 0.73 for the
-stresses; from there on the elastic ring does, figure by figure. All are continuous, and growth and greatest stress rise
-with the bore.
+Two models are combined. The textbook formula is that of a thin ring under a pressure proportional to |sin| on both
+sides, with an empirical factor K = 1.5 - 15 (alpha - 0.4)^3 for the load concentration along a stiff pin. The plane
+elastic ring (Michell's series) covers any wall with a uniform load along the pin, a lower bound for any pin's ring.
+K falls below 1 at 0.722 and to zero at 0.864 without physical reason, which a mass optimiser would exploit. So the
+formula applies while it gives at least the elastic ring's value, up to about 0.73 for the growth and 0.70 to 0.73
+for the stresses; beyond, the elastic ring applies, value by value. All are continuous, and growth and maximum stress
+increase with the bore.
 
 Sources: the ovalization formulas of the textbooks on engine design (Kolchin and Demidov); J. H. Michell (1899).
 """
@@ -21,24 +21,24 @@ from functools import lru_cache
 from solvers.numerics.jit import kernel
 
 _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
-"""d/D up to which the formula gives the more of every figure, and from which the elastic ring does."""
+"""d/D up to which the formula gives the larger value of every result, and from which the elastic ring does."""
 
 _FORMULA, _ELASTIC = "thin ring with load factor", "plane elastic ring"
-_THINNEST = 1.0 - 1e-6
-"""Thinner than 1e-6 of the diameter no ring is asked for: it yields by the cube of what is left."""
+_MAX_RATIO = 1.0 - 1e-6
+"""Maximum d/D of a ring: its compliance is inversely proportional to the cube of the wall."""
 
-_LEAST_RATIO = 0.02
-"""Below this d/D a pin is as good as solid: the inner fibre's stress formula has 1/alpha."""
-_LEAST_HOOP = 0.3
-"""d/D from which on the greatest hoop stress rises with the bore."""
-_SQUARES = (math.pi**2 - 8.0) / (4.0 * math.pi)
+_SOLID_RATIO = 0.02
+"""d/D below which a pin is treated as solid: the inner fibre's stress formula contains 1/alpha."""
+_MIN_HOOP_RATIO = 0.3
+"""d/D above which the maximum hoop stress increases with the bore."""
+_SUM_OF_SQUARES = (math.pi**2 - 8.0) / (4.0 * math.pi)
 """Sum over even n of (4/pi)/(n^2 - 1)^2.
 
-|sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1): the amplitudes add up to 2/pi, with the signs
-they have at the top to 2/pi - 1, and with 2 n/(n^2 - 1), in which neighbours cancel, to 2/pi.
+|sin theta| = 2/pi - (4/pi) sum over even n of cos(n theta)/(n^2 - 1): the amplitudes sum to 2/pi, with their signs
+at the top to 2/pi - 1, and with 2 n/(n^2 - 1), in which neighbours cancel, to 2/pi.
 """
-_MOST, _NEGLIGIBLE = 5000, 1e-18
-"""Harmonics at most, and the share of a sum below which a further one is left out."""
+_MAX_HARMONICS, _NEGLIGIBLE = 5000, 1e-18
+"""Maximum number of harmonics, and the relative size below which a term is neglected."""
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class RingStresses:
 
 @dataclass(frozen=True)
 class Ring:
-    """What the ring does: growth of the diameter across the load [m], stresses, and by which model."""
+    """Ring results: growth of the diameter across the load [m], stresses, and the model that governs the growth."""
 
     ovalization: float
     stresses: RingStresses
@@ -79,14 +79,14 @@ def load_factor(ratio: float) -> float:
 
 
 def classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Ring:
-    """0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the stresses at the four points; alpha = d/D to about 0.72."""
+    """Return 0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the four stresses; alpha = d/D, valid to about 0.72."""
     return _ring(_classical(force, diameter, length, ratio, modulus), _FORMULA)
 
 
 @kernel
 def _classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Figures:
     k, wall = load_factor(ratio), 1.0 - ratio
-    a = max(ratio, _LEAST_RATIO)
+    a = max(ratio, _SOLID_RATIO)
     growth = 0.09 * force / (modulus * length) * ((1.0 + ratio) / wall) ** 3 * k
     f, g = k * force / (length * diameter), (1.0 + ratio) / wall**2
     return (
@@ -99,11 +99,11 @@ def _classical(force: float, diameter: float, length: float, ratio: float, modul
 
 
 def thick_ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
-    """The plane elastic ring under p = (2 P/(pi R l)) |sin theta| on its outer surface, inner surface free.
+    """Return the plane elastic ring under p = (2 P/(pi R l)) |sin theta| on its outer surface, inner surface free.
 
-    theta is counted from the side; plane stress. Hoop stresses at the four points; growth of the outer diameter at the
-    side. The load's mean makes Lame's stresses, -(2/pi) (1 + alpha^2)/(1 - alpha^2) and twice -(2/pi)/(1 - alpha^2);
-    its harmonics are summed as in ``_bending``. Exact to rounding for alpha up to 0.999, to 1e-11 beyond.
+    theta is measured from the side; plane stress. Hoop stresses at the four points; growth of the outer diameter at
+    the side. The mean load gives Lame's stresses, -(2/pi) (1 + alpha^2)/(1 - alpha^2) and twice -(2/pi)/(1 -
+    alpha^2); its harmonics are summed as in ``_bending``. Exact to rounding for alpha up to 0.999, to 1e-11 beyond.
     """
     return _ring(_elastic(force, diameter, length, ratio, modulus, poisson), _ELASTIC)
 
@@ -116,7 +116,7 @@ def _elastic(force: float, diameter: float, length: float, ratio: float, modulus
     scale = mean / ((1.0 - ratio) * (1.0 + ratio))
     around, within = scale * (1.0 + ratio**2), 2.0 * scale
     outer_side, inner_side, outer_top, inner_top, growth = _bending(ratio)
-    alike = around - poisson * mean - mean - (1.0 - poisson) * _SQUARES
+    alike = around - poisson * mean - mean - (1.0 - poisson) * _SUM_OF_SQUARES
     return (
         2.0 * outer * pressure / modulus * (alike + growth),
         pressure * (around + outer_side - mean),
@@ -128,25 +128,26 @@ def _elastic(force: float, diameter: float, length: float, ratio: float, modulus
 
 @kernel
 def _bending(ratio: float) -> tuple[float, float, float, float, float]:
-    """Sums over the load's harmonics, without what every one has alike: hoop stresses at the outer and inner side, at
-    the outer and inner top, and the outer radial displacement times E/R at the side.
+    """Sums over the load's harmonics without the terms common to all ratios: hoop stresses at outer and inner side,
+    at outer and inner top, and the outer radial displacement times E/R at the side.
 
-    With f(r) cos(n theta) = r phi(ln r) cos(n theta), the shear vanishes where phi' does, and there sigma_r is
-    (1 - n^2) phi/r and sigma_t is phi''/r: phi is 0 with its slope inside, 1/(1 - n^2) with slope 0 outside, made of
-    exp(+-(n - 1) ln r) and exp(+-(n + 1) ln r). For sigma_r = cos(n theta) outside, with t = ln(1/alpha) and
-    Z = sinh^2(n t) - n^2 sinh^2(t),
+    With f(r) cos(n theta) = r phi(ln r) cos(n theta), the shear vanishes where phi' does, and there sigma_r is (1 -
+    n^2) phi/r and sigma_t is phi''/r: phi is 0 with zero slope inside, 1/(1 - n^2) with zero slope outside, composed
+    of exp(+-(n - 1) ln r) and exp(+-(n + 1) ln r). For sigma_r = cos(n theta) outside, with t = ln(1/alpha) and Z =
+    sinh^2(n t) - n^2 sinh^2(t),
 
         outer sigma_t = 1 + 2 n^2 sinh^2(t)/Z,  inner sigma_t = -2 n sinh(n t) sinh(t)/(alpha Z)
         E u_r = [2 n - (1 - nu)]/(n^2 - 1) + n [1 - exp(-2 n t) + n sinh(2 t) + 2 n^2 sinh^2(t)]/((n^2 - 1) Z)
 
-    The first parts, alike in rings of any thickness, fall slowly and are summed in closed form by the caller; the rest
-    (``_rest``) is positive and falls as exp(-2 n t), before n reaches 1/t as n^-4. ``_MOST`` cuts off less than 1e-11.
+    The first terms, independent of the thickness, converge slowly and are summed in closed form by the caller; the
+    remainder (``_rest``) is positive and decays as exp(-2 n t), before n reaches 1/t as n^-4. Truncation at
+    ``_MAX_HARMONICS`` costs less than 1e-11.
     """
     t = -math.log(ratio)
-    excess = _beyond_its_argument(t)
+    excess = _sinh_minus_argument(t)
     outer_side, inner_side, outer_top, inner_top, growth = 0.0, 0.0, 0.0, 0.0, 0.0
     sign = -1.0
-    for k in range(1, _MOST):
+    for k in range(1, _MAX_HARMONICS):
         n = 2.0 * k
         amplitude = 4.0 / (math.pi * (n * n - 1.0))
         outer, inner, moved = _rest(n, ratio, t, excess)
@@ -164,21 +165,22 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
 
 @kernel
 def _rest(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
-    """Of one harmonic, without its first parts: outer hoop stress, inner hoop stress with its sign turned, E u_r.
+    """Return one harmonic without its first terms: outer hoop stress, inner hoop stress with its sign reversed, E
+    u_r.
 
     ``excess`` is sinh(t) - t.
     """
     wide, turn = math.sinh(n * t), n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
-    # Z by sinh(n t) - n sinh(t), from both of which n t is taken: the second of what is left is a quarter of the first.
-    room = (_beyond_its_argument(n * t) - n * excess) * (wide + turn)
+    # Z from sinh(n t) - n sinh(t), with n t subtracted from both terms: the second remainder is a quarter of the first.
+    room = (_sinh_minus_argument(n * t) - n * excess) * (wide + turn)
     outer, inner = 2.0 * turn * turn / room, 2.0 * turn * wide / (ratio * room)
     lifted = -math.expm1(-2.0 * n * t) + turn * (1.0 / ratio + ratio) + 2.0 * turn * turn
     return outer, inner, n * lifted / ((n * n - 1.0) * room)
 
 
 @kernel
-def _beyond_its_argument(x: float) -> float:
-    """sinh(x) - x for x >= 0, to its last digits."""
+def _sinh_minus_argument(x: float) -> float:
+    """sinh(x) - x for x >= 0, without cancellation."""
     if x > 1.0:
         return math.sinh(x) - x
     xx, rest = x * x, 1.0
@@ -188,7 +190,7 @@ def _beyond_its_argument(x: float) -> float:
 
 
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
-    """The ring of bore ratio alpha = d/D: of the growth and each stress the greater one of the two models."""
+    """Return the ring of bore ratio alpha = d/D: for the growth and each stress the larger value of the two models."""
     figures, by_formula = _figures(force, diameter, length, ratio, modulus, poisson)
     return _ring(figures, _FORMULA if by_formula else _ELASTIC)
 
@@ -197,7 +199,7 @@ def ring(force: float, diameter: float, length: float, ratio: float, modulus: fl
 def _figures(
     force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
 ) -> tuple[Figures, bool]:
-    """Those of ``ring``, and whether the formula governs its growth."""
+    """Return the values of ``ring``, and whether the formula governs the growth."""
     if ratio >= _ELASTIC_FROM:
         return _elastic(force, diameter, length, ratio, modulus, poisson), False
     one = _classical(force, diameter, length, ratio, modulus)
@@ -217,7 +219,7 @@ def _figures(
 def _growth_and_stress(
     force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
 ) -> tuple[float, float]:
-    """The ring's growth and its greatest hoop stress."""
+    """Return the growth and the maximum hoop stress."""
     f = _figures(force, diameter, length, ratio, modulus, poisson)[0]
     return f[0], max(abs(f[1]), abs(f[2]), abs(f[3]), abs(f[4]))
 
@@ -225,8 +227,11 @@ def _growth_and_stress(
 def _crossing(
     of_ring: tuple[float, ...], which: int, limit: float, start: float, most: float, tolerance: float
 ) -> float:  # fmt: skip
-    """The greatest d/D in [start, most], to ``tolerance``, up to which the growth (0) or the stress (1) of a ring of
-    force, diameter, length, modulus and Poisson's ratio ``of_ring`` stays within ``limit``; both rise."""
+    """Return the greatest d/D in [start, most], to ``tolerance``, at which a result stays within ``limit``.
+
+    ``which`` selects the growth (0) or the stress (1), both increasing; ``of_ring`` is force, diameter, length,
+    modulus and Poisson's ratio.
+    """
     from scipy.optimize import brentq
 
     force, diameter, length, modulus, poisson = of_ring
@@ -236,7 +241,7 @@ def _crossing(
 
     if beyond(start) >= 0.0:
         return start
-    # Thin rings have many harmonics: what lies beyond is found from the thick ones, by halving the wall.
+    # Thin rings need many harmonics: bracket the root from the thick side, halving the wall.
     low, high = start, 0.5 * (1.0 + start)
     while high < most and beyond(high) <= 0.0:
         low, high = high, 0.5 * (1.0 + high)
@@ -253,45 +258,49 @@ def _crossing(
 def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
-    """The greatest d/D whose ovalization, and that of every smaller bore, stays within ``limit``; None: not even 0."""
+    """Return the greatest d/D with ovalization within ``limit`` for it and all smaller bores; None: not even 0."""
     if _growth_and_stress(force, diameter, length, 0.0, modulus, poisson)[0] > limit:
         return None
-    return _crossing((force, diameter, length, modulus, poisson), 0, limit, 0.0, _THINNEST, 2e-16)
+    return _crossing((force, diameter, length, modulus, poisson), 0, limit, 0.0, _MAX_RATIO, 2e-16)
 
 
 def greatest_stress(
     force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
 ) -> float:
-    """The ring's greatest hoop stress [Pa]; of a bore below 0.3 D that of 0.3 D, which is more than its own.
+    """Return the maximum hoop stress [Pa]; for a bore below 0.3 D that of 0.3 D, an upper bound.
 
-    (There the formula's inner fibre has 1/alpha, for no ring any more: the elastic ring's stress goes on falling.)
+    (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical: the elastic ring's keeps
+    decreasing.)
     """
-    return _growth_and_stress(force, diameter, length, max(ratio, _LEAST_HOOP), modulus, poisson)[1]
+    return _growth_and_stress(force, diameter, length, max(ratio, _MIN_HOOP_RATIO), modulus, poisson)[1]
 
 
 @lru_cache(maxsize=64)
 def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
-    """The greatest d/D whose hoop stress, and that of every smaller bore, stays within ``limit``; None: not even 0."""
+    """Return the greatest d/D with hoop stress within ``limit`` for it and all smaller bores; None: not even 0."""
     if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > limit:
         return None
-    return _crossing((force, diameter, length, modulus, poisson), 1, limit, _LEAST_HOOP, _THINNEST, 2e-16)
+    return _crossing((force, diameter, length, modulus, poisson), 1, limit, _MIN_HOOP_RATIO, _MAX_RATIO, 2e-16)
 
 
 def outer_within_stress(
     limit: float, force: float, bore: float, length: float, modulus: float, poisson: float
 ) -> float:
-    """The least outer diameter [m] around a bore whose hoop stress, and that of every greater one, stays within
-    ``limit``: the stress times D depends on d/D alone."""
+    """Return the least outer diameter [m] around a bore with hoop stress within ``limit`` for it and all larger
+    ones.
+
+    The stress times D depends on d/D alone.
+    """
 
     def spare(ratio: float) -> float:
         return greatest_stress(force, 1.0, length, ratio, modulus, poisson) * ratio
 
     plain = greatest_stress(force, 1.0, length, 0.0, modulus, poisson) / limit
-    if bore <= _LEAST_HOOP * plain:
+    if bore <= _MIN_HOOP_RATIO * plain:
         return plain
-    low, high = _LEAST_HOOP, _THINNEST
+    low, high = _MIN_HOOP_RATIO, _MAX_RATIO
     while high - low > 2e-16:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if spare(middle) <= limit * bore else (low, middle)
@@ -302,10 +311,10 @@ def ratio_at_stress(
     stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float,
     most: float = 1.0 - 1e-6,
 ) -> float:  # fmt: skip
-    """The least d/D from 0.3 on up to ``most``, to 1e-6, at which the ring's greatest hoop stress reaches ``stress``.
+    """Return the least d/D from 0.3 up to ``most``, to 1e-6, at which the maximum hoop stress reaches ``stress``.
 
-    (Below 0.3 the formula's inner fibre has 1/alpha, for no ring any more.)
+    (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical.)
     """
     if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > stress:
-        return _LEAST_HOOP
-    return _crossing((force, diameter, length, modulus, poisson), 1, stress, _LEAST_HOOP, most, 1e-6)
+        return _MIN_HOOP_RATIO
+    return _crossing((force, diameter, length, modulus, poisson), 1, stress, _MIN_HOOP_RATIO, most, 1e-6)

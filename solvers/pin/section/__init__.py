@@ -1,1 +1,1 @@
-"""One section of the bar: strength, least wall, flexibility."""
+"""Properties of a single section of the bar: strength, minimum wall, flexibility."""

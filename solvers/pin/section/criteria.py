@@ -1,4 +1,4 @@
-"""Strength criteria, and how a section bears shear."""
+"""Strength criteria and shear stress laws of a section."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 
 ALLOWABLE_SHEAR = "allowable_shear"
-"""The constraint of a limit on the shear stress, apart from the criterion's."""
+"""Name of the constraint of a separate shear allowable."""
 
 
 @dataclass(frozen=True)
 class ShearLaw:
-    """Greatest shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
+    """Maximum shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
 
     c0: float
     c1: float
@@ -30,7 +30,7 @@ def zhuravsky() -> ShearLaw:
 
 
 def saint_venant(poisson: float) -> ShearLaw:
-    """tau = 4 Q ((3+2nu) D^2 + (1+2nu) d^2)/(pi (1+nu)(D^4 - d^4)): the greatest, by elasticity.
+    """tau = 4 Q ((3+2nu) D^2 + (1+2nu) d^2)/(pi (1+nu)(D^4 - d^4)): the maximum of linear elasticity.
 
     Source: Timoshenko and Goodier, Theory of Elasticity, bending of bars; exact for the tube's inner edge.
     """
@@ -41,7 +41,7 @@ def saint_venant(poisson: float) -> ShearLaw:
 
 @dataclass(frozen=True)
 class Share:
-    """What one constraint of a criterion takes of the forces, and by which factor shear stress counts in it."""
+    """The forces in one constraint of a criterion, and the factor of the shear stress in it."""
 
     name: str
     forces: InternalForces
@@ -50,7 +50,7 @@ class Share:
 
 @dataclass(frozen=True)
 class CombinedCriterion:
-    """sqrt(sigma^2 + k^2 tau^2) <= allowable with both maxima taken together: k = 2 Tresca, k = sqrt 3 von Mises."""
+    """sqrt(sigma^2 + k^2 tau^2) <= allowable with both maxima combined: k = 2 Tresca, k = sqrt 3 von Mises."""
 
     name: str
     factor: float
@@ -60,20 +60,20 @@ class CombinedCriterion:
 
     @property
     def factors(self) -> tuple[tuple[float, float], ...]:
-        """By what each demand multiplies the bending stress and the shear stress."""
+        """Factors of the bending stress and the shear stress in each constraint."""
         return ((1.0, self.factor),)
 
     def shares(self, forces: InternalForces) -> tuple[Share, ...]:
-        """All forces in one constraint."""
+        """Return a single constraint with all forces."""
         return (Share(self.name, forces, self.factor),)
 
 
 @dataclass(frozen=True)
 class FibreCriterion:
-    """Tresca fibre by fibre: max(sigma_max, 2 tau_max) <= allowable, with Zhuravsky's or the elastic shear.
+    """Tresca per fibre: max(sigma_max, 2 tau_max) <= allowable, with Zhuravsky's or the elastic shear.
 
     Over the section sigma^2 + 4 tau^2 is greatest at the outer fibre (no shear) or at the neutral axis (no bending).
-    An axial force or a torque is present at every fibre and is added to both.
+    An axial force or a torque acts on every fibre and is added to both.
     """
 
     name: str = "fibre"
@@ -84,11 +84,12 @@ class FibreCriterion:
 
     @property
     def factors(self) -> tuple[tuple[float, float], ...]:
-        """By what each demand multiplies the bending stress and the shear stress."""
+        """Factors of the bending stress and the shear stress in each constraint."""
         return (1.0, 0.0), (0.0, 2.0)
 
     def shares(self, forces: InternalForces) -> tuple[Share, ...]:
-        """Bending without shear at the outer fibre, shear without bending at the neutral axis."""
+        """Return two constraints: bending without shear at the outer fibre, shear without bending at the neutral
+        axis."""
         flat = InternalForces(forces.moment, np.zeros_like(forces.shear), forces.axial_force, forces.torque)
         axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
         return Share(f"{self.name}_bending", flat, 2.0), Share(f"{self.name}_shear", axis, 2.0)
@@ -106,4 +107,4 @@ CRITERIA: dict[str, Criterion] = {
         CombinedCriterion("von_mises", math.sqrt(3.0)),
     )
 }
-"""The criteria a user may select; the paper's is the default."""
+"""Selectable criteria; the paper's is the default."""

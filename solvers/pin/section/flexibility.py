@@ -1,13 +1,13 @@
-"""How much a section of the pin gives: bending and shear, as functions of u = 1 - (d/D)^2.
+"""Flexibility of a pin section in bending and shear, as functions of u = 1 - (d/D)^2.
 
 Bending: 1/v = 1/(u (2 - u)), convex. Shear: Cowper's coefficient of a tube, 1/(k A) = phi(u)/A0 with
 
     phi(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
 
-falling, convex up to about u = 0.9 and concave beyond, to the solid section. A station's flexibility g = B/v + S phi
-may therefore be concave close to the solid section. Its convex envelope follows g up to the point from which a straight
-line reaches (1, g(1)) as a tangent, and that line from there on: never above g, and equal to it wherever the minimum
-of u + lambda g can lie. The third derivatives of 1/v and phi are negative for every u (``phi_curvature`` falls).
+decreasing, convex up to about u = 0.9 and concave from there to the solid section. A station's flexibility g = B/v +
+S phi may therefore be concave close to the solid section. Its convex envelope follows g up to the point whose
+tangent passes through (1, g(1)), and that tangent from there on: never above g, and equal to it wherever the minimum
+of u + lambda g can lie. The third derivatives of 1/v and phi are negative for every u (``phi_curvature`` decreases).
 
 Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory.
 """
@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ShearFlexibility:
-    """The constants A and B of phi."""
+    """Constants A and B of phi."""
 
     a: float
     b: float
@@ -35,7 +35,7 @@ class ShearFlexibility:
 
 @kernel
 def phi(u: float, a: float, b: float) -> float:
-    """Shear flexibility over that of the area A0 alone."""
+    """Shear flexibility phi(u) relative to that of the area A0."""
     c = 2.0 - u
     return a / u + b * (1.0 - u) / (u * c * c)
 
@@ -49,17 +49,18 @@ def phi_slope(u: float, a: float, b: float) -> float:
 
 @kernel
 def phi_curvature(u: float, a: float, b: float) -> float:
-    """phi''(u); it falls with u, through 0 where phi turns concave."""
+    """phi''(u); decreasing in u, zero at the inflection point."""
     c = 2.0 - u
     return 2.0 * (a + 0.25 * b) / (u * u * u) + 0.5 * b / (c * c * c) - 3.0 * b / (c * c * c * c)
 
 
 @kernel
 def line_from(bend: float, shear: float, a: float, b: float) -> float:
-    """From which u the convex envelope of g = bend/v + shear phi on (0, 1] is a straight line to (1, g(1)); 1: nowhere.
+    """Return the u from which the convex envelope of g = bend/v + shear phi on (0, 1] is linear to (1, g(1)); 1:
+    nowhere.
 
-    g + g' e = g(1) with e = 1 - u; the common factor e^2 divided out, that is
-    shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, falling on the left, rising on the right.
+    g + g' e = g(1) with e = 1 - u; divided by the common factor e^2 this is
+    shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, decreasing on the left, increasing on the right.
     """
     if shear * b <= bend + shear * a:
         return 1.0
@@ -77,7 +78,7 @@ def line_from(bend: float, shear: float, a: float, b: float) -> float:
 
 @kernel
 def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
-    """(g(u) - g(1))/(1 - u), -g'(1) at u = 1: how fast g falls on the straight line to the solid section."""
+    """(g(u) - g(1))/(1 - u), -g'(1) at u = 1: rate of decrease of g along the chord to the solid section."""
     e = 1.0 - u
     c = 1.0 + e
     return (bend * e / c + shear * (a + b / (c * c))) / u
@@ -85,21 +86,21 @@ def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
 
 @kernel
 def bending(u: float) -> tuple[float, float, float]:
-    """1/v = (1/u + 1/(2-u))/2 with its slope and curvature."""
+    """1/v = (1/u + 1/(2-u))/2 with its first and second derivative."""
     c = 2.0 - u
     return 1.0 / (u * c), 0.5 * (1.0 / (c * c) - 1.0 / (u * u)), 1.0 / (u * u * u) + 1.0 / (c * c * c)
 
 
 @cache
 def cowper(poisson: float) -> ShearFlexibility:
-    """Cowper's law for a material with this Poisson's ratio."""
+    """Return Cowper's constants for this Poisson's ratio."""
     k = 6.0 * (1.0 + poisson)
     return ShearFlexibility((7.0 + 6.0 * poisson) / k, (20.0 + 12.0 * poisson) / k)
 
 
 @cache
 def inflection(poisson: float) -> float:
-    """The u from which phi is concave, 0.90 to 0.91."""
+    """Return the u above which phi is concave, 0.90 to 0.91."""
     law, low, high = cowper(poisson), 0.5, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
@@ -109,7 +110,7 @@ def inflection(poisson: float) -> float:
 
 @kernel
 def densities(u: Array, bend: Array, shear: Array, a: float, b: float) -> Array:
-    """bend/v + shear phi at stations (n,): 0 where nothing pulls, inf where something does at no wall."""
+    """bend/v + shear phi at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
     out = np.zeros_like(u)
     for i in range(u.size):
         x, c = u[i], 2.0 - u[i]

@@ -1,11 +1,11 @@
-"""The least wall under one demand, for many stations at once: v(w) = F(w) by Newton's method from the left.
+"""Minimum wall under one strength constraint, for many stations at once: v(w) = F(w) by Newton's method.
 
 v - F is concave (v is, F is convex) and not positive at the start, so Newton's method converges monotonically from
-there for every load. Two starts lie left of the root: where v reaches F(1), since F falls, which is close for heavy
-loads, and where the tangents of v and F at w = 0 meet, which is close for light ones.
+below for every load. Two starting values lie below the root: where v reaches F(1), since F decreases, which is close
+for heavy loads, and where the tangents of v and F at w = 0 intersect, which is close for light ones.
 
-All stations of a block take the same steps, none of which branches, so that the processor takes several at a time;
-a block ends when all of its stations have settled.
+All stations of a block take the same branch-free steps, which are vectorised; a block ends when all of its stations
+have converged.
 """
 
 from __future__ import annotations
@@ -19,23 +19,24 @@ from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
-_MOST_STEPS = 100
+_MAX_STEPS = 100
 _BLOCK = 256
 _TINY = 1e-140
-"""Where the squares in F come close to the least numbers there are; the wall is F/4 there, to all digits."""
+"""F below which its squares approach underflow; the wall is then F/4 to full precision."""
 
 
 @kernel
 def demanded(
     m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
 ) -> None:  # fmt: skip
-    """F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2), into ``out``."""
+    """Write F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2) into ``out``."""
     for i in range(out.size):
         w = wall[i]
         b = 1.0 - w
         p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
         f = math.sqrt(p * p + r * r)
-        # Rounded as below wherever squares do not run out of range: a section that just carries its load is found.
+        # Same rounding as the solver below unless squares overflow or underflow: a section at exactly F = v is
+        # accepted.
         out[i] = f if _TINY < f < 1.0 / _TINY else math.hypot(p, r)
 
 
@@ -43,7 +44,7 @@ def demanded(
 def raise_uses(
     m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
 ) -> None:  # fmt: skip
-    """Raise ``out`` to F/v, inf without a wall, 0 where nothing acts."""
+    """Raise ``out`` to F/v; inf without a wall, 0 where unloaded."""
     f = np.empty_like(wall)
     demanded(m, q, n, t, c0, c1, c2, wall, f)
     for i in range(out.size):
@@ -54,7 +55,7 @@ def raise_uses(
 
 @kernel
 def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
-    """Walls left of the roots, NaN where F(1) > 1; how many stations ask for next to nothing."""
+    """Write starting walls below the roots, NaN where F(1) > 1; return the number of nearly unloaded stations."""
     light = 0
     whole = c0 + (c1 + c2)
     for i in range(wall.size):
@@ -73,8 +74,8 @@ def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: flo
 
 
 @kernel
-def _improve(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
-    """One step of Newton's method; how many stations have not settled."""
+def _newton_steps(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
+    """One Newton step for every station; return the number not yet converged."""
     unsettled = 0
     for i in range(wall.size):
         w = wall[i]
@@ -87,21 +88,22 @@ def _improve(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: f
         step = short * f / slope
         step = step if step > 0.0 else 0.0
         wall[i] = 1.0 if w + step > 1.0 else w + step
-        # The curvature is below 20, so where the slope is not small the step after a small one is below rounding.
+        # The curvature is below 20, so unless the slope is small the step after a small one is below rounding.
         unsettled += 1 if step > (1e-9 if slope > 0.1 * f else 2.0 * _EPS) * w else 0
     return unsettled
 
 
 @kernel
 def least_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, out: Array) -> None:
-    """Raise ``out`` to the least walls of a demand with m and q per station; NaN where F(1) > 1, and where it was."""
+    """Raise ``out`` to the minimum walls of a constraint with m and q per station; NaN where F(1) > 1, or already
+    NaN."""
     block = np.empty(_BLOCK)
     for begin in range(0, out.size, _BLOCK):
         end = min(begin + _BLOCK, out.size)
         wall, own_m, own_q = block[: end - begin], m[begin:end], q[begin:end]
         light = _start(own_m, own_q, n, t, c0, c1, c2, wall)
-        for _ in range(_MOST_STEPS):
-            if _improve(own_m, own_q, n, t, c0, c1, c2, wall) == 0:
+        for _ in range(_MAX_STEPS):
+            if _newton_steps(own_m, own_q, n, t, c0, c1, c2, wall) == 0:
                 break
         if light > 0:
             for i in range(wall.size):

@@ -1,12 +1,12 @@
-"""The section of a bushing: the least t = D - d, twice the wall, that carries given forces around a bore d.
+"""Section of a bushing: the least t = D - d, twice the wall, that carries given forces around a bore d.
 
-With D = d + t and D^4 - d^4 = t (2d + t)(D^2 + d^2), which keeps the digits of a thin wall, a criterion asks for
+With D = d + t and D^4 - d^4 = t (2d + t)(D^2 + d^2), free of cancellation for a thin wall, a criterion requires
 
     G(t) = sqrt(p^2 + r^2)/(stress (D^4 - d^4)) <= 1,   p = (32/pi) M D + (4/pi) N (D^2 + d^2),
     r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D).
 
-Each part of G falls between as 1/t (thin wall) and as 1/t^3 (no bore), and so does G: d ln G/d ln t lies in [-3, -1].
-So every value of G brackets the root, one exists for every finite load, and Newton's method in ln t closes in on it.
+Each term of G decreases between 1/t (thin wall) and 1/t^3 (no bore), and so does G: d ln G/d ln t lies in [-3, -1].
+So every value of G brackets the root, one exists for every finite load, and Newton's method in ln t converges to it.
 """
 
 from __future__ import annotations
@@ -24,13 +24,12 @@ from solvers.pin.section.criteria import ALLOWABLE_SHEAR, CombinedCriterion, Cri
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
-_MOST_STEPS = 200
+_MAX_STEPS = 200
 
 
 @dataclass(frozen=True)
 class OutsideConstraint:
-    """What a strength constraint takes of the forces at every station, (4, n): bending, axial, shear, torsion; over
-    ``stress``."""
+    """The forces in a strength constraint at every station, (4, n): bending, axial, shear, torsion; over ``stress``."""
 
     name: str
     parts: Array
@@ -41,7 +40,7 @@ class OutsideConstraint:
 def outside_constraints(
     forces: InternalForces, criterion: Criterion, material: PinMaterial
 ) -> tuple[OutsideConstraint, ...]:
-    """Every strength constraint of one load case, that of a separate shear allowable included."""
+    """Return the strength constraints of one load case, including a separate shear allowable."""
     law = criterion.law(material)
 
     def constraint(share: Share, stress: float) -> OutsideConstraint:
@@ -57,7 +56,7 @@ def outside_constraints(
 
     found = [constraint(share, material.allowable_stress) for share in criterion.shares(forces)]
     if material.allowable_shear is not None:
-        # Shear alone: bending and axial force do not count against it.
+        # Shear alone: bending and axial force do not enter.
         only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
         found.append(constraint(CombinedCriterion(ALLOWABLE_SHEAR, 1.0).shares(only)[0], material.allowable_shear))
     return tuple(found)
@@ -65,7 +64,7 @@ def outside_constraints(
 
 @kernel
 def _use(t: float, d: float, m: float, n: float, q: float, s: float, c0: float, c1: float, c2: float):
-    """G(t) and -d ln G/d ln t."""
+    """Return G(t) and -d ln G/d ln t."""
     D = d + t
     full = t * (2.0 * d + t) * (D * D + d * d)
     shape = d * (c0 * d + (2.0 * c0 + c1) * t) + (c0 + c1 + c2) * t * t
@@ -87,10 +86,10 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
         if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
             out[i] = 0.0
             continue
-        # Without a bore, bending asks for the cube root, shear and axial force for the square root.
+        # Without a bore, t is a cube root of the bending term, a square root of the shear and axial terms.
         t = (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
         low, high, before = 0.0, np.inf, np.inf
-        for _ in range(_MOST_STEPS):
+        for _ in range(_MAX_STEPS):
             g, fall = _use(t, d, m, n, q, s, c0, c1, c2)
             root = g ** (1.0 / 3.0)
             low, high = max(low, t * min(g, root)), min(high, t * max(g, root))
@@ -98,7 +97,7 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
             if abs(off) <= 2.0 * _EPS:
                 break
             if not low < high:
-                # Rounding alone is left between the ends, not between them and t.
+                # The bracket has collapsed to rounding error.
                 t = 0.5 * (low + high)
                 break
             new = t * math.exp(off / min(max(fall, 1.0), 3.0))
@@ -112,7 +111,7 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
 
 
 def least_gap(constraint: OutsideConstraint, bore: float) -> Array:
-    """The least t = D - d [m] of every station, (n,); 0 where nothing pulls."""
+    """Return the least t = D - d [m] of every station, (n,); 0 where unloaded."""
     out = np.empty(constraint.parts.shape[1])
     _least_gap(
         np.ascontiguousarray(constraint.parts), constraint.law.c0, constraint.law.c1, constraint.law.c2, bore, out
@@ -121,7 +120,7 @@ def least_gap(constraint: OutsideConstraint, bore: float) -> Array:
 
 
 def utilisation(constraint: OutsideConstraint, bore: float, gap: Array) -> Array:
-    """G at t of shape (n,): inf where something pulls at no wall, 0 where nothing pulls."""
+    """G at t of shape (n,): inf where a loaded section has no wall, 0 where unloaded."""
     d, t, law = bore, gap, constraint.law
     outer = d + t
     full = t * (2.0 * d + t) * (outer**2 + d * d)

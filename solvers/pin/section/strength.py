@@ -1,13 +1,13 @@
-"""The section of a pin: stresses, and the wall that carries given forces.
+"""Section of a pin: stresses, and the minimum wall for given forces.
 
-Everything is written in the relative wall w = 1 - d/D (0: no wall, 1: solid), so that a thin wall keeps its digits:
-v = 1 - (1 - w)^4, u = 1 - (1 - w)^2 = w(2 - w), v = u(2 - u). With the moment, axial force, shear and torque made
-dimensionless, each strength criterion is one or more constraints
+All formulas use the relative wall w = 1 - d/D (0: no wall, 1: solid) to keep the digits of a thin wall:
+v = 1 - (1 - w)^4, u = 1 - (1 - w)^2 = w(2 - w), v = u(2 - u). With dimensionless moment, axial force, shear and
+torque, each strength criterion is one or more constraints
 
     v >= F(w) = sqrt(p(w)^2 + r(w)^2),    p = m + n (1 + (1-w)^2),    r = q (c0 + c1 w + c2 w^2) + t,
 
-p and r not negative, convex and falling on [0, 1]. A wall exists exactly if F(1) <= 1;
-``solvers.pin.section.least_wall`` finds it.
+p and r non-negative, convex and decreasing on [0, 1]. A feasible wall exists exactly if F(1) <= 1;
+``solvers.pin.section.least_wall`` finds the minimum.
 """
 
 from __future__ import annotations
@@ -29,8 +29,10 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class StrengthConstraint:
-    """F(w) at every station, over ``stress``: ``bending`` m and ``shear`` q of shape (n,), and what is the same
-    all along, ``axial`` n and ``torsion`` t."""
+    """F(w) at every station, over ``stress``.
+
+    ``bending`` m and ``shear`` q have shape (n,); ``axial`` n and ``torsion`` t are constant along the pin.
+    """
 
     name: str
     bending: Array
@@ -51,8 +53,11 @@ class StrengthConstraint:
 def _constraint(
     name: str, forces: InternalForces, diameter: float, stress: float, law: ShearLaw, factor: float
 ) -> StrengthConstraint:
-    """v times the greatest stresses over ``stress``: normal 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), and
-    ``factor`` times the shear stress of the shear force, Q s(w)/D^2, and of the torque, 16 |T|/(pi D^3)."""
+    """Return v times the maximum stresses over ``stress``.
+
+    Normal stress 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), and ``factor`` times the shear stress of the shear
+    force, Q s(w)/D^2, and of the torque, 16 |T|/(pi D^3).
+    """
     area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
     return StrengthConstraint(
         name,
@@ -68,8 +73,8 @@ def _constraint(
 def strength_constraints(
     criterion: Criterion, forces: InternalForces, diameter: float, material: PinMaterial
 ) -> tuple[StrengthConstraint, ...]:
-    """A criterion's constraints on a section of this outer diameter, and the separate one on the shear stress, where
-    the material has one."""
+    """Return a criterion's constraints on a section of this outer diameter, including the material's shear
+    allowable."""
     stress, law = material.allowable_stress, criterion.law(material)
     found = [
         _constraint(share.name, share.forces, diameter, stress, law, share.factor) for share in criterion.shares(forces)
@@ -81,11 +86,11 @@ def strength_constraints(
 
 
 def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
-    """The least relative wall w of every station, (n,), that no demand and not the ``floor`` undercuts; NaN where even
-    the solid section is too weak.
+    """Return the minimum relative wall w of every station, (n,), at least ``floor``; NaN where the solid section
+    fails.
 
-    Valid for any load; relative error a few rounding errors times the condition of the problem, which is unbounded
-    only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
+    Valid for any load; the relative error is a few rounding errors times the condition of the problem, which is
+    unbounded only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
     """
     found = np.full(stations, floor)
     for constraint in constraints:
@@ -97,8 +102,10 @@ def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations
 
 
 def uses(constraints: Sequence[StrengthConstraint], wall: Array) -> Array:
-    """Greatest F(w)/v(w) at relative walls (n,), of the criterion's demands and of the separate limit on the shear
-    stress, (2, n): 1 where the strength is used up, inf without a wall, 0 where nothing acts."""
+    """Return the maximum F(w)/v(w) at relative walls (n,), of the criterion and of the shear allowable, (2, n).
+
+    1 at full utilisation, inf without a wall, 0 where unloaded.
+    """
     out = np.zeros((2, wall.size))
     for c in constraints:
         row, law = int(c.name == ALLOWABLE_SHEAR), c.law

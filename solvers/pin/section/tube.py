@@ -1,13 +1,13 @@
-"""What a tube of given bore gives, by how much material stands around it: y = (D^2 - d^2)/l^2.
+"""Flexibility of a tube of given bore in terms of its material y = (D^2 - d^2)/l^2.
 
 f = 1/(y (y + 2 kappa)) is the bending flexibility over 64/(E pi l^4), and by Cowper the shear flexibility over
 4/(G pi l^2) is
 
     g = a/y + (b kappa/2) (f + 1/(y + 2 kappa)^2),
 
-kappa = 1 where l is the bore and 0 for a bar without one. With kappa = -1 and the outer diameter as l they are the
-pin's own two functions of u, f with its sign turned (``solvers.pin.section.flexibility``). Both are convex for y > 0
-where kappa is not negative.
+kappa = 1 with l the bore and 0 for a bar without one. With kappa = -1 and l the outer diameter they are the pin's
+functions of u, f with its sign reversed (``solvers.pin.section.flexibility``). Both are convex for y > 0 if kappa is
+not negative.
 
 Source: Cowper's coefficient (see ``solvers.pin.section.flexibility``) with m^2 = d^2/D^2, in partial fractions.
 """
@@ -76,7 +76,7 @@ def place_around(
 
 @kernel
 def densities(y: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
-    """bend f + shear g at stations (n,): 0 where nothing pulls, inf where something does at no wall."""
+    """bend f + shear g at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
     out = np.zeros_like(y)
     for i in range(y.size):
         if bend[i] == 0.0 and shear[i] == 0.0:

@@ -1,4 +1,4 @@
-"""The three measures of a hollow section, and how one follows from another without cancellation."""
+"""Conversions between the three measures of a hollow section, without cancellation."""
 
 from __future__ import annotations
 
@@ -19,5 +19,5 @@ def wall_of(solidity: Array) -> Array:
 
 
 def solidity_of(wall: Array) -> Array:
-    """u = w (2 - w): the share of the solid section that is left."""
+    """u = w (2 - w): the solid fraction of the section."""
     return wall * (2.0 - wall)

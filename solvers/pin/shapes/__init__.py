@@ -1,1 +1,1 @@
-"""The shapes that a bore or an outside may have."""
+"""Forms of a bore or an outer profile."""

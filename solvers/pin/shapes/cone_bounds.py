@@ -1,13 +1,13 @@
-"""How much a box of cones can hold at most, to second order in the box's width.
+"""Upper bound of the bore volume over a box of cones, to second order in the box's width.
 
-With s_k(r, c) the greatest size that one rule allows (a station's strength, the deflection, the slope), no shape holds
-more than s_k^2 hollow for any k, hence than any weighted geometric mean of two of them. Over a box the mean value
-theorem bounds its logarithm F = sum w_k F_k by F at the middle and half the box's sides times the greatest of |dF/dr|
-and |dF/dc|, whose ranges follow from the rules. Where two rules meet in a ridge, the right weight leaves no slope at
-the best shape, and what the bound loses falls with the square of the width.
+With s_k(r, c) the maximum size allowed by one rule (a station's strength, the deflection, the slope), no shape
+exceeds s_k^2 hollow for any k, hence not any weighted geometric mean of two of them. Over a box the mean value
+theorem bounds its logarithm F = sum w_k F_k by F at the centre plus half the box's sides times the maxima of |dF/dr|
+and |dF/dc|, whose ranges follow from the rules. Where two rules meet in a ridge, the optimal weight cancels the
+slope at the best shape, and the excess of the bound decreases with the square of the width.
 
-With d_i = s f_i the bore at station i and g_i > 0 the deflection's slope in it, the implicit function theorem gives
-d(ln s)/dr = -sum g_i (df_i/dr) / sum g_i f_i, all terms of one sign; likewise in c.
+With d_i = s f_i the bore at station i and g_i > 0 the deflection's derivative in it, the implicit function theorem
+gives d(ln s)/dr = -sum g_i (df_i/dr) / sum g_i f_i, all terms of one sign; likewise in c.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ _ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class Rule:
-    """ln of the size that one rule allows in a box's middle, and the least and greatest d(ln size)/dr and /dc in it."""
+    """ln of the size one rule allows at a box's centre, and the ranges of d(ln size)/dr and d(ln size)/dc in the
+    box."""
 
     middle: float
     slopes: Box
@@ -39,9 +40,9 @@ def deflection_slopes(
     r0: float, r1: float, turn: float, least: float, most: float, lost_low: Array, lost_high: Array,
     gentlest: Array, steepest: Array, share: Array, bend: Array, shear: Array, a: float, b: float,
 ) -> tuple[float, float, float, float]:  # fmt: skip
-    """The ranges of d(ln s)/dr and d(ln s)/dc of the size s in [least, most] that a deflection limit allows.
+    """Return the ranges of d(ln s)/dr and d(ln s)/dc of the size s in [least, most] under a deflection limit.
 
-    ``turn`` is the sign of df/dc, the four arrays are those of ``tapers.lost_range``. Infinite ranges where a bore may
+    ``turn`` is the sign of df/dc, the four arrays are those of ``tapers.lost_range``. Infinite ranges if a bore may
     reach the outer diameter.
     """
     r_low, r_high, c_low, c_high, f_low, f_high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -52,7 +53,7 @@ def deflection_slopes(
         d0, d1 = least * low, most * high
         if d1 >= 1.0:
             return -np.inf, np.inf, -np.inf, np.inf
-        # -d(1/v)/du and -phi'(u) in parts that fall and parts that rise with u.
+        # -d(1/v)/du and -phi'(u), split into terms decreasing and increasing in u.
         u0, u1 = (1.0 - d1) * (1.0 + d1), (1.0 - d0) * (1.0 + d0)
         v0, v1 = 2.0 - u0, 2.0 - u1
         bend0, bend1 = 0.5 * (1.0 / (u1 * u1) - 1.0 / (v1 * v1)), 0.5 * (1.0 / (u0 * u0) - 1.0 / (v0 * v0))
@@ -74,7 +75,7 @@ def deflection_slopes(
 
 
 def station_slopes(taper: Taper, box: Box, t: float) -> Box:
-    """The same for ln s = ln bore - ln f(t), the size that one station's strength allows."""
+    """As ``deflection_slopes``, for ln s = ln bore - ln f(t), the size allowed by one station's strength."""
     r0, r1, c0, c1 = box
     lost_low, lost_high, gentlest, steepest = (float(x[0]) for x in lost_range(taper, np.array([t]), c0, c1))
     low, high = 1.0 - (1.0 - r0) * lost_high, 1.0 - (1.0 - r1) * lost_low
@@ -85,10 +86,10 @@ def station_slopes(taper: Taper, box: Box, t: float) -> Box:
 
 
 def second_order(taper: Taper, box: Box, rules: list[Rule]) -> float:
-    """The least bound of s^2 hollow that any one or two of the rules prove over the box; infinite where none does.
+    """Return the least bound of s^2 hollow over the box from any one or two of the rules; infinite if none applies.
 
-    In the weight the bound is convex and made of straight lines: least at an end or where a slope's range begins or
-    ceases to lean to the other side.
+    The bound is convex and piecewise linear in the weight: its minimum is at an end or where a slope range changes
+    the side that dominates.
     """
     r0, r1, c0, c1 = box
     half_r, half_c = 0.5 * (r1 - r0), 0.5 * (c1 - c0)
@@ -104,7 +105,7 @@ def second_order(taper: Taper, box: Box, rules: list[Rule]) -> float:
 
     best = min((bound(p) for p in pieces), default=math.inf)
     for p, q in itertools.combinations(pieces, 2):
-        # Where -low = high: the greatest of the two turns from one side to the other.
+        # Where -low = high, the dominating side changes.
         for side in (1, 3):
             mine, other = p[side] + p[side + 1], q[side] + q[side + 1]
             if mine * other < 0.0:

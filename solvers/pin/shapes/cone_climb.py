@@ -1,7 +1,8 @@
-"""One cone after another, compiled: the greatest size of a shape, and the best shape near others.
+"""Compiled evaluation of cones: the maximum size of a shape, and a pattern search for the best shape.
 
-Shapes (``tapers``) on one half: places t are shares of its length, bores are over the outer diameter. The bore
-d = s f(t; r, c) of size s keeps the strength where d <= the bore that a station allows, and the deflection limit where
+Shapes (``tapers``) on one half: positions t are fractions of its length, bores are relative to the outer diameter.
+The bore d = s f(t; r, c) of size s satisfies the strength if d <= the allowed bore at every station, and the
+deflection limit if
 
     sum share (bend/v(u) + shear phi(u)) <= limit,    u = (1 - d) (1 + d),
 
@@ -21,7 +22,7 @@ from solvers.pin.shapes.tapers import hollow, relative_bore
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 
 Array = NDArray[np.float64]
-_WAYS = 16
+_DIRECTIONS = 16
 """Directions of the pattern search."""
 _FIRST_STEP = 0.05
 
@@ -31,12 +32,12 @@ def split(
     ends: Array, x: Array, share: Array, bend: Array, shear: Array,
     at: Array, own_share: Array, own_bend: Array, own_shear: Array,
 ) -> int:  # fmt: skip
-    """The stations x with their shares and the deflection's coefficients into four arrays, every panel that counts and
-    has some of the rising ``ends`` inside replaced by its parts; how many there are.
+    """Write the stations with their shares and deflection coefficients into four arrays, splitting loaded panels at
+    ``ends``; return the number of stations.
 
-    A quadrature rule across the kink where a cone ends would be off by 1e-4 of the deflection, and a search would find
-    the shapes for which that is in their favour. Moments and shear forces are polynomials in a panel: its own nodes
-    give them at those of its parts (barycentric formula; J.-P. Berrut and L. N. Trefethen, 2004).
+    Quadrature across the kink where a cone ends has a relative deflection error of 1e-4, which a search would
+    exploit. Moments and shear forces are polynomials within a panel, so the nodes of its parts are interpolated from
+    its own (barycentric formula; J.-P. Berrut and L. N. Trefethen, 2004).
     """
     count = 0
     for first in range(0, x.size, NODES):
@@ -80,8 +81,10 @@ def greatest_size(
     turn: int, r: float, c: float, x: Array, bore: Array, at: Array, share: Array, bend: Array, shear: Array,
     a: float, b: float, limit: float, most: float,
 ) -> float:  # fmt: skip
-    """The greatest size of a shape, over the outer diameter, up to ``most``: strength at stations x, where ``bore`` is
-    allowed, the deflection at places ``at``."""
+    """Return the maximum size of a shape relative to the outer diameter, up to ``most``.
+
+    Strength at stations x with allowed ``bore``, deflection at positions ``at``.
+    """
     size = most
     for i in range(x.size):
         shape = relative_bore(turn, r, c, x[i])
@@ -89,7 +92,7 @@ def greatest_size(
             size = bore[i] / shape
     if limit == np.inf:
         return size
-    # Regula falsi in limit/deflection - 1, which ends at -1 where nothing is left, with every fourth step a bisection.
+    # Regula falsi in limit/deflection - 1, which is -1 where no section is left, with a bisection every fourth step.
     low, high, at_low, at_high, last = 0.0, size, 1.0, -1.0, 0
     for step in range(120):
         if step == 0:
@@ -128,8 +131,8 @@ def greatest_size(
 
 
 @kernel
-def _between(x: Array, y: Array, at: float) -> float:
-    """Straight lines through (x, y), x rising."""
+def _interpolated(x: Array, y: Array, at: float) -> float:
+    """Linear interpolation through (x, y), x increasing."""
     low, high = 0, x.size - 1
     while high - low > 1:
         middle = (low + high) // 2
@@ -141,14 +144,14 @@ def _between(x: Array, y: Array, at: float) -> float:
 
 
 @kernel
-def _gain(
+def _bore_volume(
     turn: int, r: float, c: float, edges: Array, edge_bore: Array, steep: float, x: Array, bore: Array, share: Array,
     bend: Array, shear: Array, a: float, b: float, limit: float, work: Array,
 ) -> float:  # fmt: skip
-    """As ``climb`` has it, of one shape."""
+    """Return the bore volume of one shape, as in ``climb``."""
     most, count, end = 1.0, 0, np.empty(1)
     if edges.size > 0 and c < 1.0:
-        most = _between(edges, edge_bore, c)
+        most = _interpolated(edges, edge_bore, c)
     if limit < np.inf:
         end[0] = c
         count = split(end, x, share, bend, shear, work[0], work[1], work[2], work[3])
@@ -165,27 +168,27 @@ def climb(
     turn: int, rs: Array, cs: Array, c_low: float, c_high: float, least_step: float, edges: Array, edge_bore: Array,
     steep: float, x: Array, bore: Array, share: Array, bend: Array, shear: Array, a: float, b: float, limit: float,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """(volume of its greatest bore, r, c) of the best of the shapes rs x cs, closed in on by pattern search: sixteen
-    directions, steps that double on success and halve otherwise.
+    """Return (bore volume, r, c) of the best shape, from the grid rs x cs by pattern search.
 
-    The size of a widening shape with a corner is at most ``edge_bore`` there, straight between the ``edges`` (empty:
-    there is no corner), under a slope limit at most ``steep`` c/(1 - r).
+    Sixteen directions; the step doubles on success and is halved otherwise. The size of a widening shape with a
+    corner is at most ``edge_bore`` there, linear between the ``edges`` (empty: no corner), under a slope limit at
+    most ``steep`` c/(1 - r).
     """
     work = np.empty((4, x.size + 2 * NODES))
     gain, r, c, step = -1.0, 0.0, c_low, _FIRST_STEP
     for r1 in rs:
         for c1 in cs:
-            trial = _gain(turn, r1, c1, edges, edge_bore, steep, x, bore, share, bend, shear, a, b, limit, work)
+            trial = _bore_volume(turn, r1, c1, edges, edge_bore, steep, x, bore, share, bend, shear, a, b, limit, work)
             if trial > gain:
                 gain, r, c = trial, r1, c1
     while step > least_step:
         better = False
-        # Where the cone takes the whole half there are two ways only.
-        for way in range(0, _WAYS, 1 if c_low < c_high else _WAYS // 2):
-            angle = 2.0 * math.pi * way / _WAYS
+        # If the cone occupies the whole half, only two directions exist.
+        for way in range(0, _DIRECTIONS, 1 if c_low < c_high else _DIRECTIONS // 2):
+            angle = 2.0 * math.pi * way / _DIRECTIONS
             r1 = min(max(r + step * math.cos(angle), 0.0), 1.0)
             c1 = min(max(c + step * math.sin(angle), c_low), c_high)
-            trial = _gain(turn, r1, c1, edges, edge_bore, steep, x, bore, share, bend, shear, a, b, limit, work)
+            trial = _bore_volume(turn, r1, c1, edges, edge_bore, steep, x, bore, share, bend, shear, a, b, limit, work)
             if trial > gain:
                 gain, r, c, better = trial, r1, c1, True
                 break

@@ -1,7 +1,8 @@
-"""The greatest size of a cone's shape, and how much a box of shapes can hold at most.
+"""The maximum size of a cone's shape, and an upper bound of the bore volume over a box of shapes.
 
-A shape (``tapers``) is fixed by which way it tapers, by r, its narrowest bore over its greatest, and by c, the share of
-the half that the cone takes; its size is the greatest that strength, wall, deflection and slope allow.
+A shape (``tapers``) is defined by its direction of taper, by r, the ratio of its narrowest to its widest bore, and
+by c, the fraction of the half that the cone occupies; its size is the greatest that strength, wall, deflection and
+slope allow.
 """
 
 from __future__ import annotations
@@ -24,22 +25,24 @@ from solvers.pin.stations.lobatto_panels import NODES
 
 Array = NDArray[np.float64]
 Shape = tuple[float, float, float]
-"""Volume of the greatest bore of a shape, its r and c."""
+"""Maximum bore volume of a shape, its r and c."""
 SMALL = 0.02
-"""Boxes no wider than this are bounded to second order as well."""
-_CELLS, _SHORTEST = 64, 1e-10
-"""For the corner of a widening cone the bore that strength allows is looked at in so many cells of the half at least,
-cut until it is as straight in each as the bound asks for, or they are as short."""
-_ROOT = 1e-14
-"""A size under a deflection limit is known from below, to this."""
+"""Box width up to which the second-order bound is used as well."""
+_MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
+"""Initial cells of the half for the allowed bore at a widening cone's corner, and their minimum width; cells are
+split until the bore is linear in each to the tolerance of the bound."""
+_SIZE_TOLERANCE = 1e-14
+"""Relative error of a size under a deflection limit, which is a lower estimate."""
 Nodes = tuple[Array, Array, Array, Array]
-"""Places over the half's length with the weights and coefficients of the deflection there."""
+"""Positions relative to the half's length, with quadrature weights and deflection coefficients."""
 
 
 @dataclass(frozen=True)
 class Cones:
-    """The sizes of shapes of one taper on a program's stations; ``straight`` is what a bound may lose, relative, to
-    what lies between places that are looked at."""
+    """Sizes of shapes of one taper on a program's stations.
+
+    ``straight`` is the relative tolerance of a bound for deviations between sampled positions.
+    """
 
     program: Program
     taper: Taper = NARROWING
@@ -51,7 +54,7 @@ class Cones:
 
     @cached_property
     def _bore(self) -> Array:
-        """The widest bore that strength allows, over the outer diameter."""
+        """The widest bore that strength allows, relative to the outer diameter."""
         return bore_of(self.program, self.program.lower) / self.program.scene.geometry.outer_diameter
 
     @property
@@ -60,24 +63,26 @@ class Cones:
 
     @property
     def _steep(self) -> float:
-        """The greatest size of a shape under the slope limit is this times c/(1 - r)."""
+        """Coefficient of the slope limit: the size is at most this times c/(1 - r)."""
         slope, g = self.program.limits.max_slope, self.program.scene.geometry
         return math.inf if slope is None else slope * 0.5 * g.length / g.outer_diameter
 
     def nodes(self, *ends: float) -> Nodes:
-        """The stations, with panels split at these places, where a cone may end (see ``cone_climb.split``)."""
+        """Return the stations, with panels split at the cone ends (see ``cone_climb.split``)."""
         p = self.program
         work = np.empty((4, self._places.size + 2 * NODES * len(ends)))
         count = split(np.array(sorted(ends)), self._places, p.share, p.bending, p.shear, *work)
         return tuple(row[:count] for row in work)
 
     def shape(self, r: float, c: float) -> Array:
-        """The bore at the stations over its greatest."""
+        """Return the bore at the stations relative to its maximum."""
         return 1.0 - (1.0 - r) * self.taper.lost(self._places, c)
 
     def size(self, shape: tuple[float, float], slope_at: tuple[float, float], corner: float) -> float:
-        """Greatest size of a shape (r, c), ``corner`` at most; the slope limit, which loosens with r and c, at its own
-        pair."""
+        """Return the maximum size of a shape (r, c), at most ``corner``.
+
+        The slope limit, which relaxes with r and c, is evaluated at its own pair ``slope_at``.
+        """
         (r, c), (steep_r, steep_c) = shape, slope_at
         size = self._greatest(r, c, self._bore, corner)
         return size if steep_r == 1.0 else min(size, self._steep * steep_c / (1.0 - steep_r))
@@ -90,7 +95,7 @@ class Cones:
         )  # fmt: skip
 
     def closed_in(self, rs: Array, cs: Array, c_range: tuple[float, float], least_step: float) -> Shape:
-        """The best shape of a grid, closed in on by pattern search in steps down to ``least_step``."""
+        """Return the best shape of a grid, refined by pattern search with steps down to ``least_step``."""
         p, none = self.program, np.empty(0)
         at_corner = self.taper.turn < 0 and c_range[0] < c_range[1]
         edges, bore = self._edges[:2] if at_corner else (none, none)
@@ -101,8 +106,10 @@ class Cones:
         return self.gain(r, c), r, c
 
     def corner(self, c0: float, c1: float) -> float:
-        """The widest bore that strength allows where the cone of a widening shape ends, c in [c0, c1], or more: of all
-        shapes only these are widest between stations."""
+        """Return an upper bound of the allowed bore at the corner of a widening cone, c in [c0, c1].
+
+        Only these shapes are widest between stations.
+        """
         if self.taper.turn > 0 or c0 >= 1.0:
             return 1.0
         if c0 == c1:
@@ -117,18 +124,18 @@ class Cones:
 
     @cached_property
     def _edges(self) -> tuple[Array, Array, Array]:
-        """Edges of cells from 0 to 1, that bore there, and how far it may lie above a straight line between them, a
-        kink in the cell included."""
+        """Cell edges from 0 to 1, the allowed bore there, and its maximum excess over linear interpolation in each
+        cell, including a kink in the cell."""
         scene = self.program.scene
         edges = np.union1d(
-            np.linspace(0.0, 1.0, _CELLS + 1), kinks(scene.cases, scene.geometry.length, scene.reference)
+            np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene.cases, scene.geometry.length, scene.reference)
         )
-        edges = edges[np.concatenate([[True], np.diff(edges) > _SHORTEST])]
+        edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
         while True:
             bore, wide = self._bore_at(edges), np.diff(edges)
             bend = np.abs(np.diff(np.diff(bore) / wide))
             above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-            cut = (above > self.straight) & (wide > 2.0 * _SHORTEST)
+            cut = (above > self.straight) & (wide > 2.0 * _MIN_CELL_WIDTH)
             if not cut.any():
                 return edges, bore, above
             edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[cut]]))
@@ -139,25 +146,25 @@ class Cones:
         return np.arange(max(first - 1, 0), max(min(last, edges.size - 1), first))
 
     def held(self, r: float, c: float) -> float:
-        """Greatest size of a shape."""
+        """Return the maximum size of a shape."""
         return self.size((r, c), (r, c), self.corner(c, c))
 
     def gain(self, r: float, c: float) -> float:
-        """Volume of the greatest bore of this shape."""
+        """Return the maximum bore volume of a shape."""
         return self.held(r, c) ** 2 * self.taper.hollow(r, c)
 
     def most(self, box: Box) -> float:
-        """No shape of the box holds more."""
+        """Return an upper bound of the bore volume over the box."""
         r0, r1, c0, c1 = box
         size = self.size(widest(self.taper, box), (r1, c1), self.corner(c0, c1))
         first = size**2 * self.taper.hollow(*narrowest(self.taper, box))
-        # Far from small the range of slopes says nothing.
+        # On large boxes the slope ranges are too wide to be useful.
         if max(r1 - r0, c1 - c0) > SMALL:
             return first
         return min(first, second_order(self.taper, box, self._rules(box)))
 
     def _rules(self, box: Box) -> list[Rule]:
-        """The rules that hold the shapes of a box: stations that are the weakest somewhere, deflection, slope."""
+        """Return the rules that limit a box's shapes: stations critical for some shape, deflection, slope."""
         p, taper = self.program, self.taper
         r0, r1, c0, c1 = box
         r, c = 0.5 * (r0 + r1), 0.5 * (c0 + c1)
@@ -175,17 +182,17 @@ class Cones:
         if least > 0.0 and math.isfinite(most):
             places, *weighed = self.nodes(c0, c1)
             slopes = deflection_slopes(
-                r0, r1, float(taper.turn), least, most * (1.0 + _ROOT), *lost_range(taper, places, c0, c1),
+                r0, r1, float(taper.turn), least, most * (1.0 + _SIZE_TOLERANCE), *lost_range(taper, places, c0, c1),
                 *weighed, p.law.a, p.law.b,
             )  # fmt: skip
-            rules.append(Rule(math.log(middle) + _ROOT, slopes))
+            rules.append(Rule(math.log(middle) + _SIZE_TOLERANCE, slopes))
         if p.limits.max_slope is not None and r1 < 1.0:
             slopes = (1.0 / (1.0 - r0), 1.0 / (1.0 - r1), 1.0 / c1, 1.0 / c0)
             rules.append(Rule(math.log(self._steep * c / (1.0 - r)), slopes))
         return rules
 
     def _corner_rule(self, c0: float, c1: float) -> list[Rule]:
-        """That of the place where a widening cone ends."""
+        """Return the rule of the corner where a widening cone ends."""
         if self.taper.turn > 0 or c0 >= 1.0:
             return []
         edges, values, above = self._edges
@@ -201,7 +208,8 @@ class Cones:
         return [Rule(math.log(at) + float(above[cells].max()) / least, (0.0, 0.0, low, high))]
 
     def stiff(self, r: float, c: float) -> float:
-        """The greatest size that the deflection allows, be it beyond the outer diameter where no load bends."""
+        """Return the maximum size under the deflection limit, possibly above the outer diameter in unloaded
+        sections."""
         p = self.program
         bent = self._places[(p.bending != 0.0) | (p.shear != 0.0)]
         widest_bent = float(np.max(1.0 - (1.0 - r) * self.taper.lost(bent, c), initial=0.0))

@@ -1,4 +1,4 @@
-"""One diameter all along."""
+"""Uniform diameter."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from solvers.pin.optimum.lumped import segments
 from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
 
-_PASSES = 40
+_MAX_PASSES = 40
 
 
 def _one_wall(program: Program) -> Weighed | None:
-    """The least u all along; None where even the solid section is too soft."""
+    """Return the least uniform u; None if even the solid section is too soft."""
     least = np.array([program.lower.max()])
     if program.limit is None:
         return Weighed(least, 0.0, 0)
@@ -29,7 +29,7 @@ def _one_wall(program: Program) -> Weighed | None:
 
 @dataclass(frozen=True)
 class Constant:
-    """One bore, or one outer diameter, all along."""
+    """A uniform bore or outer diameter."""
 
     name: str = "constant"
 
@@ -43,7 +43,7 @@ class Constant:
             proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
             wall = sought.walls(program, program.lower).max()
         else:
-            # One unknown: a wall thinner by 1e-12 breaks the deflection limit.
+            # One unknown: a wall thinner by 1e-12 violates the deflection limit.
             proof, wall = partial(float, u * (1.0 - 1e-12)), sought.wall_of(weighed.solidity)[0]
         length, size = program.scene.geometry.length, float(sought.sizes(wall))
         return Found(
@@ -54,11 +54,12 @@ class Constant:
 
 
 def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] | None:
-    """Volume of the lightest of one diameter and how far it may be off, relative, on the program's panels and halves of
-    those that may hold its weakest section between stations; None where even the solid section is too weak or too
-    soft."""
+    """Return the volume of the lightest uniform diameter and its relative error estimate; None if infeasible.
+
+    Panels that may hold the critical section between stations are refined.
+    """
     found = None
-    for _ in range(_PASSES):
+    for _ in range(_MAX_PASSES):
         found = _one_wall(program) if np.isfinite(program.lower).all() else None
         if found is None:
             return None

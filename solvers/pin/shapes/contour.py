@@ -1,9 +1,9 @@
-"""A curve known at the stations as few cubics: what a drawing or a solid is made from.
+"""Conversion of a curve given at the stations into a few cubics for drawings and solid models.
 
-Between the places where it bends, a diameter that a design found is a smooth function of the place. Over each panel it
-is the polynomial of degree 8 through Lobatto's nodes; here cubics with its values and slopes at their ends replace it,
-each as long as it stays within the tolerance at every node it spans. Where no cubic does, in the narrow panels that
-hold a kink or a step, straight lines from node to node follow the curve.
+Between its kinks, a designed diameter is a smooth function of the position. Over each panel it is the polynomial of
+degree 8 through Lobatto's nodes; it is replaced by cubics with its values and slopes at their ends, each as long as
+it stays within the tolerance at every node it spans. Where no cubic does, in narrow panels with a kink or a step,
+straight segments from node to node are used.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 
 Array = NDArray[np.float64]
 _TOLERANCE = 1e-7
-"""Of the greatest diameter: 2 nm of a pin of 20 mm."""
-_SAME = 1e-9
-"""Of the length: places that no tool tells apart."""
+"""Relative to the greatest diameter: 2 nm for a pin of 20 mm."""
+_POSITION_TOLERANCE = 1e-9
+"""Relative to the length: positions closer than manufacturing can resolve."""
 
-_MOST_HALVINGS = 5
-_BETWEEN = np.linspace(0.0, 1.0, 9)
+_MAX_BISECTIONS = 5
+_SAMPLES = np.linspace(0.0, 1.0, 9)
 
 
 @dataclass(frozen=True)
@@ -39,7 +39,7 @@ class Cubic:
     slope_last: float
 
     def at(self, x: Array) -> Array:
-        """The diameter at places between the ends; same shape (Hermite's form)."""
+        """Return the diameter at positions between the ends, in the same shape (Hermite's form)."""
         width = self.end - self.start
         t = (x - self.start) / width
         s = 1.0 - t
@@ -48,8 +48,8 @@ class Cubic:
 
 
 @cache
-def _differences() -> Array:
-    """Slopes at the nodes on [-1, 1] of the polynomial through the values there: (9, 9), barycentric."""
+def _differentiation_matrix() -> Array:
+    """Return the barycentric differentiation matrix at the nodes on [-1, 1], (9, 9)."""
     apart = NODE_PLACES[:, None] - NODE_PLACES
     np.fill_diagonal(apart, 1.0)
     table = NODE_WEIGHTS / NODE_WEIGHTS[:, None] / apart
@@ -59,26 +59,26 @@ def _differences() -> Array:
 
 
 def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic, ...]:
-    """The diameters [m] at the stations as cubics over the whole bar, in order.
+    """Return the diameters [m] at the stations as cubics over the whole bar, in order.
 
-    Stations up to the middle stand for both halves. Two cubics that meet may differ in slope, a kink, and in value, a
+    Stations up to the middle represent both halves. Adjacent cubics may differ in slope, a kink, and in value, a
     step. At every station further than 1e-9 of the length from a step they are within 1e-7 of the greatest diameter.
     """
     tolerance = _TOLERANCE * float(np.max(diameters))
-    kept = stations.width > _SAME * length
+    kept = stations.width > _POSITION_TOLERANCE * length
     x = stations.x.reshape(-1, NODES)[kept]
     values = np.asarray(diameters, float).reshape(-1, NODES)[kept]
-    slopes = 2.0 / stations.width[kept, None] * (values @ _differences().T)
+    slopes = 2.0 / stations.width[kept, None] * (values @ _differentiation_matrix().T)
     pieces: list[Cubic] = []
     begin = 0
     while begin < len(x):
-        piece, end = _longest(x, values, slopes, begin, tolerance)
+        piece, end = _longest_cubic(x, values, slopes, begin, tolerance)
         if piece is None:
-            pieces += _divided(x[begin], values[begin], tolerance) or _lines(x[begin], values[begin], tolerance)
+            pieces += _bisected(x[begin], values[begin], tolerance) or _lines(x[begin], values[begin], tolerance)
         else:
             pieces.append(piece)
         begin = end
-    # Panels too narrow to keep left gaps, which are steps.
+    # Close the gaps left by panels too narrow to keep, which are steps.
     closed = [
         Cubic(before.end if before else 0.0, p.end, p.first, p.last, p.slope_first, p.slope_last)
         for before, p in zip([None, *pieces[:-1]], pieces, strict=True)
@@ -96,8 +96,8 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
     return tuple(closed)
 
 
-def _longest(x: Array, values: Array, slopes: Array, begin: int, tolerance: float) -> tuple[Cubic | None, int]:
-    """The longest cubic from a panel's left end that keeps the tolerance, and the panel behind it."""
+def _longest_cubic(x: Array, values: Array, slopes: Array, begin: int, tolerance: float) -> tuple[Cubic | None, int]:
+    """Return the longest cubic from a panel's left end within the tolerance, and the index of the next panel."""
     best, end, stride = None, begin + 1, 1
     while begin + stride <= len(x):
         last = begin + stride - 1
@@ -113,16 +113,16 @@ def _longest(x: Array, values: Array, slopes: Array, begin: int, tolerance: floa
     return best, end
 
 
-def _divided(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
-    """A panel's polynomial as cubics over halves of halves; None where that does not end soon."""
+def _bisected(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
+    """Split a panel's polynomial into cubics by repeated bisection; None if the maximum depth is exceeded."""
     shape = Polynomial.fit(x, values, NODES - 1, domain=(x[0], x[-1]))
     slope = shape.deriv()
     found: list[Cubic] = []
-    left = [(float(x[0]), float(x[-1]), _MOST_HALVINGS)]
+    left = [(float(x[0]), float(x[-1]), _MAX_BISECTIONS)]
     while left:
         a, b, halvings = left.pop()
         piece = Cubic(a, b, float(shape(a)), float(shape(b)), float(slope(a)), float(slope(b)))
-        between = a + (b - a) * _BETWEEN
+        between = a + (b - a) * _SAMPLES
         if np.abs(piece.at(between) - shape(between)).max() <= tolerance:
             found.append(piece)
         elif halvings:
@@ -134,7 +134,7 @@ def _divided(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
 
 
 def _lines(x: Array, values: Array, tolerance: float) -> list[Cubic]:
-    """A panel that no cubic follows: straight from node to node, over nodes that lie on one line."""
+    """Approximate a panel by straight segments between nodes, merging collinear ones."""
     found, begin = [], 0
     while begin < NODES - 1:
         end = begin + 1

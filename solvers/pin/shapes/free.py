@@ -1,4 +1,4 @@
-"""Forms whose wall may change from station to station: free, drillable, with a limited slope."""
+"""Forms with an independent wall at every station: free, drillable, slope-limited."""
 
 from __future__ import annotations
 
@@ -17,11 +17,14 @@ from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
-_LEAST, _DUAL = "every station's wall is the least that holds", "Lagrangian dual, tangents at the answer"
+_STRENGTH_METHOD, _DUAL_METHOD = (
+    "every station's wall is the least that holds",
+    "Lagrangian dual, tangents at the answer",
+)
 
 
 def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
-    """What values that must not fall toward the middle miss between stations, per panel."""
+    """Return the underestimate between stations of values non-decreasing toward the middle, per panel."""
     first = np.arange(lower.size) < anchor
     most = float(lower.max()) + 1.0
     missed = stations.overlooked(np.where(first, lower, most))
@@ -31,7 +34,7 @@ def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
 
 
 def _missed(program: Program, drillable: bool) -> Array:
-    """What the running extremes of a drillable or a gentle shape miss between stations, as volume."""
+    """Return the volume underestimated between stations by a drillable or slope-limited shape, per panel."""
     missed, low = np.zeros(program.stations.left.size), program.lower
     if drillable:
         missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
@@ -41,7 +44,7 @@ def _missed(program: Program, drillable: bool) -> Array:
 
 
 def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
-    """Quadrature's doubt of the volume, that of the deflection included at its price."""
+    """Return the error estimate of the volume per panel, including that of the deflection times its multiplier."""
     doubt = program.stations.doubt(weighed.solidity) + _missed(program, drillable)
     if program.limit is not None and 0.0 < weighed.multiplier < math.inf:
         density = program.densities(weighed.solidity)
@@ -51,7 +54,7 @@ def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
 
 @dataclass(frozen=True)
 class Free:
-    """Any wall; ``drillable`` keeps a bore from widening, an outside from shrinking, toward the middle."""
+    """Arbitrary wall; ``drillable``: the bore must not widen, or the outer diameter shrink, toward the middle."""
 
     drillable: bool = False
 
@@ -74,10 +77,10 @@ class Free:
         if weighed is None:
             return None
         if weighed.multiplier == 0.0:
-            proof, method = partial(least_walls_bound, program, low), _LEAST
+            proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
             price, u = weighed.multiplier, weighed.solidity
-            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL
+            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,

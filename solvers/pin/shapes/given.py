@@ -1,4 +1,4 @@
-"""A given bore: straight lines between points, steps where two points share a place."""
+"""A given profile: linear between points, with a step where two points share a position."""
 
 from __future__ import annotations
 
@@ -18,10 +18,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Profile:
-    """Bore diameters [m], of a bushing outer ones, at places [m] that do not fall; two points at one place are a step.
+    """Bore diameters [m] (outer diameters of a bushing) at non-decreasing positions [m]; a repeated position is a
+    step.
 
-    Points up to the middle of the pin stand for both halves. Before the first and behind the last point the bore goes
-    on unchanged.
+    Points up to the middle of the pin define both halves. The profile is constant before the first and after the
+    last point.
     """
 
     x: tuple[float, ...]
@@ -39,14 +40,14 @@ class Profile:
                 raise InvalidInput(f"profile.{k}.x", "lies before the point ahead of it", "places that do not fall")
 
     def require_inside(self, geometry: Geometry | BushingGeometry) -> None:
-        """Refuse points beyond the pin and bores that leave no wall."""
+        """Raise InvalidInput for points beyond the part and sizes that leave no wall."""
         for k, (place, bore) in enumerate(zip(self.x, self.bore, strict=True)):
             if place > geometry.length * (1.0 + 1e-9):
                 raise InvalidInput(f"profile.{k}.x", "lies beyond the part's end", "at most its length")
             geometry.require_size(k, bore)
 
     def along(self, length: float) -> WholeProfile:
-        """The same over the whole pin."""
+        """Return the profile over the whole pin."""
         x, bore = list(self.x), list(self.bore)
         middle = 0.5 * length
         mirrored = x[-1] <= middle * (1.0 + 1e-12)
@@ -61,7 +62,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class WholeProfile:
-    """Points from end to end; ``mirrored`` where those of one half were made from the other's."""
+    """Points from end to end; ``mirrored`` if those of one half were generated from the other's."""
 
     x: tuple[float, ...]
     bore: tuple[float, ...]
@@ -72,9 +73,10 @@ class WholeProfile:
         return tuple(sorted(set(self.x)))
 
     def is_symmetric(self, length: float, material: Array) -> bool:
-        """Whether one half mirrors the other, to rounding of ``material``, the walls at the points.
+        """Return whether the profile is symmetric, to rounding of ``material``, the walls at the points.
 
-        Between the places of both, either is straight; what it is at their two ends tells all, on both sides of a step.
+        Between the combined positions both profiles are linear, so it suffices to compare the ends of the segments,
+        on both sides of a step.
         """
         if self.mirrored:
             return True
@@ -85,9 +87,10 @@ class WholeProfile:
         return bool(np.all(np.abs(ahead - behind) <= ROUNDING * np.maximum(ahead, behind)))
 
     def between(self, values: Array, x: Array, side: Array) -> Array:
-        """Values given at the points, at stations x: straight between two points, stepped where they share a place."""
+        """Interpolate values given at the points to stations x: linear, with steps where two points share a
+        position."""
         points = np.array(self.x)
-        # The segment that begins at or before the panel, the last of several that share a place.
+        # The segment that begins at or before the panel, the last of several at the same position.
         k = np.clip(np.searchsorted(points, side * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
         run = points[k + 1] - points[k]
         part = np.divide(x - points[k], run, out=np.zeros_like(x), where=run > 0.0)

@@ -1,4 +1,4 @@
-"""Free profiles over the load's intensity: the paper's figure 5, for pins and for bushings."""
+"""Free profiles over the load magnitude: the paper's figure 5, for pins and for bushings."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class LoadProfile:
-    """One member of the family: the force [N], places [m], and the diameter sought there [m]; NaN where none holds."""
+    """One member of the family: force [N], positions [m], and the sought diameter there [m]; NaN where infeasible."""
 
     force: float
     x: Array
@@ -25,10 +25,10 @@ class LoadProfile:
 
 
 def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
-    """The greatest bore of a pin, the least outer diameter of a bushing [m] at places ``x`` for a force [N], wall and
-    stiffness unlimited; NaN where none holds.
+    """Return the maximum bore of a pin or the minimum outer diameter of a bushing [m] at positions ``x`` for a force
+    [N].
 
-    One pass over the stations: this is the free profile in bulk.
+    No limits on wall and deflection; NaN where infeasible. A single pass over the stations.
     """
     loaded = scene if force == scene.force else replace(scene, force=force)
     sought = sought_in(scene)
@@ -38,7 +38,7 @@ def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Ar
 def load_sweep(
     scene: Scene, criterion: Criterion, forces: Sequence[float], places: int = 121
 ) -> tuple[LoadProfile, ...]:
-    """The free profile of every force, from the end to the middle; the gap's two ends are among the places."""
+    """Return the free profile of every force, from the end to the middle; the ends of the gap are included."""
     g = scene.geometry
     kinks = [g.boss_length, g.boss_length + g.gap]
     x = np.unique(np.concatenate([np.linspace(0.0, 0.5 * g.length, places), kinks]))

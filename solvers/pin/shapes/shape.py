@@ -1,4 +1,4 @@
-"""What a form of bore or outside is: the lightest profile of its shape, with a bound that no such profile undercuts."""
+"""Interface of a form: the lightest profile of its family, with a proven lower bound."""
 
 from __future__ import annotations
 
@@ -14,5 +14,8 @@ class Form(Protocol):
     name: str
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """The lightest profile on the program's stations, its bound within ``gap`` where the form can promise that;
-        None where even the solid pin deflects too much. ``program.lower`` holds no NaN."""
+        """Find the lightest profile on the program's stations, with its bound within ``gap`` if the form can achieve
+        that.
+
+        None if even the solid pin exceeds the deflection limit. ``program.lower`` contains no NaN.
+        """

@@ -1,4 +1,4 @@
-"""Steps from both ends: a bore of n cylinders that narrow toward the middle, or an outside that widens."""
+"""Stepped profiles: n cylindrical steps per half, a bore narrowing or an outer diameter widening toward the middle."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from solvers.pin.shapes.free import Free
 Array = NDArray[np.float64]
 
 MOST_STEPS = 12
-_SHARE = 0.09
-"""Of the gap asked for: how close bound and best come where that is more than ``GAP``."""
+_GAP_FRACTION = 0.09
+"""Relative gap at convergence as a fraction of the requested gap, if that is larger than ``GAP``."""
 
-_AS_SOLID = 1e-9
-"""What a limit that is the solid pin's deflection but for rounding may be worth, relative to the mass."""
+_SOLID_TOLERANCE = 1e-9
+"""Relative mass tolerance of a limit that equals the solid pin's deflection to rounding."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +45,9 @@ class Stepped:
             return Constant().find(program, gap)
         if program.limits.max_slope is not None:
             raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
-        # No steps are lighter than the shape that may thicken all the way.
+        # Steps cannot be lighter than the drillable shape, which may thicken continuously.
         smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
-        found = self._search(program, 0.0 if smooth is None else smooth.bound, max(GAP, _SHARE * gap))
+        found = self._search(program, 0.0 if smooth is None else smooth.bound, max(GAP, _GAP_FRACTION * gap))
         if found is None:
             return None
         length, walls = program.scene.geometry.length, found.walls
@@ -70,9 +70,9 @@ class Stepped:
             weighed = weigh(program, rising(program.lower, program.anchor), True)
         if weighed is None or not math.isinf(weighed.multiplier):
             return lightest_steps(Half(program), self.steps, known, gap)
-        # Only a solid span keeps the limit: what is left to choose lies before it, and strength alone asks for walls.
-        start, x = program.scene.reference.left * (1.0 + _AS_SOLID), program.stations.x
+        # Only a solid span satisfies the limit: the free steps lie before it, and only strength constrains them.
+        start, x = program.scene.reference.left * (1.0 + _SOLID_TOLERANCE), program.stations.x
         span = (x > start) & (program.scene.geometry.length - x > start)
         held = replace(program, limit=None, lower=np.where(span, 1.0, program.lower))
         found = lightest_steps(Half(held, start), self.steps, known, gap)
-        return None if found is None else replace(found, bound=found.bound * (1.0 - _AS_SOLID))
+        return None if found is None else replace(found, bound=found.bound * (1.0 - _SOLID_TOLERANCE))

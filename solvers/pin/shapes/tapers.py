@@ -1,8 +1,9 @@
-"""The two ways a cone can taper: its bore is greatest at the pin's end, or in the middle.
+"""The two directions of taper of a cone: bore greatest at the pin's end, or in the middle.
 
-At the share t of the half the bore over its greatest is f = 1 - (1 - r) p(t, c): r the narrowest bore over the
-greatest, c the share of the half that the cone takes, p the share of the taper that is lost there. Both f and the
-volume per size h grow with r. Of a cone that narrows toward the middle they grow with c, of one that widens they fall.
+At the fraction t of the half the bore relative to its maximum is f = 1 - (1 - r) p(t, c): r the ratio of the
+narrowest to the widest bore, c the fraction of the half that the cone occupies, p the fraction of the taper
+completed there. Both f and the volume per size h increase with r. For a cone that narrows toward the middle they
+increase with c, for one that widens they decrease.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ Box = tuple[float, float, float, float]
 
 @kernel
 def relative_bore(turn: int, r: float, c: float, t: float) -> float:
-    """f at the place t; ``turn`` as of a ``Taper``."""
+    """f at position t; ``turn`` as in ``Taper``."""
     along = min(t / c, 1.0)
     return 1.0 - (1.0 - r) * (along if turn > 0 else 1.0 - along)
 
 
 @kernel
 def hollow(turn: int, r: float, c: float) -> float:
-    """h: volume of the bore whose greatest diameter is 1, over that of the cylinder.
+    """h: volume of the bore of maximum diameter 1, relative to the cylinder.
 
     Narrowing c (1 + r + r^2)/3 + (1 - c) r^2, widening c (1 + r + r^2)/3 + 1 - c.
     """
@@ -38,13 +39,15 @@ def hollow(turn: int, r: float, c: float) -> float:
 
 @dataclass(frozen=True)
 class Taper:
-    """One way. ``turn`` is the sign of df/dc: 1 where the bore narrows toward the middle, p = min(t/c, 1); -1 where it
-    widens, p = 1 - min(t/c, 1)."""
+    """A direction of taper. ``turn`` is the sign of df/dc.
+
+    1 if the bore narrows toward the middle, p = min(t/c, 1); -1 if it widens, p = 1 - min(t/c, 1).
+    """
 
     turn: int
 
     def lost(self, t: Array, c: float) -> Array:
-        """p at places t."""
+        """p at positions t."""
         along = np.minimum(t / c, 1.0)
         return along if self.turn > 0 else 1.0 - along
 
@@ -53,7 +56,7 @@ class Taper:
         return hollow(self.turn, r, c)
 
     def hollow_slopes(self, box: Box) -> Box:
-        """The ranges of d(ln h)/dr and d(ln h)/dc over a box."""
+        """Return the ranges of d(ln h)/dr and d(ln h)/dc over a box."""
         r0, r1, c0, c1 = box
         low, high = self.hollow(*widest(self, box)), self.hollow(*narrowest(self, box))
         if self.turn < 0:
@@ -64,7 +67,7 @@ class Taper:
         return min(in_r[0]) / high, max(in_r[1]) / low, min(least, end) / high, greatest / low
 
     def diameters(self, r: float) -> tuple[float, float]:
-        """Bore at the end and in the middle, over the greatest."""
+        """Return the bore at the end and in the middle, relative to its maximum."""
         return (1.0, r) if self.turn > 0 else (r, 1.0)
 
 
@@ -72,21 +75,21 @@ NARROWING, WIDENING = Taper(1), Taper(-1)
 
 
 def widest(taper: Taper, box: Box) -> tuple[float, float]:
-    """The shape of a box with the least f everywhere, whose greatest size is the greatest in it."""
+    """Return the shape of a box with the least f everywhere, which allows the maximum size in it."""
     r0, _, c0, c1 = box
     return (r0, c0) if taper.turn > 0 else (r0, c1)
 
 
 def narrowest(taper: Taper, box: Box) -> tuple[float, float]:
-    """The shape of a box with the greatest f everywhere, whose volume per size is the greatest in it as well."""
+    """Return the shape of a box with the greatest f everywhere, which also has the maximum volume per size."""
     _, r1, c0, c1 = box
     return (r1, c1) if taper.turn > 0 else (r1, c0)
 
 
 def lost_range(taper: Taper, t: Array, c0: float, c1: float) -> tuple[Array, Array, Array, Array]:
-    """At places t for c in [c0, c1]: the least and greatest p, and the least and greatest |dp/dc|.
+    """Return at positions t for c in [c0, c1]: minimum and maximum p, and minimum and maximum |dp/dc|.
 
-    p has a kink where the cone ends; its slopes there hold both sides.
+    p has a kink where the cone ends; the slope range there includes both sides.
     """
     ends = taper.lost(t, c0), taper.lost(t, c1)
     with np.errstate(divide="ignore"):

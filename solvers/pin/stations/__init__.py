@@ -1,1 +1,1 @@
-"""Where the bar is looked at: panels with Lobatto's nodes, and what lies between them."""
+"""Stations along the bar: panels with Lobatto nodes, and extrema between nodes."""

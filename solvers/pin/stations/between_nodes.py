@@ -1,4 +1,4 @@
-"""Between the stations of a panel a value may be greater than at any of them: where that is to be expected."""
+"""Estimates of maxima between the stations of a panel."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from solvers.pin.stations.lobatto_panels import NODES, Stations
 
 Array = NDArray[np.float64]
 
-_DOUBTED = 2.0
-"""What a parabola foretells is an estimate itself."""
+_SAFETY_FACTOR = 2.0
+"""Safety factor of the parabolic estimate."""
 
 
 def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
-    """What the greatest value of all may be off, relative, for every panel that may hold a greater one, (n/NODES,).
+    """Return by how much, relative, the global maximum may be exceeded within each panel, (n/NODES,).
 
-    ``values`` of shape (k, n) are k kinds of values at every station, each with a greatest one of its own, none
-    negative. It is twice the share by which the summits of parabolas through three neighbouring stations rise above it.
-    With ``most`` values are known to be nowhere greater than that, but may have kinks between stations: then where
-    straight lines through neighbours on either side meet is a summit as well.
+    ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
+    estimate is twice the relative excess of parabolas through three neighbouring stations. With ``most``, an upper
+    bound of the values, kinks between stations are considered as well: the intersection of lines through neighbours
+    on either side.
     """
     found = np.zeros(values.shape[1] // NODES)
     _rise(stations.x, values, NODES, most, found)
@@ -29,8 +29,8 @@ def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
 
 @kernel
 def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
-    """The height at which lines from either side meet between stations i and i + 1 of a panel; y[i] where they do
-    not."""
+    """Return the height at which extrapolations from both sides intersect between stations i and i + 1; y[i] if
+    none."""
     up, down = 0.0, 0.0
     if i > first:
         up = (y[i] - y[i - 1]) / (x[i] - x[i - 1])
@@ -64,12 +64,12 @@ def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> Non
                 bend = (behind - before) / (x[i + 1] - x[i - 1])
                 place = 0.5 * (x[i - 1] + x[i] - before / bend)
                 height = y[i]
-                # An end without load and wall, beside which a value does not fall to nothing, tells of no summit.
+                # An end without load and wall, beside which values stay finite, does not indicate a maximum.
                 ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
                 if bend < 0.0 and x[i - 1] < place < x[i + 1] and not ends:
                     height = y[i - 1] + (place - x[i - 1]) * (before + bend * (place - x[i]))
                 highest = max(highest, height)
-            rise = _DOUBTED * (highest / top - 1.0)
+            rise = _SAFETY_FACTOR * (highest / top - 1.0)
             if most < np.inf:
                 first, last = panel * nodes, (panel + 1) * nodes - 1
                 for i in range(first, last):

@@ -1,7 +1,7 @@
-"""Stations along the pin: panels between the places where loads begin, each with Lobatto's nodes.
+"""Stations along the pin: panels between the load boundaries, each with Lobatto nodes.
 
-Lobatto's rule has its outer nodes on the panel's ends, so the places where a profile has its kinks are stations. Panels
-are halved where rules on fewer of the same nodes disagree.
+Lobatto's rule includes the panel's ends, so the kinks of a profile are stations. Panels are refined where rules on
+subsets of the same nodes disagree.
 """
 
 from __future__ import annotations
@@ -19,18 +19,18 @@ from solvers.numerics.jit import kernel
 Array = NDArray[np.float64]
 
 NODES = 9
-_DROPPED = ((1, 6), (2, 7), (2, 6))
-"""What is left out of the nodes by the rules that judge. A symmetric rule alone is blind to kinks at some places; with
-these three, twice the greatest difference covers the error of a kink anywhere in a panel."""
-_KINKED = 16.0
-"""Doubts that are this many times too great come from a kink or a jump: halving makes that of a smooth curve a hundred
-times smaller."""
+_OMITTED_NODES = ((1, 6), (2, 7), (2, 6))
+"""Nodes omitted by the rules of the error estimate. A single symmetric rule misses kinks at some positions; with
+these three, twice the largest difference covers the error of a kink anywhere in a panel."""
+_KINK_RATIO = 16.0
+"""Ratio of error estimate to tolerance that indicates a kink or a jump: for a smooth function halving reduces the
+error a hundredfold."""
 LEAST_PANEL = 1e-13
-"""Panels shorter than this share of the length are not halved any more."""
+"""Minimum panel width relative to the length."""
 
 
 def _lobatto(count: int) -> tuple[Array, Array]:
-    """Nodes and weights on [-1, 1]: the ends and the extrema of Legendre's polynomial of degree count - 1."""
+    """Return nodes and weights on [-1, 1]: the ends and the extrema of the Legendre polynomial of degree count - 1."""
     legendre = np.polynomial.legendre.Legendre.basis(count - 1)
     inner = legendre.deriv().roots().real
     for _ in range(2):
@@ -41,7 +41,7 @@ def _lobatto(count: int) -> tuple[Array, Array]:
 
 
 def _interpolatory(nodes: Array) -> Array:
-    """Weights on [-1, 1] that integrate every polynomial through the nodes."""
+    """Return the weights on [-1, 1] of the interpolatory quadrature rule."""
     powers = np.polynomial.legendre.legvander(nodes, nodes.size - 1)
     exact = np.zeros(nodes.size)
     exact[0] = 2.0
@@ -49,29 +49,29 @@ def _interpolatory(nodes: Array) -> Array:
 
 
 NODE_PLACES, _W = _lobatto(NODES)
-"""Where the nodes lie on [-1, 1]."""
+"""Nodes on [-1, 1]."""
 NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(axis=1)
-"""The barycentric weights of the polynomial through values at the nodes."""
+"""Barycentric weights of the interpolating polynomial."""
 
 
-def _without(dropped: tuple[int, ...]) -> Array:
-    """Weights of the rule on the other nodes."""
+def _weights_without(dropped: tuple[int, ...]) -> Array:
+    """Return the weights of the rule on the remaining nodes."""
     kept = [i for i in range(NODES) if i not in dropped]
     weights = np.zeros(NODES)
     weights[kept] = _interpolatory(NODE_PLACES[kept])
     return weights
 
 
-_JUDGES = 2.0 * np.stack([_W - _without(dropped) for dropped in _DROPPED], axis=1)
+_ERROR_WEIGHTS = 2.0 * np.stack([_W - _weights_without(dropped) for dropped in _OMITTED_NODES], axis=1)
 
 
 @dataclass(frozen=True)
 class Stations:
-    """Panels [left, right] in order, and their nodes one after another.
+    """Ordered panels [left, right] and their nodes.
 
-    ``share`` are quadrature weights relative to the whole length: they add up to 1 also where one half of the bar
-    stands for both. What rounding left out of the panels' ends is in ``left_rest`` and ``right_rest``: a short panel
-    far from the bar's end keeps the digits of its length.
+    ``share`` are quadrature weights relative to the whole length: they sum to 1 also if one half of the bar
+    represents both. ``left_rest`` and ``right_rest`` are the rounding residuals of the panels' ends: they keep the
+    relative precision of short panels far from the bar's end.
     """
 
     left: Array
@@ -95,7 +95,7 @@ class Stations:
 
     @cached_property
     def _places(self) -> tuple[Array, Array]:
-        """The nodes, and what rounding left out of them."""
+        """The nodes and their rounding residuals."""
         x, rest = np.empty((2, NODES * self.left.size))
         _place(self.left, self.right, *self._rests, x, rest)
         return x, rest
@@ -106,12 +106,12 @@ class Stations:
 
     @property
     def rest(self) -> Array:
-        """What rounding left out of ``x``."""
+        """Rounding residuals of ``x``."""
         return self._places[1]
 
     @cached_property
     def side(self) -> Array:
-        """For every station the left end of its panel: loads that begin there act on it."""
+        """The left end of each station's panel: loads that begin there act on the station."""
         return np.repeat(self.left, NODES)
 
     @cached_property
@@ -119,38 +119,41 @@ class Stations:
         return (0.5 * self.width[:, None] * _W).ravel() / self.span
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
-        """The panels of contiguous stations, with ends at these places as well."""
+        """Return contiguous panels split at these positions."""
         edges, rest = np.empty((2, self.left.size + 1 + len(places)))
         count = _cut(self.left, self.right, *self._rests, np.sort(places), edges, rest)
         edges, rest = edges[:count], rest[:count]
         return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
 
     def doubt(self, values: Array) -> Array:
-        """For every panel, how far rules on fewer nodes are from Lobatto's, relative to the whole length."""
+        """Return per panel the largest difference between rules on fewer nodes and Lobatto's, relative to the whole
+        length."""
         table = values.reshape(-1, NODES)
-        return 0.5 * self.width / self.span * np.abs(table @ _JUDGES).max(axis=1)
+        return 0.5 * self.width / self.span * np.abs(table @ _ERROR_WEIGHTS).max(axis=1)
 
     def overlooked(self, values: Array, forward: bool = True) -> Array:
-        """For every panel, what a running maximum over the stations misses between them, relative to the whole length.
+        """Return per panel the underestimate of a running maximum over the stations, relative to the whole length.
 
-        Of a station whose value is the running maximum behind it, parabolas through it and its neighbours tell how far
-        the true maximum lies above, which counts for as much of the length as the value holds, and how deep the values
-        dip before the next station, which counts up to there: twice, as both are estimates. Without ``forward`` the
-        maximum runs from the right to the left.
+        For a station that attains the running maximum, parabolas through it and its neighbours estimate the excess
+        of the true maximum, weighted with the length over which the value is held, and the dip before the next
+        station, weighted with the distance to it; both doubled as a safety factor. Without ``forward`` the maximum
+        runs from right to left.
         """
         missed = np.zeros(self.left.size)
         _overlook(self.x, self.share, values, self.span, forward, missed)
         return missed
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
-        """The same with some panels cut in two."""
+        """Return the stations with the selected panels halved."""
         return self.cut((self.left + 0.5 * self.width)[which])
 
     def refined(self, excess: Array, values: Array) -> Stations:
-        """The same with every panel halved whose doubt of the values at its nodes is more than once too great; where it
-        is far too great, cut at the two nodes beside which their slope changes most as well: there is a kink or a jump,
-        of which no curve through the nodes knows, and its panel becomes some eight times shorter."""
-        kinked = excess > _KINKED
+        """Return the stations with every panel halved whose error estimate exceeds its tolerance (``excess`` > 1).
+
+        Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes beside the
+        largest change of slope, which makes its panel about eight times shorter.
+        """
+        kinked = excess > _KINK_RATIO
         x, f = (v.reshape(-1, NODES)[kinked] for v in (self.x, values))
         slope = np.diff(f, axis=1) / np.diff(x, axis=1)
         bend = np.abs(np.diff(slope, axis=1, prepend=slope[:, :1], append=slope[:, -1:]))
@@ -159,7 +162,7 @@ class Stations:
         return self.cut(np.concatenate([x[row, at], x[row, at + 1], middles]))
 
     def first(self, panels: int) -> Stations:
-        """The first so many panels."""
+        """Return the first panels."""
         left_rest, right_rest = self._rests
         return Stations(
             self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
@@ -168,7 +171,7 @@ class Stations:
 
 @kernel
 def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Array, rest: Array) -> None:
-    """The nodes of panels into x, and what rounding leaves out of them (D. E. Knuth's sum) into ``rest``."""
+    """Write the nodes of panels into ``x`` and their rounding residuals (D. E. Knuth's sum) into ``rest``."""
     for panel in range(left.size):
         begin, own = left[panel], left_rest[panel]
         width = (right[panel] - begin) + (right_rest[panel] - own)
@@ -185,7 +188,8 @@ def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Ar
 def _cut(
     left: Array, right: Array, left_rest: Array, right_rest: Array, places: Array, edges: Array, rest: Array
 ) -> int:  # fmt: skip
-    """The ends of contiguous panels and rising places between them into ``edges``, each once; how many there are."""
+    """Write the distinct ends of contiguous panels and increasing positions between them into ``edges``; return the
+    count."""
     count, k, n = 0, 0, left.size
     for panel in range(n + 1):
         end = left[panel] if panel < n else right[n - 1]
@@ -200,10 +204,10 @@ def _cut(
 
 
 @kernel
-def _above(x: Array, f: Array, sign: float, first: int, j: int) -> float:
-    """How far beside a panel's j-th node, up to the next ones, parabolas through three nodes rise above its value.
+def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float:
+    """Return the excess of parabolas over a panel's j-th node, up to the adjacent nodes.
 
-    Three parabolas, so that one of them does not look across a kink.
+    Three parabolas, so that at least one does not straddle a kink.
     """
     low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
     for shift in range(-1, 2):
@@ -218,7 +222,7 @@ def _above(x: Array, f: Array, sign: float, first: int, j: int) -> float:
 
 @kernel
 def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
-    """Into ``missed`` what ``Stations.overlooked`` tells."""
+    """Write the result of ``Stations.overlooked`` into ``missed``."""
     n = x.size
     held, least = np.zeros(n), np.zeros(n)
     running, source = -np.inf, 0
@@ -228,24 +232,25 @@ def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool,
             running, source, least[i] = values[i], i, 1.0
         held[source] += share[i]
     for first in range(NODES, n, NODES):
-        # Where panels meet, two stations share a place, and the summit may lie on either side.
+        # Adjacent panels share a position, and the maximum may lie on either side.
         held[first] = held[first - 1] = held[first] + held[first - 1]
     for panel in range(missed.size):
         first = panel * NODES
         for j in range(NODES):
             i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
             if held[i] > 0.0:
-                missed[panel] += 2.0 * held[i] * _above(x, values, 1.0, first, j)
+                missed[panel] += 2.0 * held[i] * _excess_beside(x, values, 1.0, first, j)
             if least[i] > 0.0:
                 reach = (x[behind] - x[before]) / (behind - before) / span
-                missed[panel] += 2.0 * reach * _above(x, values, -1.0, first, j)
+                missed[panel] += 2.0 * reach * _excess_beside(x, values, -1.0, first, j)
 
 
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:
-    """Where panels must begin, rising: the given places, and for a bar of two unlike halves their mirror images.
+    """Return the panel boundaries, ascending: the given positions, mirrored for a bar of unlike halves.
 
-    Places that only rounding tells apart are one edge, the last of them, so that every load that begins there acts on
-    the panel behind it; those that it tells from the bar's ends only are none. Both halves get equally many edges.
+    Positions that differ only by rounding are merged into the last of them, so that every load that begins there
+    acts on the next panel; those that coincide with the bar's ends are dropped. Both halves get the same number of
+    boundaries.
     """
     middle, tolerance = 0.5 * length, LEAST_PANEL * length
     inside = [(p, p, True) if p < middle else (length - p, p, False) for p in places]
@@ -263,7 +268,7 @@ def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list
 
 
 def merged(places: list[float], tolerance: float) -> list[float]:
-    """Rising places; of those closer than the tolerance the last."""
+    """Merge increasing positions closer than the tolerance, keeping the last."""
     kept: list[float] = []
     for place in places:
         if kept and place - kept[-1] <= tolerance:
@@ -274,7 +279,7 @@ def merged(places: list[float], tolerance: float) -> list[float]:
 
 
 def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
-    """Panels on [0, end] that begin and end at the given places; ``rests`` is what rounding left out of some."""
+    """Return panels on [0, end] bounded by the given positions; ``rests`` are rounding residuals of some of them."""
     edges = np.array([0.0, *(p for p in places if p < end), end])
     rest = np.array([rests.get(edge, 0.0) for edge in edges.tolist()])
     whole = Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])

@@ -1,1 +1,1 @@
-"""One turn of the machine and the extremes in it."""
+"""One revolution of the machine and its extrema."""

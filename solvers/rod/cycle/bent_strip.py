@@ -1,4 +1,4 @@
-"""The strip as bent at some crank angles, to be read at any section."""
+"""The bent strip at given crank angles, evaluable at any section."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class BentStrip:
-    """A table of states (``state.ROWS``, angles), and what corrections add to the linear strip that it holds.
+    """A table of states (``state.ROWS``, angles), and the corrections to the linear strip.
 
-    ``bent`` and ``sunk`` are Legendre series over the strip of what they add to V'' [1/m] and V [m], (terms, angles);
-    ``more_side`` and ``more_moment`` are theirs of T [N] and M0 [N m]. ``inclined``: N follows the strip's slope.
-    Methods that take stations [m] give arrays of shape (stations, angles).
+    ``bent`` and ``sunk`` are Legendre series over the strip of the corrections to V'' [1/m] and V [m], (terms, angles);
+    ``more_side`` and ``more_moment`` those to T [N] and M0 [N m]. ``inclined``: N is tangential to the deflected strip.
+    Methods that take stations [m] return arrays of shape (stations, angles).
     """
 
     strip: Strip
@@ -33,7 +33,7 @@ class BentStrip:
 
     @staticmethod
     def linear(strip: Strip, states: Array) -> BentStrip:
-        """Without corrections."""
+        """The strip without corrections."""
         none, zero = np.zeros((1, states.shape[1])), np.zeros(states.shape[1])
         return BentStrip(strip, states, none, none, zero, zero, False)
 
@@ -55,7 +55,7 @@ class BentStrip:
         return legendre.legvander(x, series.shape[0] - 1) @ series
 
     def curvature(self, stations: ArrayLike) -> Array:
-        """V''(z) [1/m]; with shear psi', which stresses the fibres."""
+        """V''(z) [1/m]; with shear psi', which determines the bending stress."""
         return self._linear(stations)[0] + self._series(stations, self.bent)
 
     def slope(self, stations: ArrayLike) -> Array:
@@ -67,7 +67,7 @@ class BentStrip:
         return self._linear(stations)[2] + self._series(stations, self.sunk)
 
     def axial_force(self, stations: ArrayLike) -> Array:
-        """N along the strip's own tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
+        """N along the strip's tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
         force = self.states[FORCE]
         if not self.inclined:
             return np.broadcast_to(force, (np.size(stations), force.size))

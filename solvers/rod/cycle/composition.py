@@ -1,7 +1,7 @@
-"""One turn of the machine: forces on the strip and how it bends, at any crank angle and any section.
+"""One revolution of the machine: axial force and bent strip at any crank angle and section.
 
-A cycle is composed, not switched: gas and moving masses make the axial force, a beam model turns force and stroke
-into a bent strip, corrections refine its shape. What is not in the composition is not computed.
+A cycle is composed of models: gas and moving masses give the axial force, a beam model maps force and stroke to a bent
+strip, corrections refine its shape. Models outside the composition are not computed.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ Array = NDArray[np.float64]
 
 
 class MovingMass(Protocol):
-    """Something that moves with the piston, so that its inertia is a part of the axial force."""
+    """A mass that moves with the piston; its inertia is part of the axial force."""
 
     def mass(self, scene: Scene) -> float:
         """The mass [kg]."""
 
 
 class Rippling(NamedTuple):
-    """What rings beside a shape that is smooth between corners: a ripple in parts, Legendre series over the strip of
-    V'' [1/m] and V [m] of these (terms, parts), and their T [N] and M0 [N m] (parts,); it ``begins`` anew so many times
-    in a turn."""
+    """Ringing on top of a shape that is smooth between corners: a ripple with several parts, Legendre series over the
+    strip of their V'' [1/m] and V [m] (terms, parts), and their T [N] and M0 [N m] (parts,). ``begins`` is the number
+    of restarts per revolution."""
 
     ripple: Ripple
     bent: Array
@@ -53,12 +53,12 @@ class Rippling(NamedTuple):
 
 
 class Refinement(Protocol):
-    """A correction of the linear strip, made ready for one cycle.
+    """A correction of the linear strip, prepared for one cycle.
 
-    ``error`` estimates its own numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
-    does not average out over the turn. ``bent_terms`` and ``sunk_terms`` are how many Legendre coefficients of V'' and
-    V it has; ``inclines`` whether the axial force follows the strip's slope with it. ``quiet`` is the same without what
-    rings, and that is ``ringing``, if there is such.
+    ``error`` estimates its numerical error, relative to the maximum bending; ``lasting_error`` the part of it that does
+    not average out over the revolution. ``bent_terms`` and ``sunk_terms`` are the numbers of Legendre coefficients of
+    V'' and V; ``inclines`` whether the axial force becomes tangential to the deflected strip. ``quiet`` is the
+    correction without its ringing, ``ringing`` the latter, if any.
     """
 
     error: float
@@ -74,37 +74,37 @@ class Refinement(Protocol):
     def ringing(self) -> Rippling | None: ...
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
-        """Add to the series of V'' [1/m] and V [m] at the states' angles; what it adds to T [N] and M0 [N m] there."""
+        """Add to the series of V'' [1/m] and V [m] at the states' angles; returns the additions to T [N], M0 [N m]."""
 
 
 class Correction(Protocol):
-    """Refines the shape of the strip over the whole turn."""
+    """A refinement of the strip's shape over the whole revolution."""
 
     def prepare(self, cycle: Cycle) -> Refinement:
-        """What the correction needs of the whole cycle, worked out once."""
+        """Precompute the correction for a cycle."""
 
 
 @dataclass(frozen=True)
 class BeamModel:
-    """How a strip bends: ``couples`` is 1.0 where the axial force bends it, else 0.0; ``shears`` whether its sections
-    follow the shear force."""
+    """Bending model: ``couples`` is 1.0 if the axial force contributes to bending, else 0.0; ``shears`` whether the
+    strip is flexible in shear."""
 
     couples: float
     shears: bool = False
 
     def with_shear(self) -> BeamModel:
-        """The same with shear."""
+        """This model with shear."""
         return replace(self, shears=True)
 
 
 PLAIN_BENDING = BeamModel(couples=0.0)
-"""The strip bends as if the axial force did not: q = 0."""
+"""Bending without the axial force: q = 0."""
 BEAM_COLUMN = BeamModel(couples=1.0)
 """The axial force stiffens or softens the strip: q = P/EI."""
 
 
 def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: float) -> Strip:
-    """A strip as kernels take it; ``friction`` is the coefficient that acts back on the axial force."""
+    """Kernel representation of a strip; ``friction`` is the coefficient fed back to the axial force."""
     d, length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
     stiffness = bending_stiffness(scene, d)
     return Strip(
@@ -122,7 +122,7 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
 
 @dataclass(frozen=True)
 class Composition:
-    """Which physics a cycle is made of."""
+    """The models of a cycle."""
 
     moving: tuple[MovingMass, ...] = ()
     beam: BeamModel = PLAIN_BENDING
@@ -132,7 +132,7 @@ class Composition:
 
 @dataclass(frozen=True)
 class Instants:
-    """The machine at some crank angles: axial force, lateral stroke, bent strip."""
+    """The machine at given crank angles: axial force, lateral stroke, bent strip."""
 
     angle: Array
     force: Array
@@ -142,9 +142,9 @@ class Instants:
 
 @dataclass(frozen=True)
 class Cycle:
-    """A scene with its strip and the physics chosen for it.
+    """A scene with its strip and composition.
 
-    ``tolerance`` is the numerical error, relative to the bending, that corrections may have where they need series.
+    ``tolerance`` is the admissible numerical error of series in corrections, relative to the bending.
     """
 
     scene: Scene
@@ -153,12 +153,12 @@ class Cycle:
     tolerance: float = 1e-10
 
     def without_corrections(self) -> Cycle:
-        """The same with the linear shape."""
+        """This cycle with the linear shape."""
         return replace(self, composition=replace(self.composition, corrections=()))
 
     @cached_property
     def drive(self) -> Drive:
-        """Gas load and moving masses, ready for kernels."""
+        """Kernel representation of gas load and moving masses."""
         return drive_of(self.scene, sum(part.mass(self.scene) for part in self.composition.moving))
 
     @cached_property
@@ -167,24 +167,24 @@ class Cycle:
 
     @property
     def refinement_error(self) -> float:
-        """The corrections' own numerical errors, relative to the greatest bending of the strip."""
+        """Numerical error of the corrections, relative to the maximum bending of the strip."""
         return sum(refinement.error for refinement in self.refinements)
 
     @property
     def lasting_error(self) -> float:
-        """The part of ``refinement_error`` that does not average out over the turn."""
+        """The part of ``refinement_error`` that does not average out over the revolution."""
         return sum(refinement.lasting_error for refinement in self.refinements)
 
     @cached_property
     def strip(self) -> Strip:
-        """The strip with the physics chosen for it, ready for kernels."""
+        """Kernel representation of the strip with its composition."""
         friction = self.scene.piston.friction_coefficient if self.composition.feedback else 0.0
         return strip_of(self.scene, self.dimensions, self.composition.beam, friction)
 
     def axial_force(self, angle: Array) -> Array:
-        """P(phi) = -(p - p_back) pi D^2/4, the inertia of what moves, and friction closed in; tension positive [N].
+        """P(phi) = -(p - p_back) pi D^2/4, plus inertia and friction feedback; tension positive [N].
 
-        Where friction buckles the strip this is twice the critical compression.
+        If friction buckles the strip this is twice the critical compression.
         """
         return axial_force_with_friction(self.drive, self.strip, np.ascontiguousarray(angle))
 

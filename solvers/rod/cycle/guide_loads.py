@@ -1,11 +1,11 @@
-"""What the piston's guide bears over a turn: greatest side force, clamp moment and contact load, mean friction power.
+"""Guide loads of the piston over one revolution: maximum side force, clamp moment, contact load; mean friction power.
 
-    |T| + 6 |M|/Lp is the greatest of the four sums +-T +- 6 M/Lp,  M = M0 + T e,
+    |T| + 6 |M|/Lp is the maximum of the four sums +-T +- 6 M/Lp,  M = M0 + T e,
     power = mean of (4/pi) mu int |q| ds |v|
 
-A magnitude has corners where its argument changes sign, so each is the greatest of smooth quantities. The friction
-power has corners at the dead centres and where the piston begins or ceases to bear on both walls, |T| = 6 |M|/Lp;
-between them it is integrated by Gauss' rule.
+A magnitude has kinks at sign changes, so each is computed as a maximum of smooth quantities. The friction power has
+kinks at the dead centres and where contact switches between one and both walls, |T| = 6 |M|/Lp; between them it is
+integrated by Gauss quadrature.
 """
 
 from __future__ import annotations
@@ -28,18 +28,18 @@ from solvers.rod.scene import Scene
 Array = NDArray[np.float64]
 
 SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_READINGS = range(4)
-"""Greatest |T| [N], |M0| [N m] and |T| + 6 |M0 + T e|/Lp [N] over the turn, and how many these are."""
+"""Maximum |T| [N], |M0| [N m] and |T| + 6 |M0 + T e|/Lp [N] over the revolution, and their number."""
 
 _ORDERS = (6, 10, 16, 22)
 _GAUSS = np.concatenate([np.stack(legendre.leggauss(order)) for order in _ORDERS], axis=1)
-"""Points and weights of Gauss' rules of rising order, one after the other."""
-_MOST_HALVINGS = 3
-"""Of the parts that the highest order integrates by."""
+"""Points and weights of Gauss rules of increasing order, concatenated."""
+_MAX_HALVINGS = 3
+"""Maximum number of bisections of intervals integrated by the highest order."""
 _WIDE = 0.95
 
 
 class Guide(NamedTuple):
-    """The guide and what loads it, SI units.
+    """The guide and its loads, SI units.
 
     side, moment  T [N] and M0 [N m] at the panels' points, (n,)
     lever         6/Lp [1/m] of the skirt
@@ -66,13 +66,13 @@ def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
 
 @kernel
 def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
-    """6 (M0 + T e)/Lp [N] of side forces and clamp moments, or of what these take of anything."""
+    """6 (M0 + T e)/Lp [N] from side forces and clamp moments, or from their parts."""
     return lever * (moment + offset * side)
 
 
 @kernel
 def greater(one: float, of_one: float, other: float, of_other: float) -> tuple[float, float]:
-    """The greater of two values with its error, which the other's may reach beyond."""
+    """The larger of two values, and its error including the possible excess of the other."""
     if one >= other:
         return one, max(of_one, other + of_other - one)
     return other, max(of_other, one + of_one - other)
@@ -82,8 +82,8 @@ def greater(one: float, of_one: float, other: float, of_other: float) -> tuple[f
 def magnitude(
     edges: Array, rule: Rule, quantity: Array, ripple: Ripple | None, parts: Array, tolerance: float
 ) -> tuple[float, float]:
-    """The greatest magnitude over the turn, to ``tolerance`` of itself, and an estimate of its absolute error: of a
-    quantity at the panels' points, and of what rings with these weights of the ripple's parts."""
+    """Maximum magnitude over the revolution, to relative ``tolerance``, and an estimate of its absolute error, of a
+    quantity at the panels' points plus a ripple with weights ``parts``."""
     wanted = tolerance * largest(quantity)
     if ripple is None:
         above, of_above, _ = greatest(edges, rule, quantity, 1.0, wanted)
@@ -100,8 +100,8 @@ def read_guide(
     edges: Array, rule: Rule, guide: Guide, ripple: Ripple | None, of_side: Array, of_moment: Array, contact: bool,
     tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Side force, clamp moment and, where asked for, contact load into ``out`` (GUIDE_READINGS,); the greatest relative
-    error. ``of_side`` and ``of_moment`` are what T [N] and M0 [N m] take of the ripple's parts, (parts,)."""
+    """Write side force, clamp moment and, on request, contact load to ``out`` (GUIDE_READINGS,); returns the maximum
+    relative error. ``of_side`` and ``of_moment`` are the ripple parts' weights in T [N] and M0 [N m], (parts,)."""
     out[SIDE_FORCE], missed = magnitude(edges, rule, guide.side, ripple, of_side, tolerance)
     error = relative(missed, out[SIDE_FORCE])
     out[CLAMP_MOMENT], missed = magnitude(edges, rule, guide.moment, ripple, of_moment, tolerance)
@@ -118,7 +118,7 @@ def read_guide(
 
 @kernel
 def relative(error: float, value: float) -> float:
-    """An absolute error as a share of a value, 0 where there is no value."""
+    """An absolute error relative to a value, 0 if the value is 0."""
     return error / abs(value) if value != 0.0 else 0.0
 
 
@@ -142,7 +142,7 @@ def _both_at(edges: Array, rule: Rule, guide: Guide, angle: float) -> tuple[floa
 
 @kernel
 def _power_by(edges: Array, rule: Rule, guide: Guide, ends: Array, first: int, last: int) -> float:
-    """Mean friction power [W] by one of Gauss' rules between ends."""
+    """Mean friction power [W] by one of the Gauss rules between ends."""
     total = 0.0
     for k in range(ends.size - 1):
         half, middle, part = 0.5 * (ends[k + 1] - ends[k]), 0.5 * (ends[k + 1] + ends[k]), 0.0
@@ -158,8 +158,8 @@ def _power_by(edges: Array, rule: Rule, guide: Guide, ends: Array, first: int, l
 
 
 @kernel
-def _steep(ratio: float) -> Array:
-    """Angles graded toward the quarters of the turn, where v changes over a width of sqrt(1 - lambda^2)."""
+def _graded(ratio: float) -> Array:
+    """Angles graded toward pi/2 and 3 pi/2, where v varies over a width of sqrt(1 - lambda^2)."""
     width = math.sqrt((1.0 - ratio) * (1.0 + ratio))
     if width > _WIDE:
         return np.empty(0)
@@ -170,11 +170,11 @@ def _steep(ratio: float) -> Array:
 
 @kernel
 def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> tuple[float, float]:
-    """Mean friction power [W] and its relative error, by as high an order as ``tolerance`` asks for."""
+    """Mean friction power [W] and its relative error, with the order required for ``tolerance``."""
     n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
-    # The dead centres, and as many angles more as keep |v| close to a polynomial between them.
+    # The dead centres, and enough further angles for |v| to be nearly polynomial in between.
     corners = np.concatenate((
-        0.125 * TURN * np.arange(8), _steep(guide.ratio), zeros(edges, rule, couple - guide.side),
+        0.125 * TURN * np.arange(8), _graded(guide.ratio), zeros(edges, rule, couple - guide.side),
         zeros(edges, rule, couple + guide.side),
     ))  # fmt: skip
     ends = np.sort(np.concatenate((edges, edges[0] + np.mod(corners - edges[0], TURN))))
@@ -184,7 +184,7 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
         error, first = abs(power - before), first + order
         if error <= tolerance * power:
             break
-    for _ in range(_MOST_HALVINGS):
+    for _ in range(_MAX_HALVINGS):
         if error <= tolerance * power:
             break
         ends = np.sort(np.concatenate((ends, 0.5 * (ends[1:] + ends[:-1]))))
@@ -192,7 +192,7 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
         error = abs(power - before)
     if power == 0.0:
         return 0.0, 0.0
-    # Relative to the greatest reactions all over the turn; the mean of |v| is two strokes a turn.
+    # Relative to the maximum reactions over the revolution; the mean of |v| is two strokes per revolution.
     missed = 0.0
     for p in range(edges.size - 1):
         both = panel_error(guide.side[p * n : (p + 1) * n], rule) + panel_error(couple[p * n : (p + 1) * n], rule)

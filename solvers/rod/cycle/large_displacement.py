@@ -9,10 +9,10 @@ With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the stroke, t
 
     EI theta_3'' - P theta_3 - Q_3 = -P theta_1^3/6 - Q_1 theta_1^2/2
 
-a linear problem per crank angle, solved in Legendre polynomials (``strip.elastica_kernels``). The force along the
-tangent becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. What is left out is of fourth order, (V/l)^4. The axial force
-P(phi) stays as the loads give it, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner
-boundary layers at the clamp are not resolved.
+a linear problem per crank angle, solved in Legendre polynomials (``strip.elastica_kernels``). The tangential force
+becomes N = P (1 - theta_1^2/2) - Q_1 theta_1. The truncation error is of fourth order, (V/l)^4. The axial force P(phi)
+is unchanged, from the kinematics of the rigid rod. Validity: sqrt(q) l below about 70; thinner boundary layers at the
+clamp are not resolved.
 
 Source: R. Frisch-Fay, Flexible Bars (1962), for the elastica; the expansion is our own.
 """
@@ -42,7 +42,7 @@ _FEW = grid(64)
 
 @dataclass(frozen=True)
 class LargeDisplacement:
-    """Adds the third-order correction to whatever linear shape it is given."""
+    """Adds the third-order correction to any linear shape."""
 
     def prepare(self, cycle: Cycle) -> ElasticaExpansion:
         stiffness = bending_stiffness(cycle.scene, cycle.dimensions)
@@ -61,9 +61,10 @@ class LargeDisplacement:
 
 @dataclass(frozen=True)
 class ElasticaExpansion:
-    """The expansion for one strip: EI, free length l, head length e, and whether the axial force bends it.
+    """The expansion for one strip: EI, free length l, head length e, and whether the axial force contributes to
+    bending.
 
-    Its errors are those of the collocation, which are not felt within its validity.
+    Its errors are those of the collocation, negligible within its validity.
     """
 
     stiffness: float
@@ -92,7 +93,8 @@ class ElasticaExpansion:
         return self.nodes + 2
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
-        """Add the correction to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m]."""
+        """Add the correction to the series of V'' and V at the states' angles; returns the additions to T [N], M0
+        [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
         add_third_order(
             states,

@@ -1,6 +1,6 @@
-"""One turn of a strip with corrections of its shape, sampled on panels as ``sampling`` does without.
+"""One revolution of a strip with shape corrections, sampled on panels like ``sampling`` does without.
 
-What the strip rings with behind corners is not resolved by panels but kept beside them, in closed form
+Ringing of the strip after corners is not resolved by panels but represented in closed form
 (``solvers.numerics.ripple``).
 """
 
@@ -24,17 +24,17 @@ from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, fill
 
 Array = NDArray[np.float64]
 
-_KINKS, _NOTICED = 80.0, 1.0
-"""By how much, all together, the slope of a reaction's weight in the mean jumps over the turn, at the most; of the
-tolerance, what of the ringing may be left out of the mean."""
-_RADIANS, _POINTS, _FASTEST = 8.0, 16, 1500.0
-"""Of the fastest mode in a panel, its points, and the fastest mode [1/rad] that is looked at."""
+_MAX_SLOPE_JUMPS, _POWER_SHARE = 80.0, 1.0
+"""Upper bound of the total slope jumps, per revolution, of a reaction's weight in the mean; fraction of the tolerance
+up to which ringing may be omitted from the mean."""
+_RADIANS_PER_PANEL, _POINTS, _MAX_PACE = 8.0, 16, 1500.0
+"""Radians of the fastest mode per panel, points per panel, and the fastest mode [1/rad] taken into account."""
 NO_RINGING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
 @dataclass(frozen=True)
 class SampledCycle:
-    """A turn on panels; ``side`` and ``moment`` hold T [N] and M0 [N m] with all corrections but what rings."""
+    """A revolution on panels; ``side`` and ``moment`` hold T [N] and M0 [N m] with all corrections except ringing."""
 
     cycle: Cycle
     tolerance: float
@@ -46,8 +46,8 @@ class SampledCycle:
 
     @staticmethod
     def of(cycle: Cycle, tolerance: float, accuracy: float, begin: Panels | None = None) -> SampledCycle:
-        """Sample a cycle so that its quantities are known to ``tolerance`` of their greatest magnitudes, with panels as
-        an ``accuracy`` of the results has them, beginning with those of an earlier look if there was one."""
+        """Sample a cycle to ``tolerance`` relative to the maximum magnitudes, with the panel rule for an ``accuracy``
+        of the results, starting from the panels of an earlier sampling if given."""
         strip, load, d = cycle.strip, cycle.scene.load, cycle.dimensions
         sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
         edges, rule = begin or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy))
@@ -73,12 +73,12 @@ class SampledCycle:
     def read(
         self, lines: Array, parabola: Array, stations: int, contact: bool, along: Array, told: Array
     ) -> tuple[float, float]:
-        """Results along the strip into ``along`` (section.READINGS,), by a fatigue diagram, those of the guide into
-        ``told`` (guide_loads.GUIDE_READINGS,); the friction power [W], nan without contact, and the greatest relative
-        error of all."""
+        """Write results along the strip for a fatigue diagram to ``along`` (section.READINGS,), those of the guide to
+        ``told`` (guide_loads.GUIDE_READINGS,); returns the friction power [W], nan without contact, and the maximum
+        relative error."""
         field, rings, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
         if not field.inclined and np.ptp(force) == 0.0:
-            # A force that nothing changes would hide a small amplitude: the criterion counts its stress by itself.
+            # A large constant force would mask a small amplitude: the criterion adds its stress separately.
             field, mean = field._replace(direct=0.0), field.direct * float(force[0])
         along_strip = StripRipple(rings.ripple, rings.bent, rings.sunk)
         error = _read(
@@ -91,7 +91,7 @@ class SampledCycle:
         return power, max(error, missed)
 
     def guide(self) -> Guide:
-        """What loads the guide, but for what rings."""
+        """The guide with its loads except ringing."""
         return guide_of(self.cycle.scene, self.side, self.moment)
 
     def friction_power(self) -> tuple[float, float]:
@@ -100,26 +100,26 @@ class SampledCycle:
         if self.ringing.ripple.modes:
             panels, guide, left_out = self._with_ripple(guide)
         power, error = friction_power(*panels, guide, self.tolerance)
-        # The mean of |v| is two strokes a turn.
+        # The mean of |v| is two strokes per revolution.
         return power, error + (guide.per_wall * 4.0 / TURN * left_out / power if power else 0.0)
 
     def _with_ripple(self, guide: Guide) -> tuple[Panels, Guide, float]:
-        """The guide with as much of the ringing as the mean power may notice, on panels that resolve it, and what these
-        and the rest could do to the mean wall force [N]."""
+        """The guide including the ringing relevant to the mean power, on panels that resolve it, and the effect that
+        the omitted part could have on the mean wall force [N]."""
         rings, smooth = self.ringing, np.stack([self.side, self.moment])
         ripple, rung = rings.ripple, np.stack([rings.side, rings.moment])
         couple, of_couple = (guide.lever * (m + guide.offset * t) for t, m in (smooth, rung))
         most = float(np.abs(self.side).max() + np.abs(couple).max())
         reach = reaches(ripple, rung[0]) + reaches(ripple, of_couple)
         reach, pace = reach.max(axis=0) / most, ripple.pace.max(axis=0)
-        # A mean notices where an oscillation begins anew, where the slope of its weight jumps, and the square of it.
-        begins, turns = 2.0 * rings.begins / TURN, _KINKS / TURN
+        # Ringing contributes to a mean by its restarts, by slope jumps of its weight, and quadratically.
+        begins, turns = 2.0 * rings.begins / TURN, _MAX_SLOPE_JUMPS / TURN
         noticed = reach * np.minimum(begins / pace + turns / pace**2 + reach.sum(), 1.0)
         left = np.append(np.cumsum(noticed[::-1])[::-1], 0.0)
-        modes = int(np.flatnonzero((left <= _NOTICED * self.tolerance) | (np.append(pace, np.inf) > _FASTEST))[0])
+        modes = int(np.flatnonzero((left <= _POWER_SHARE * self.tolerance) | (np.append(pace, np.inf) > _MAX_PACE))[0])
         if not modes:
             return self.panels, guide, float(left[0]) * most
-        panels = Panels(split(self.panels.edges, _RADIANS / pace[:modes].max()), rule_of(_POINTS))
+        panels = Panels(split(self.panels.edges, _RADIANS_PER_PANEL / pace[:modes].max()), rule_of(_POINTS))
         angle = panels.angles_inside
         both = values_at(*self.panels, smooth, angle) + ripple_at(ripple, modes, rung, angle)
         tails = tail_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
@@ -132,14 +132,14 @@ def _read(
     field: Field, rings: StripRipple, guide: Guide, of_side: Array, of_moment: Array, contact: bool, mean: float,
     lines: Array, parabola: Array, tolerance: float, stations: int, along: Array, told: Array,
 ) -> float:  # fmt: skip
-    """``SampledCycle.read`` but for the friction power."""
+    """``SampledCycle.read`` without the friction power."""
     error = read_along(field, rings, mean, lines, parabola, tolerance, stations, along)
     ripple, edges, rule = rings.ripple, field.edges, field.rule
     return max(error, read_guide(edges, rule, guide, ripple, of_side, of_moment, contact, tolerance, told))
 
 
 class _Sampler:
-    """The rows of a cycle at any angles: what is resolved, the states, and the corrections' series."""
+    """The rows of a cycle at any angles: the resolved quantities, the states, and the corrections' series."""
 
     def __init__(self, cycle: Cycle, rule: Rule) -> None:
         self._cycle, self._rule = cycle, rule
@@ -151,13 +151,13 @@ class _Sampler:
 
     def __call__(self, angle: Array) -> Array:
         if self.ringing is not NO_RINGING:
-            # What does not ring jumps at corners.
+            # The non-ringing part jumps at corners.
             angle = inside(angle, self._rule)
         rows = np.zeros((CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))
         states = rows[CHECKED : CHECKED + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
         rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-        # Bending at the head and in the middle, each beside that at the clamp: a whole rod's head is not bent at all.
+        # Bending at the head and at midspan, each added to that at the clamp: that of a whole rod's head is zero.
         rows[3] = states[CLAMP] + states[HEAD]
         rows[4] = states[CLAMP]
         bent, sunk = rows[CHECKED + ROWS :][: self.bent_terms], rows[CHECKED + ROWS + self.bent_terms :]

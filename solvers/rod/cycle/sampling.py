@@ -1,8 +1,8 @@
-"""One turn of a strip without corrections of its shape, on panels that resolve it.
+"""One revolution of a strip without shape corrections, on panels that resolve it.
 
-Panels end where the load's pieces do and where the piston begins or ceases to bear on both walls (``state``); they are
-halved until axial force, side force, clamp moment and the bending at the head and the middle of the strip are resolved.
-From then on extremes, zeros and means are those of polynomials (``solvers.numerics.panels``).
+Panels end at the ends of the load's pieces and where contact switches between one and both walls (``state``); they are
+bisected until axial force, side force, clamp moment and the bending at head and midspan are resolved. Extrema, zeros
+and means are then those of polynomials (``solvers.numerics.panels``).
 """
 
 from __future__ import annotations
@@ -23,18 +23,20 @@ Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
 MOST_PANELS = 6000
 CHECKED = 5
-"""Rows that panels must resolve, at the most (``_checked``)."""
+"""Maximum number of rows that panels must resolve (``_checked``)."""
 _GRID = TURN / 128 * np.arange(129)
-_WIDEST = TURN / 4
-_APART, _NARROWEST = 1e-9, 1e-9
-"""Breaks closer than this [rad] are one; rounding of values this wide apart is not resolved by any panel."""
+_MAX_WIDTH = TURN / 4
+_MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
+"""Minimum separation of breaks [rad], below which they are merged; minimum panel width, below which rounding
+dominates."""
 _POINTS = ((1e-4, 8), (1e-9, 16), (0.0, 20))
-"""Points of a panel down to what accuracy, for a load of few pieces; ``_SOME`` and ``_MANY`` of more and very many."""
+"""Points per panel, by the accuracy down to which they apply, for a load of few pieces; ``_SOME`` and ``_MANY`` for
+more and very many."""
 _SOME, _MANY = (24, 8), (256, 6)
 
 
 def rule_for(load: Load, accuracy: float) -> Rule:
-    """The rule of every panel."""
+    """The quadrature rule of the panels."""
     pieces = max(load.curve().breaks.size - 1, load.sharp_angles().size)
     if pieces > _SOME[0]:
         return rule_of((_MANY if pieces > _MANY[0] else _SOME)[1])
@@ -43,22 +45,22 @@ def rule_for(load: Load, accuracy: float) -> Rule:
 
 @kernel
 def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
-    """Ends of panels over one turn: where the load's pieces end or it is sharp, the corners that friction makes, and as
-    many between as it takes for none to be wider than a quarter of a turn."""
+    """Panel ends over one revolution: ends of the load's pieces and sharp angles, the corners due to friction, and
+    enough in between that no panel exceeds a quarter of a revolution."""
     breaks = np.mod(drive.breaks if drive.breaks.size > 0 else sharp, TURN)
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
         breaks = np.concatenate((breaks, np.mod(corners, TURN)))
     breaks, ends = np.sort(breaks), [0.0 for _ in range(0)]
     for i in range(breaks.size):
-        if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _APART:
+        if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _MIN_SEPARATION:
             ends.append(breaks[i])
     if len(ends) == 0:
         ends.append(0.0)
     ends.append(ends[0] + TURN)
     out = [ends[0]]
     for i in range(1, len(ends)):
-        parts = max(math.ceil((ends[i] - ends[i - 1]) / _WIDEST * (1.0 - 1e-9)), 1)
+        parts = max(math.ceil((ends[i] - ends[i - 1]) / _MAX_WIDTH * (1.0 - 1e-9)), 1)
         for k in range(1, parts):
             out.append(ends[i - 1] + k / parts * (ends[i] - ends[i - 1]))
         out.append(ends[i])
@@ -67,8 +69,8 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
 
 @kernel
 def _checked(strip: Strip, states: Array) -> Array:
-    """Axial force, side force, clamp moment, and the bending at the head and in the middle, each beside that at the
-    clamp: a whole rod's head is not bent at all. Without a coupling all but the force go with the stroke."""
+    """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp (that
+    of a whole rod's head is zero). Without coupling all but the force are proportional to the stroke."""
     if strip.couples == 0.0:
         return states[FORCE : STROKE + 1]
     rows = np.empty((CHECKED, states.shape[1]))
@@ -79,7 +81,7 @@ def _checked(strip: Strip, states: Array) -> Array:
 
 @kernel
 def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule, scale: Array) -> Array:
-    """The states at a panel's points; ``scale`` takes what the checked rows reach."""
+    """The states at a panel's points; ``scale`` is updated with the magnitudes of the checked rows."""
     angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
@@ -91,10 +93,10 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
 
 @kernel
 def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: float) -> tuple[Array, Array]:
-    """The edges of panels that resolve the turn to ``tolerance`` of the greatest of every quantity, as far as
-    ``MOST_PANELS`` go, from panels with the edges ``first``; and the states at their points.
+    """Edges of panels that resolve the revolution to ``tolerance`` relative to the maximum of every quantity, with at
+    most ``MOST_PANELS``, refined from panels with the edges ``first``; and the states at their points.
 
-    No edges where the strip buckles at one of the points that are looked at.
+    No edges if the strip buckles at one of the sampled points.
     """
     n, scale, least = rule.points.size, np.zeros(CHECKED), 0.5 * strip.buckled if strip.couples != 0.0 else -np.inf
     waiting = [(0.0, 0.0, np.empty((ROWS, n))) for _ in range(0)]
@@ -106,7 +108,7 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
         if states[FORCE].min() <= least:
             return np.empty(0), np.empty((ROWS, 0))
         halve = False
-        if right - left > _NARROWEST and len(found) + len(waiting) + 2 <= MOST_PANELS:
+        if right - left > _MIN_WIDTH and len(found) + len(waiting) + 2 <= MOST_PANELS:
             rows = _checked(strip, states)
             for row in range(rows.shape[0]):
                 halve = halve or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)

@@ -1,14 +1,14 @@
-"""What one section of the strip sees over the turn, and the section that is worst.
+"""Stress history of one section of the strip over a revolution, and the governing section.
 
 At the section z, with kappa = psi' and the corrections' series added to it,
 
     sigma+- = N/(b h) +- (E h/2) kappa,     N = P, or P (1 - V'^2/2) + T V' in large displacement
 
-Along the strip every station whose severity, or the parabola through it and its neighbours, leaves room for the
-greatest one starts a bracket, on both fibres: the clamp and the bulge inside the span compete, and at the best strips
-they are equal. A round looks at five sections of a bracket (``solvers.numerics.brackets``); at each of them the
-extremes over the turn are those of polynomials (``solvers.numerics.panels``), and where something rings beside them
-those of both (``solvers.numerics.ripple_peaks``). Without, ``rings`` is None, and kernels are compiled without.
+Along the strip every station whose severity, or the parabola through it and its neighbours, may reach the maximum
+starts a bracket, on both fibres: the clamp and the bulge within the span compete, and in optimal strips they are equal.
+An iteration evaluates five sections of a bracket (``solvers.numerics.brackets``); at each the extrema over the
+revolution are those of polynomials (``solvers.numerics.panels``), or with superposed ringing those of both
+(``solvers.numerics.ripple_peaks``). Without ringing, ``rings`` is None, and kernels are compiled without it.
 """
 
 from __future__ import annotations
@@ -33,40 +33,40 @@ Array = NDArray[np.float64]
 UPPER, LOWER, SUNK = range(3)
 """Layers: the fibre at +h/2, the one at -h/2, the deflection."""
 FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
-"""First layer and the one behind the last."""
+"""Ranges of layers: first, and one past the last."""
 STATIONS, FEW_STATIONS = 25, 13
-"""At which a strip is looked at first, and where little accuracy is asked for."""
+"""Number of initial stations, and for low accuracy."""
 
 VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
-"""Columns of a table of peaks: severity and its error, layer, section z [m], the greatest and least value over the turn
-there with their angles [rad], and how far amplitude or mean may be off."""
+"""Columns of a table of peaks: severity and its error, layer, section z [m], maximum and minimum over the revolution
+there with their angles [rad], and the uncertainty of amplitude and mean due to that of the section."""
 
 _EPS = float(np.finfo(float).eps)
 _GREATEST = GREATEST.lines
 _STEPS = np.arange(-3.0, 4.0)
 _POWERS = np.vander(_STEPS, 5, increasing=True)
 _QUARTIC = np.ascontiguousarray(np.linalg.pinv(_POWERS))
-_WIDEST, _NARROWEST = 2e-3, 1e-6
+_MAX_SPACING, _MIN_SPACING = 2e-3, 1e-6
 _NEWTON_STEPS = 20
 NEARLY = 1e-6
-"""How far below the greatest a peak may lie that is climbed to its end."""
+"""Relative distance from the maximum within which a peak is fully refined."""
 
 
 UTILISATION, STRENGTH, HIGH_STRESS, LOW_STRESS, PLACE, FIBRE, DEFLECTED, READINGS = range(8)
-"""What a strip's check reads along it: 1/n of fatigue, the greatest |sigma| [Pa], the stresses [Pa] of the section [m]
-and fibre that govern fatigue, the greatest |V| [m]; and how many these are."""
+"""Results of a check along the strip: 1/n of fatigue, maximum |sigma| [Pa], the stresses [Pa] of the section [m] and
+fibre that govern fatigue, maximum |V| [m]; and their number."""
 
 
 class Field(NamedTuple):
-    """A sampled turn as it is read along the strip. SI units; columns are angles, panel by panel.
+    """A sampled revolution, evaluable along the strip. SI units; columns are angles, panel by panel.
 
     edges, rule        the panels
     states             (state.ROWS, n)
     side               T of the linear strip [N], (n,)
-    bent, sunk         Legendre series over the strip of what corrections add to V'' [1/m] and V [m], (terms, n)
+    bent, sunk         Legendre series over the strip of the corrections to V'' [1/m] and V [m], (terms, n)
     length, compliance free length [m], g = EI/(kGA) [m^2]
-    direct, bending    1/(b h) and E h/2; ``direct`` 0 where a force that never changes is counted by the criterion
-    inclined           whether N follows the strip's inclination
+    direct, bending    1/(b h) and E h/2; ``direct`` 0 if the stress of a constant force is added by the criterion
+    inclined           whether N is tangential to the deflected strip
     """
 
     edges: Array
@@ -83,7 +83,7 @@ class Field(NamedTuple):
 
 
 class StripRipple(NamedTuple):
-    """What rings beside a field in parts, and Legendre series over the strip of V'' [1/m] and V [m] of the parts,
+    """Ringing on top of a field, and Legendre series over the strip of V'' [1/m] and V [m] of its parts,
     (terms, parts)."""
 
     ripple: Ripple
@@ -93,7 +93,7 @@ class StripRipple(NamedTuple):
 
 @kernel
 def read_section(field: Field, z: float, out: Array) -> None:
-    """Both fibres' stresses [Pa] and the deflection [m] at a section, shape (3, n)."""
+    """Stresses [Pa] of both fibres and deflection [m] at a section, shape (3, n)."""
     states, n = field.states, field.states.shape[1]
     curvature, slope, sunk = out[0], out[1], out[2]
     bend(
@@ -140,10 +140,10 @@ def _parts_at(series: Array, x: float) -> Array:
 def extremes_at(
     field: Field, rings: StripRipple | None, z: float, first: int, last: int, tolerance: float, room: Array, out: Array
 ) -> None:
-    """Greatest and least value over the turn of the layers ``first`` … ``last`` - 1 at a section.
+    """Maximum and minimum over the revolution of the layers ``first`` … ``last`` - 1 at a section.
 
-    ``tolerance`` is relative to the greatest magnitude of the layer. ``room`` has shape (3, n); ``out`` (3, 6):
-    greatest value, its error and angle, least likewise.
+    ``tolerance`` is relative to the maximum magnitude of the layer. ``room`` has shape (3, n); ``out`` (3, 6): maximum,
+    its error and angle, minimum likewise.
     """
     read_section(field, z, room)
     for layer in range(first, last):
@@ -168,11 +168,10 @@ def read_along(
     field: Field, rings: StripRipple | None, mean: float, lines: Array, parabola: Array, tolerance: float,
     stations: int, out: Array,
 ) -> float:  # fmt: skip
-    """Fatigue, strength and deflection into ``out`` (READINGS,); the greatest relative error of these and of the
-    amplitude: that is judged by itself, however great the mean beside it; a mean as small as it likes is not.
+    """Write fatigue, strength and deflection to ``out`` (READINGS,); returns the maximum relative error of these and of
+    the amplitude, which is judged separately however large the mean (but not a small mean).
 
-    ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a stress that never changes and that the field
-    leaves out.
+    ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a constant stress omitted from the field.
     """
     table, room = np.empty((stations, 3, 6)), np.empty((3, field.side.size))
     for j in range(stations):
@@ -192,7 +191,7 @@ def read_along(
             best = k if found[k, VALUE] > found[best, VALUE] else best
         value, missing = found[best, VALUE], found[best, ERROR]
         for k in range(found.shape[0]):
-            # A lower peak matters as far as its own error lets it reach above the highest.
+            # A lower peak matters only if its error lets it exceed the highest.
             missing = max(missing, found[k, VALUE] + found[k, ERROR] - value)
         error = max(error, missing / abs(value) if value != 0.0 else 0.0)
         if asked == 0:
@@ -210,11 +209,11 @@ def peaks(
     field: Field, rings: StripRipple | None, room: Array, table: Array, first: int, last: int, lines: Array,
     parabola: Array, slack: float, tolerance: float, located: bool,
 ) -> Array:  # fmt: skip
-    """Sections where a severity of the layers ``first`` … ``last`` - 1 peaks, one row each (see ``VALUE`` …).
+    """Local maxima along the strip of a severity of the layers ``first`` … ``last`` - 1, one per row (see ``VALUE`` …).
 
-    ``table`` (stations, 3, 6) has the extremes at equal steps from clamp to head. Of all peaks that come within the
-    share ``slack`` of the greatest, each climbed until it is known to ``tolerance`` times that; with ``located`` the
-    section of a smooth peak is known to the last digits that the severity has.
+    ``table`` (stations, 3, 6) has the extrema at equally spaced stations from clamp to head. All peaks within the
+    relative distance ``slack`` of the maximum are refined to ``tolerance`` times that; with ``located`` the section of
+    a smooth peak is found to the precision of the severity.
     """
     count = table.shape[0]
     severity = np.empty((last - first, count))
@@ -231,7 +230,7 @@ def peaks(
         row = severity[layer - first]
         for j in range(count):
             before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < count - 1 else j - 1]
-            # What a parabola through the three, four times as bent, lets the peak reach.
+            # Upper estimate of the peak: the parabola through the three with four times its curvature.
             reach = here + 0.5 * abs(before - 2.0 * here + after)
             level = 8.0 * _EPS * top
             if (j > 0 and here <= before + level) or here < after - level or reach < (1.0 - slack) * top:
@@ -249,7 +248,7 @@ def peaks(
                 top = max(top, value[1])
                 if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * length:
                     break
-                # A hump that cannot come near is left.
+                # Abandon a peak that cannot come within the slack.
                 if value[1] + error < (1.0 - slack) * top:
                     break
             if value[1] + error < (1.0 - slack) * top:
@@ -258,7 +257,7 @@ def peaks(
             if located and 0.0 < where < length:
                 where, doubt = _pinpoint(field, rings, layer, where, lines, parabola, tolerance, room, seen)
             found.append(
-                _told(field, rings, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen)
+                _peak_row(field, rings, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen)
             )
     out = np.empty((len(found), 9))
     for k in range(len(found)):
@@ -267,11 +266,11 @@ def peaks(
 
 
 @kernel
-def _told(
+def _peak_row(
     field: Field, rings: StripRipple | None, layer: int, z: float, doubt: float, value: float, error: float,
     lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array,
 ) -> Array:  # fmt: skip
-    """The row of one peak, and what a section that is off by ``doubt`` may change in amplitude and mean."""
+    """The row of one peak, with the effect of a section error ``doubt`` on amplitude and mean."""
     out = np.empty(9)
     half, middle = np.empty(3), np.empty(3)
     for k in range(3 if doubt > 0.0 else 1):
@@ -297,21 +296,21 @@ def _pinpoint(
     field: Field, rings: StripRipple | None, layer: int, place: float, lines: Array, parabola: Array,
     tolerance: float, room: Array, seen: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """The section of a smooth peak and how far off it may be.
+    """The section of a smooth peak and its uncertainty.
 
-    A climb knows the peak's value to the square of what it knows of its place, but amplitude and mean change with the
-    place itself. The derivative of a polynomial through seven sections has no such loss. Where the polynomial misses
-    its own points the peak is a kink, and closer sections are tried.
+    Maximisation determines the peak value with an error quadratic in that of the section, but amplitude and mean vary
+    linearly with the section. The derivative of a polynomial through seven sections avoids this loss. If the polynomial
+    misfits its own points the peak is a kink, and closer sections are tried.
     """
     length, values = field.length, np.empty(_STEPS.size)
-    width = min(_WIDEST * length, place / 3.0, (length - place) / 3.0)
-    while width > _NARROWEST * length:
+    width = min(_MAX_SPACING * length, place / 3.0, (length - place) / 3.0)
+    while width > _MIN_SPACING * length:
         greatest_value = 0.0
         for k in range(values.size):
             extremes_at(field, rings, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)
             values[k] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
             greatest_value = max(greatest_value, values[k])
-        # Less the middle one, of which the fit would otherwise leave its own rounding.
+        # Minus the middle value, which would otherwise dominate the rounding of the fit.
         middle, misfit = values[3], 0.0
         for k in range(values.size):
             values[k] = (values[k] - middle) / greatest_value
@@ -334,7 +333,8 @@ def _pinpoint(
 
 @kernel
 def _level(series: Array) -> float:
-    """Where, from the middle of seven points by Newton steps, a polynomial of degree four is level, or inf."""
+    """Stationary point of a polynomial of degree four, relative to the middle of seven points, by Newton's method;
+    inf if none."""
     a, b, c, d = series[1], series[2], series[3], series[4]
     x = 0.0
     for _ in range(_NEWTON_STEPS):

@@ -1,15 +1,15 @@
-"""The strip at one crank angle: axial force with its friction closed in, and the constants of the bent shape.
+"""The strip at one crank angle: axial force with friction feedback, and the constants of the bent shape.
 
     P0(phi) = gas load + inertia of the moving mass,   s = r sin(phi),   q = P/EI
     P = P0 + sign(s) (4/pi) mu int |q_wall| ds                       friction opposes the piston
     psi = C S1(z) + D S2(z),  V' = psi/m - g D,  m = 1 + g q,  q_s = q/m,  g = EI/(kGA)
 
-(S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect that a scene leaves
-out has the parameter that leaves its term out: no mass, no coupling, g = 0, mu = 0.
+(S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect excluded from a scene
+has the parameter that removes its term: no mass, no coupling, g = 0, mu = 0.
 
-Near buckling the friction force grows as 1/(P_cr + P), a convex function of P, so secants started from P0 fall short of
-the first solution and never pass it; where there is none, friction buckles the strip. At the dead centres the stroke,
-and with it the friction, vanishes, and the loop closes without a jump.
+Near buckling the friction force grows as 1/(P_cr + P), a convex function of P, so secants started from P0 approach the
+first solution from one side; if there is none, friction buckles the strip. At the dead centres the stroke, and with it
+the friction, vanishes, so the force is continuous.
 """
 
 from __future__ import annotations
@@ -28,29 +28,29 @@ from solvers.rod.strip.beam_column import constants
 Array = NDArray[np.float64]
 
 ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
-"""Rows of a table of states, one column an angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2], psi'(l)
-[1/m], m, T [N], M0 [N m]."""
+"""Rows of a table of states, one column per angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2],
+psi'(l) [1/m], m, T [N], M0 [N m]."""
 
 ROWS = 10
 
-_MOST_SECANTS = 60
+_MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
-_CLOSED, _TOLD = 4.0 * _EPS, 0.01 * _EPS
-_MILD, _FAR = 0.5, 0.4
-"""A neighbour's solution may start the secants where the slope is above the one and no force below the other times the
-force that stands for buckling: far from where friction buckles the strip."""
+_FORCE_TOLERANCE, _CONVERGED = 4.0 * _EPS, 0.01 * _EPS
+_MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.4
+"""Conditions for starting the secants from the neighbouring solution: minimum slope, and maximum force relative to the
+one that denotes buckling, i.e. far from buckling by friction."""
 
 
 class Strip(NamedTuple):
-    """A strip and the physics it is looked at with, as kernels take them. SI units.
+    """A strip and its models in kernel representation. SI units.
 
     stiffness     EI [N m^2]
-    couples       1.0 where the axial force bends the strip, 0.0 where it does not
-    compliance    g = EI/(kGA) [m^2], 0.0 where it is rigid in shear
-    friction      (4/pi) mu, 0.0 where friction does not act back on the axial force
+    couples       1.0 if the axial force contributes to bending, else 0.0
+    compliance    g = EI/(kGA) [m^2], 0.0 if rigid in shear
+    friction      (4/pi) mu, 0.0 without feedback of friction to the axial force
     lever         6/Lp [1/m] of the skirt
     offset        clamp offset e [m]
-    buckled       axial force [N] that stands for a strip that friction buckles: far beyond its critical load
+    buckled       axial force [N] that denotes a strip buckled by friction: far beyond its critical load
     """
 
     stiffness: float
@@ -66,7 +66,7 @@ class Strip(NamedTuple):
 
 @kernel
 def wall_force(strip: Strip, q: float) -> float:
-    """int |q_wall| ds per unit stroke [N/m] under the coupling q."""
+    """int |q_wall| ds per unit stroke [N/m] for the coupling q."""
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
     return strip.stiffness * both_walls(abs(side), strip.lever * abs(clamp + side * strip.offset))
@@ -74,7 +74,7 @@ def wall_force(strip: Strip, q: float) -> float:
 
 @kernel
 def closed_force(strip: Strip, force: float, stroke: float) -> float:
-    """P [N] with friction closed in, from P0; ``strip.buckled`` where friction buckles the strip.
+    """P [N] including friction feedback, from P0; ``strip.buckled`` if friction buckles the strip.
 
     The velocity has the sign of the stroke for every crank shorter than its rod.
     """
@@ -83,24 +83,26 @@ def closed_force(strip: Strip, force: float, stroke: float) -> float:
 
 @kernel
 def _secants(strip: Strip, force: float, stroke: float, start: float, slope: float) -> tuple[float, float]:
-    """``closed_force`` and the last slope of P - P0 - friction, by secants from a start with a slope there."""
+    """``closed_force`` and the last slope of P - P0 - friction, by secants from a start with a given slope."""
     per_force, push = strip.couples / strip.stiffness, strip.friction * stroke
     if push == 0.0:
         return force, 1.0
     here, step, last = start, np.inf, np.inf
     gap = force + push * wall_force(strip, per_force * here) - here
-    for _ in range(_MOST_SECANTS):
+    for _ in range(_MAX_SECANTS):
         earlier, last, step = last, step, gap / slope
         here += step
         size = abs(force) + abs(here)
-        # Every error of a secant is the product of the two before it, times a constant that three of them tell.
-        if abs(step) <= _CLOSED * size or (earlier < np.inf and step * step <= _TOLD * size * abs(earlier)):
+        # A secant error is proportional to the product of the two before it; the last three give the factor.
+        if abs(step) <= _FORCE_TOLERANCE * size or (
+            earlier < np.inf and step * step <= _CONVERGED * size * abs(earlier)
+        ):
             return here, slope
         if here <= strip.buckled:
             break
         gap_before, gap = gap, force + push * wall_force(strip, per_force * here) - here
         slope = (gap_before - gap) / step
-        # Without a slope to follow, as beyond the place where there is a solution, a plain step.
+        # Without a usable slope, as beyond the last solution, take a plain step.
         if not slope > 0.0:
             slope = 1.0
     return strip.buckled, 1.0
@@ -108,8 +110,8 @@ def _secants(strip: Strip, force: float, stroke: float, start: float, slope: flo
 
 @kernel
 def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None:
-    """The states at the angles (n,) into a table of shape (ROWS, n); quickest where the angles rise."""
-    # What friction adds, and takes from the slope, per stroke: at the angle before, and so nearly here.
+    """Fill a table of shape (ROWS, n) with the states at the angles (n,); fastest if the angles are increasing."""
+    # Friction force and slope reduction per stroke at the previous angle, as an initial guess.
     added, softer = 0.0, 0.0
     shape = constants(0.0, strip.length, strip.rod_length, strip.compliance)
     for i in range(angle.size):
@@ -117,8 +119,13 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
         force = axial_force(drive, angle[i])
         push = strip.friction * stroke
         if push != 0.0:
-            closed, slope, start, far = strip.buckled, 1.0 - push * softer, force + push * added, _FAR * strip.buckled
-            if slope > _MILD and min(force, start) > far:
+            closed, slope, start, far = (
+                strip.buckled,
+                1.0 - push * softer,
+                force + push * added,
+                _MAX_WARM_FORCE * strip.buckled,
+            )
+            if slope > _MIN_WARM_SLOPE and min(force, start) > far:
                 closed, slope = _secants(strip, force, stroke, start, slope)
             if not closed > far:
                 closed, slope = _secants(strip, force, stroke, force, 1.0)
@@ -134,7 +141,7 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
 
 @kernel
 def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int) -> None:
-    """The strip under an axial force with the crank pin at a stroke, into column i of a table."""
+    """Fill column i of a table for a given axial force and crank pin stroke."""
     q = strip.couples / strip.stiffness * force
     _fill_state(strip, force, stroke, constants(q, strip.length, strip.rod_length, strip.compliance), states, i)
 
@@ -163,7 +170,7 @@ def axial_force_with_friction(drive: Drive, strip: Strip, angle: Array) -> Array
 
 @kernel
 def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
-    """6 |M|/Lp - |T| per unit stroke and unit EI: the piston bears on both walls where it is positive."""
+    """6 |M|/Lp - |T| per unit stroke and unit EI: positive where the piston contacts both walls."""
     force = axial_force(drive, angle)
     force = closed_force(strip, force, drive.crank_radius * math.sin(angle))
     q = strip.couples / strip.stiffness * force
@@ -174,9 +181,9 @@ def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
 
 @kernel
 def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """Angles [rad] between those given, rising, at which the piston begins or ceases to bear on both walls.
+    """Angles [rad] between those given, increasing, at which contact switches between one and both walls.
 
-    There alone the second derivative of the friction force jumps: where T or M change sign it is smooth.
+    Only there does the second derivative of the friction force jump: at sign changes of T or M it is smooth.
     """
     found = [0.0 for _ in range(0)]
     before = _both_walls_begin(drive, strip, angle[0])

@@ -1,1 +1,1 @@
-"""How much an effect may matter, before it is run."""
+"""A-priori bounds of the influence of effects."""

@@ -1,12 +1,12 @@
-"""How much each effect matters: the main results of one turn with it and without it, times a margin.
+"""Influence of each effect: the change of the main results over one revolution without it, times a margin.
 
-The turn has every effect in closed form - gas and inertia, coupling, shear, friction that acts back - and each of them
-is taken away in turn (``situation``). Large displacement and the strip's inertia are added to it, to first order
-(``cycle.large_displacement``, ``inertia``). So what an effect changes is seen beside all others but these two; where
-the strip's inertia is large it magnifies what others change, and the phase of what rings they may change altogether.
+The revolution contains every closed-form effect - gas and inertia, coupling, shear, friction feedback - and each is
+removed in turn (``situation``). Large displacement and the strip's inertia are added to it, to first order
+(``cycle.large_displacement``, ``inertia``). So each effect is evaluated together with all others except these two; a
+large inertia of the strip amplifies changes due to others, and these may shift the phase of its ringing arbitrarily.
 
-The margins are by test over random machines, not by proof (docs/campaign.md): the changes themselves are right to some
-percent in most of them, and those of inertia where many modes ring to a factor of a few.
+The margins are based on tests over random machines, not on proof (docs/campaign.md): the changes themselves are
+accurate to some percent in most of them, and those of inertia with many ringing modes to a factor of a few.
 """
 
 from __future__ import annotations
@@ -27,68 +27,68 @@ from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_f
 
 Array = NDArray[np.float64]
 
-_MARGIN, _OF_RINGING = 1.2, 1.5
-"""Times a change; times that by inertia where it rings."""
+_MARGIN, _RINGING_MARGIN = 1.2, 1.5
+"""Margin on a change; margin on a change by inertia dominated by ringing."""
 
-_RINGING, _JUMPING_SIDE = 2.0, 8.0
-"""Times the first mode's ringing: that of all modes, and in the side force behind jumps of the load, which all of them
-feel and of which fast ones have most."""
+_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 8.0
+"""Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
+excite all modes and appear most in the fast ones."""
 
-_LOUD = 5.0
-"""Share of ringing from whose inverse on inertia has the margin of what rings."""
+_RINGING_WEIGHT = 5.0
+"""Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
 
-_MOVED, _MOVED_FAR = 0.5, 1.2
-"""Times what rings and the phase that a change moves: what that makes, to first and second order of the phase."""
+_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.5, 1.2
+"""Coefficients of the change by a phase shift of the ringing, to first and second order of the shift."""
 
-_QUIET = 1e-3
-"""Share of ringing below which it does not matter whether it adds or takes away."""
+_MIN_RINGING_SHARE = 1e-3
+"""Share of ringing below which its sign is irrelevant."""
 
 _FEWER_NODES = 12
-"""Large displacement is smooth: fewer nodes than for the last digits serve."""
+"""Large displacement is smooth: fewer nodes suffice than for full precision."""
 
-_STRUCK = 25.0
-"""Times the turn's sharpness: a faster first mode is not struck by what is smooth."""
+_MAX_EXCITED = 25.0
+"""Pace of the first mode, relative to the revolution's sharpness, above which smooth loads do not excite it."""
 
-_NEXT = 1.5
-"""Times the first iterate's influence: how much smaller every iterate of inertia is than the one before."""
+_SERIES_RATIO = 1.5
+"""Factor on the first iterate's influence for the ratio of successive iterates of inertia."""
 
-_OF_JUMPS = 3.0
-"""How much more than what rings behind jumps of the load its own bound is, in the middle."""
+_JUMP_EXCESS = 3.0
+"""Typical overestimation of the ringing after jumps of the load by its bound."""
 
-_LIVELY, _LIVELIEST, _NEAR_BUCKLING, _UNBOUNDED = 2.0, 1.2, 0.2, 2.0
-"""How much inertia that changes the results by a share of themselves magnifies what others change, per share; up to
-which share, how much more per 1/(1 - P/P_cr), and how many times that where nothing bounds inertia itself."""
+_AMPLIFICATION, _MAX_AMPLIFYING, _NEAR_BUCKLING, _UNBOUNDED_FACTOR = 2.0, 1.2, 0.2, 2.0
+"""Amplification of other effects' changes per relative influence of inertia; the influence up to which it grows, its
+increment per 1/(1 - P/P_cr), and the factor on the amplification if the influence of inertia is unbounded."""
 
-_SLOW, _RESONANT, _MOVED_LITTLE = 8.0, 0.2, 0.5
-"""Where nothing bounds inertia, and the first mode is slower than that and as far from the harmonics by |sin| of half
-its phase: it magnifies no more than where it is bounded, and so much less of the phase counts."""
+_SLOW_PACE, _MIN_DETUNING, _SLOW_PHASE_FACTOR = 8.0, 0.2, 0.5
+"""If the influence of inertia is unbounded but the first mode slower than the first and detuned from the harmonics by
+more than the second, as |sin| of half its phase: no additional amplification, and the phase effect times the third."""
 
-_STRONG, _OVERTHROWN = 0.25, 3.0
-"""Influence of inertia from which on it may multiply a change that is greater than the results, and by how much."""
+_STRONG_INERTIA, _MAX_MULTIPLIER = 0.25, 3.0
+"""Influence of inertia above which it may multiply a change larger than the results, and the maximum multiplier."""
 
 
 def reciprocating_inertia(situation: Situation) -> float:
-    """Without the reciprocating mass."""
+    """Influence of the reciprocating mass."""
     return _beside_inertia(situation, situation.without[MASS])
 
 
 def beam_column(situation: Situation) -> float:
-    """Without the axial force's part in bending."""
+    """Influence of the axial force's contribution to bending."""
     return _beside_inertia(situation, situation.without[COUPLES])
 
 
 def shear(situation: Situation) -> float:
-    """Rigid in shear."""
+    """Influence of shear flexibility."""
     return _beside_inertia(situation, situation.without[SHEARING])
 
 
 def friction_feedback(situation: Situation) -> float:
-    """Without friction in the axial force."""
+    """Influence of the friction feedback to the axial force."""
     return _beside_inertia(situation, situation.without[FRICTION])
 
 
 def large_displacement(situation: Situation) -> float:
-    """Without the third order of the strip's slope; nothing where the strip buckles under the gas alone."""
+    """Influence of the third order of the strip's slope; 0 if the strip buckles under the gas load alone."""
     turn, l = situation.upright, situation.dimensions.l
     if turn is None:
         return 0.0
@@ -101,7 +101,7 @@ def large_displacement(situation: Situation) -> float:
 
 @kernel
 def _change_in_large(j: Judging, strip: Strip, states: Array, judged: Judged, tables: Collocation) -> float:
-    """The change of the main results by large displacement."""
+    """Relative change of the main results by large displacement."""
     n, terms, head = states.shape[1], tables.nodes.size + 1, strip.rod_length - strip.length
     bent, sunk, side, moment = np.zeros((terms, n)), np.zeros((terms, n)), np.empty(n), np.empty(n)
     add_third_order(
@@ -113,12 +113,12 @@ def _change_in_large(j: Judging, strip: Strip, states: Array, judged: Judged, ta
 
 
 def rod_inertia(situation: Situation) -> float:
-    """Without the strip's own inertia; nothing where the strip buckles under the gas alone."""
+    """Influence of the strip's own inertia; 0 if the strip buckles under the gas load alone."""
     return _by_inertia(situation)[0]
 
 
 def _by_inertia(situation: Situation) -> tuple[float, float, float]:
-    """The influence of the strip's inertia, the share of ringing in it, and the mean pace of the first mode."""
+    """The influence of the strip's inertia, its share of ringing, and the mean pace of the first mode."""
     turn = situation.upright
     if turn is None:
         return 0.0, 0.0, 0.0
@@ -131,15 +131,15 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
                 sampling.even, line_mass, situation.in_plane, situation.softer, collocation(NODES),
             )  # fmt: skip
-            if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _STRUCK * turn.sharpness:
+            if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _MAX_EXCITED * turn.sharpness:
                 break
             finer = situation.finer(turn)
             if finer is turn:
                 break
             turn = finer
-        change *= _MARGIN + (_OF_RINGING - _MARGIN) * min(_LOUD * share, 1.0)
-        # Behind jumps more is told of ringing than there is, enough for what follows the first iterate.
-        left = max(1.0 - change, 0.5) if situation.sharp.size and change < 1.0 else 1.0 - _NEXT * change
+        change *= _MARGIN + (_RINGING_MARGIN - _MARGIN) * min(_RINGING_WEIGHT * share, 1.0)
+        # After jumps ringing is overestimated, by enough to cover the iterates beyond the first.
+        left = max(1.0 - change, 0.5) if situation.sharp.size and change < 1.0 else 1.0 - _SERIES_RATIO * change
         situation.known["inertia"] = change / left if left > 0.0 else math.inf, share, pace
     return situation.known["inertia"]
 
@@ -149,49 +149,49 @@ def _change_by_motion(
     j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
     even: int, line_mass: float, critical: float, softer: float, tables: Collocation,
 ) -> tuple[float, float, float]:  # fmt: skip
-    """The greatest relative change of the main results by the strip's motion; the last two of ``Motion``.
+    """Maximum relative change of the main results by the strip's motion; then ``share`` and ``pace`` of ``Motion``.
 
-    ``seen`` are the states that results are judged at: every so many of the even ones.
+    ``seen`` are the states at which results are evaluated: a regular subset of the uniform angles.
     """
     n = seen.shape[1]
     motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
-    worst, of_side = 0.0, _JUMPING_SIDE if motion.either and order.size > even else _RINGING
+    worst, of_side = 0.0, _ALL_MODES_SIDE_FORCE if motion.either and order.size > even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
-    for turned in range(2 if motion.either and motion.share > _QUIET else 1):
+    for turned in range(2 if motion.either and motion.share > _MIN_RINGING_SHARE else 1):
         sign = 1.0 - 2.0 * turned
         for i in range(n):
             side[i] = seen[SIDE, i] + motion.side[i] + sign * of_side * motion.rings_side[i]
-            moment[i] = seen[MOMENT, i] + motion.moment[i] + sign * _RINGING * motion.rings_moment[i]
+            moment[i] = seen[MOMENT, i] + motion.moment[i] + sign * _ALL_MODES * motion.rings_moment[i]
             for m in range(series.shape[0]):
-                series[m, i] = motion.series[m, i] + sign * _RINGING * motion.rings_series[m, i]
+                series[m, i] = motion.series[m, i] + sign * _ALL_MODES * motion.rings_series[m, i]
         moved = judge(j, strip, seen, side, moment, series, False, judged.critical)
         worst = max(worst, change(j, judged, moved))
     return worst, motion.share, motion.pace
 
 
 def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) -> float:
-    """The margin on a change of the turn without the strip's inertia, for what inertia makes of it.
+    """The margin on a change evaluated without the strip's inertia, including the amplification by it.
 
-    A change that ``stiffens`` the strip moves the phase of what rings.
+    A change that ``stiffens`` the strip shifts the phase of the ringing.
     """
     change = float(change)
     if not change or not math.isfinite(change) or situation.upright is None:
         return change
     influence, share, pace = _by_inertia(situation)
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
-    own = influence / (_OF_JUMPS if situation.sharp.size else 1.0)
-    own = min(own, _LIVELIEST + _NEAR_BUCKLING / left)
-    lively, phase = _LIVELY * own, min(1.0, change * pace)
-    moved = (own * share if stiffens else 0.0) * phase * (_MOVED + _MOVED_FAR * phase)
+    own = influence / (_JUMP_EXCESS if situation.sharp.size else 1.0)
+    own = min(own, _MAX_AMPLIFYING + _NEAR_BUCKLING / left)
+    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace)
+    moved = (own * share if stiffens else 0.0) * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
     if math.isinf(influence):
-        if pace < _SLOW and abs(math.sin(math.pi * pace)) > _RESONANT:
-            moved *= _MOVED_LITTLE
+        if pace < _SLOW_PACE and abs(math.sin(math.pi * pace)) > _MIN_DETUNING:
+            moved *= _SLOW_PHASE_FACTOR
         else:
-            lively *= _UNBOUNDED
+            lively *= _UNBOUNDED_FACTOR
     found = _MARGIN * change * (1.0 + lively) + moved
     if found <= 1.0 or not stiffens:
         return found
-    # What is larger than the results themselves is not told by one turn beside the others.
+    # A change larger than the results themselves cannot be judged separately from the other effects.
     if math.isinf(influence):
         return math.inf
-    return found * min(found, _OVERTHROWN) if own > _STRONG else found
+    return found * min(found, _MAX_MULTIPLIER) if own > _STRONG_INERTIA else found

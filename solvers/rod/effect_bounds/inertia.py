@@ -1,19 +1,20 @@
-"""The strip's inertia, to first order: what follows the quasi-static motion, and the first mode's own motion.
+"""Inertia of the strip, to first order: response to the quasi-static motion, and the first mode's own motion.
 
     EI d'''' - P(phi) d'' = -rho A omega^2 V_phiphi,     d clamped, with the pin at no offset
 
 V is the quasi-static shape, d the first of the iterates whose sum is the motion without ringing; each angle is solved
-for alone (``strip.elastica_kernels``). The first mode, whose share c(phi) of V is taken with d's own shape, obeys
+independently (``strip.elastica_kernels``). The first mode, with the share c(phi) of V projected on the shape of d,
+obeys
 
     a'' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega
 
-which is solved exactly on steps with Omega constant and c'' linear, and closed over the turn: harmonics near a
-resonance, corners and jumps of the load, however narrow, and the changes of Omega are in it. What it has beside
--c''/Omega^2, which d holds already, is added in d's shape. A mode faster than the steps are narrow is known by its
-amplitude, and where the load is smooth by the corners that friction makes.
+which is solved exactly on steps with constant Omega and linear c'', with periodic closure: this includes harmonics near
+a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference from
+-c''/Omega^2, which d already contains, is added in d's shape. A mode too fast for the step width is represented by its
+amplitude, and for a smooth load by the corners due to friction.
 
-What closing the turn makes of the motion depends on the phase after a turn; it is moved toward resonance by as much as
-it may be wrong. Faster modes ring too and are not followed: ``first_order`` has margins for that.
+The periodic closure depends on the phase after a revolution, which is shifted toward resonance by its uncertainty.
+Faster modes ring too and are not computed: ``first_order`` has margins for them.
 
 Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for what corners leave ringing.
 """
@@ -33,32 +34,32 @@ from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 Array = NDArray[np.float64]
 
 NODES = 12
-"""Legendre polynomials along the strip: layers of a twentieth of it are resolved as well as an estimate needs."""
+"""Legendre polynomials along the strip: boundary layers of 1/20 of it are resolved as well as an estimate requires."""
 
 _SIGNED, FOLLOWED = 0.5, 2.0
-"""Radians of the first mode in an even step: from the first on the steps may miss where it is greatest, from the second
-on they do not follow how it comes about."""
+"""First-mode phase [rad] per uniform step above which the steps may miss its maximum, and above which they do not
+resolve its excitation."""
 
 _PHASE_ERROR, _PHASE_SHARE, _UNKNOWN = 0.03, 3e-4, 0.2
-"""Of the first mode after a turn: rad, and rad per rad; where nothing is known of it, |sin| of its half is taken to be
-no less than the last, as it is in seven of eight cases."""
+"""Uncertainty of the first mode's phase after a revolution: absolute [rad] and relative; if it is unknown, the minimum
+assumed |sin| of half the phase, which holds in seven of eight cases."""
 
 _FIRST_ROUNDS, _ROUNDS = 6, 3
-"""Of inverse iteration for the natural frequency under the first force, and from its mode under the others."""
+"""Inverse iterations for the natural frequency under the first force, and from its mode under the others."""
 
 _TURN = 2.0 * math.pi
-_LEAST_SINE = 1e-3
+_MIN_SINE = 1e-3
 _UNEVEN = 4.0
 
 
 class Motion(NamedTuple):
-    """What inertia adds at some even angles, and for kernels of the main results.
+    """Contributions of inertia at uniform angles, for the kernels of the main results.
 
     side, moment, series        T [N] and M0 [N m], (angles,), and Legendre coefficients over the strip of V'' [1/m],
-                                (terms, angles), by what follows the load
-    rings_side, _moment, …      the same by what the first mode rings with
-    either                      whether ringing may as well add as take away at any angle
-    share                       of ringing in the first mode's greatest motion
+                                (terms, angles), of the response that follows the load
+    rings_side, _moment, …      the same of the first mode's ringing
+    either                      whether the ringing may have either sign at any angle
+    share                       share of ringing in the first mode's maximum motion
     pace                        mean of Omega
     """
 
@@ -78,10 +79,11 @@ def motion_of(
     states: Array, order: NDArray[np.intp], angle: Array, even: int, every: int, strip: Strip, line_mass: float,
     critical: float, softer: float, tables: Collocation,
 ) -> Motion:  # fmt: skip
-    """The motion in a turn in which the strip stands, sampled at ``angle`` with ``even`` even ones first.
+    """The motion over a revolution of an unbuckled strip, sampled at ``angle``, of which the first ``even`` are
+    uniform.
 
-    It is told at ``every`` so many of these. ``order`` puts the angles in rising order; ``line_mass`` is rho A omega^2
-    [N/m^2], ``critical`` P_cr [N] in the plane, which shear makes ``softer`` times less.
+    It is returned at every ``every``-th uniform angle. ``order`` sorts the angles; ``line_mass`` is rho A omega^2
+    [N/m^2], ``critical`` P_cr [N] in the crank's plane rigid in shear, ``softer`` its ratio to that with shear.
     """
     l, per_force = strip.length, strip.length * strip.length / strip.stiffness
     head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
@@ -92,25 +94,25 @@ def motion_of(
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > _SIGNED
     for i in range(even):
-        follows[i] = -_bent(share, i, even) / (step * pace[i]) ** 2
+        follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
-    # What steps too wide for it make of a corner's ringing says little: it counts by itself.
+    # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
     corners = _corners_ring(states, even, share, pace, strip, critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
-            # What follows is itself the first of a series.
-            rings[i] = corners + abs(_bent(follows, i, even)) / (step * pace[i]) ** 2
+            # The response itself is the first term of a series.
+            rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own = _own_motion(angle[order], share[order], pace[order], smooth)
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
-            _spread(rings, max(1, round(1.5 / (pace.mean() * step))))
+            _running_maximum(rings, max(1, round(1.5 / (pace.mean() * step))))
             np.maximum(rings, corners, rings)
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
-        # At every angle as the stroke goes, or all against it.
+        # The sign at every angle is that of the stroke, or the opposite at all.
         for i in range(even):
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
@@ -125,14 +127,14 @@ def motion_of(
 
 
 @kernel
-def _bent(values: Array, i: int, n: int) -> float:
-    """Second difference of a periodic function at one of ``n`` even places."""
+def _second_difference(values: Array, i: int, n: int) -> float:
+    """Second difference of a periodic function at one of ``n`` uniform points."""
     return values[i - 1 if i > 0 else n - 1] - 2.0 * values[i] + values[i + 1 if i < n - 1 else 0]
 
 
 @kernel
-def _spread(rings: Array, reach: int) -> None:
-    """Every value becomes the greatest magnitude within so many of its neighbours: a quarter of a period."""
+def _running_maximum(rings: Array, reach: int) -> None:
+    """Replace every value by the maximum magnitude within ``reach`` neighbours: a quarter of a period."""
     beside, n = np.abs(rings), rings.size
     for i in range(n):
         for k in range(i - reach, i + reach + 1):
@@ -141,9 +143,9 @@ def _spread(rings: Array, reach: int) -> None:
 
 @kernel
 def paces(force: Array, per_force: float, head: float, inertia: float, tables: Collocation) -> Array:
-    """Omega under axial forces [N]: a parabola through three of them, squared.
+    """Omega under axial forces [N]: the square root of a parabola through three values of Omega^2.
 
-    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration, with Rayleigh's quotient.
+    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration with the Rayleigh quotient.
     """
     n = NODES
     room, none, load = scratch(n), np.zeros(n), np.empty(n)
@@ -187,11 +189,11 @@ def _first_iterate(
     rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, every: int,
     tables: Collocation,
 ) -> tuple[Array, Array, int]:  # fmt: skip
-    """d at ``every`` so many of the first ``count`` angles, which are even: (NODES + 4, count/every), and the Legendre
-    coefficients of its shape where it is greatest, (NODES + 2,), with that column's index.
+    """d at every ``every``-th of the first ``count`` angles, which are uniform: (NODES + 4, count/every); the Legendre
+    coefficients of its shape at its maximum, (NODES + 2,), and that column's index.
 
-    Rows are Q and theta'(0) in lengths of the strip, then the Legendre coefficients of theta'. ``per_force`` is l^2/EI,
-    ``inertia`` rho A omega^2 l^4/EI.
+    Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``per_force`` is
+    l^2/EI, ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
     room, load, none = scratch(n), np.zeros(n), np.zeros(n)
@@ -220,7 +222,7 @@ def _first_iterate(
 
 @kernel
 def _share_of(rise: Array, shape: Array) -> Array:
-    """int V psi dz/int psi^2 dz at every angle: how much of the shape psi there is."""
+    """int V psi dz/int psi^2 dz at every angle: the projection on the shape psi."""
     out, whole = np.zeros(rise.shape[0]), 0.0
     for k in range(shape.size):
         whole += shape[k] * shape[k] / (2 * k + 1)
@@ -233,10 +235,10 @@ def _share_of(rise: Array, shape: Array) -> Array:
 
 @kernel
 def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
-    """a at rising angles of one turn, from c and Omega there.
+    """a at increasing angles of one revolution, from c and Omega there.
 
-    Where the load is ``smooth`` c'' is continuous, and the angles are even; else it is that of cubics through values
-    and slopes, and jumps.
+    For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it is that of cubics through values
+    and slopes, with jumps.
     """
     n = angle.size
     width, begin, end = np.empty(n), np.empty(n), np.empty(n)
@@ -256,7 +258,7 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
             rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
             slope[i] = (rise / h * g + follow / g * h) / (h + g)
             if max(h, g) > _UNEVEN * min(h, g):
-                # Beside a jump the parabola through three values overshoots, and the load's own slope is no greater.
+                # Next to a jump the parabola through three values overshoots; the true slope is limited by the secants.
                 most = 3.0 * min(abs(rise) / h, abs(follow) / g)
                 slope[i] = min(max(slope[i], -most), most)
         for i in range(n):
@@ -268,16 +270,16 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
     for i in range(n):
         w = 0.5 * (pace[i] + pace[(i + 1) % n])
         turn[0, i], turn[1, i], turn[2, i] = w, math.cos(w * width[i]), math.sin(w * width[i])
-    # d and d' after a turn that begins at rest, and after one that begins with either alone and is not driven.
+    # d and d' after a revolution: forced from rest, and free from unit initial values.
     forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
     for i in range(n):
         _advance(forced, turn[:, i], width[i], begin[i], end[i])
         _advance(first, turn[:, i], width[i], 0.0, 0.0)
         _advance(second, turn[:, i], width[i], 0.0, 0.0)
-    # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a turn.
+    # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a revolution.
     left = 2.0 - first[0] - second[1]
-    sine = max(math.sqrt(0.25 * max(left, 0.0)), _LEAST_SINE)
-    scale = 1.0 / (4.0 * sine * _sure(sine, (pace * width).sum()))
+    sine = max(math.sqrt(0.25 * max(left, 0.0)), _MIN_SINE)
+    scale = 1.0 / (4.0 * sine * _certain_sine(sine, (pace * width).sum()))
     state, out = np.empty(2), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
@@ -291,7 +293,7 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
 def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, strip: Strip, critical: float
 ) -> float:  # fmt: skip
-    """Amplitude of a fast mode's ringing behind the corners that friction makes between ``count`` even angles.
+    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -311,14 +313,14 @@ def _corners_ring(
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
         total += friction * rate * rate / side * moved / (pace[i] * pace[i])
-    return total * max(1.0, 0.5 / _sure(abs(math.sin(0.5 * phase)), phase))
+    return total * max(1.0, 0.5 / _certain_sine(abs(math.sin(0.5 * phase)), phase))
 
 
 @kernel
-def _sure(sine: float, phase: float) -> float:
-    """|sin| of half the phase [rad] after a turn, less what it may be off."""
+def _certain_sine(sine: float, phase: float) -> float:
+    """|sin| of half the phase [rad] after a revolution, reduced by its uncertainty."""
     error = _PHASE_ERROR + _PHASE_SHARE * phase
-    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _LEAST_SINE)
+    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _MIN_SINE)
 
 
 @kernel

@@ -1,9 +1,9 @@
-"""What a check is judged by, of one sampled turn: the numbers that no effect may change unnoticed.
+"""Main results of one sampled revolution: the quantities by which the influence of effects is judged.
 
     sigma+- = N/(b h) +- (E h/2) psi',   T,   M0,   |T| + 6 |M0 + T e|/Lp,   F |v|,   P,   P_cr,   omega_1
 
-at equal steps along the strip and at given angles: extremes are those of the samples. Two turns sampled alike are
-compared, and what sampling leaves out of the one it leaves out of the other.
+at equally spaced stations and given angles: extrema are those of the samples. Revolutions are compared at the same
+samples, so that sampling errors largely cancel.
 """
 
 from __future__ import annotations
@@ -37,22 +37,21 @@ Array = NDArray[np.float64]
 STATIONS = 9
 
 UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
-"""1/n of fatigue, greatest |sigma| [Pa], greatest |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and
-the mean of F |dx/dphi| [N m]."""
+"""1/n of fatigue, maximum |sigma| [Pa], maximum |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and the
+mean of F |dx/dphi| [N m]."""
 
 RESULTS = 6
 
 MASS, COUPLES, SHEARING, FRICTION = range(4)
-"""What can be taken away from a turn: the reciprocating mass, the axial force's part in bending, shear, and friction's
-part in the axial force."""
+"""Removable parts: the reciprocating mass, the axial force's contribution to bending, shear, and friction feedback."""
 
 PARTS = 4
 
 
 class Judging(NamedTuple):
-    """What results are made with, SI units.
+    """Parameters of the results, SI units.
 
-    angle, travel    crank angles and |dx/dphi| [m] there times each one's share of the turn, (n,)
+    angle, travel    crank angles and |dx/dphi| [m] there times the angle's quadrature weight, (n,)
     lever, offset    6/Lp [1/m] of the skirt and the clamp's offset e [m]
     friction         (4/pi) mu
     direct, bending  1/(b h) [1/m^2] and E h/2 [Pa m]
@@ -73,11 +72,11 @@ class Judging(NamedTuple):
 
 
 class Judged(NamedTuple):
-    """The results of one turn.
+    """The results of one revolution.
 
-    ``results`` (RESULTS,), and of every fibre and station the utilisation and the stress amplitude [Pa] in ``sections``
+    ``results`` (RESULTS,), and utilisation and stress amplitude [Pa] of every fibre and station in ``sections``
     (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``stands`` is 0
-    and there are but forces: without friction, or P_cr as the greatest compression where it takes friction to buckle.
+    and only forces exist: without friction, or P_cr as the maximum compression if it buckles by friction only.
     """
 
     results: Array
@@ -99,11 +98,10 @@ def _extremes(f: Array) -> tuple[float, float]:
 def judge(
     j: Judging, strip: Strip, states: Array, side: Array, moment: Array, series: Array, inclined: bool, critical: float
 ) -> Judged:
-    """The main results of a table of states (``cycle.state``) of a strip that stands, one column an angle.
+    """The main results from a table of states (``cycle.state``) of an unbuckled strip, one column per angle.
 
-    ``side`` and ``moment`` hold T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the
-    strip of what corrections add to V'' [1/m], (terms, n), or no terms; ``inclined`` says whether N follows the strip's
-    slope.
+    ``side`` and ``moment`` are T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the strip
+    of the corrections to V'' [1/m], (terms, n), or no terms; ``inclined``: N is tangential to the deflected strip.
     """
     n = states.shape[1]
     results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
@@ -139,7 +137,7 @@ def judge(
 
 @kernel
 def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: float) -> Judged:
-    """The main results of a table of states without corrections."""
+    """The main results from a table of states without corrections."""
     if states[FORCE].min() > -critical:
         return judge(j, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical)
     force = np.empty(j.angle.size)
@@ -154,7 +152,7 @@ def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: 
 def changes_without(
     j: Judging, drive: Drive, still: Drive, strip: Strip, critical: float, rigid: float, exact: Judged
 ) -> Array:
-    """``change`` without each of what the turn holds, (PARTS,); ``still`` is the drive without inertia, ``rigid`` P_cr
+    """``change`` without each part of the revolution, (PARTS,); ``still`` is the drive without inertia, ``rigid`` P_cr
     [N] without shear."""
     out, states = np.zeros(PARTS), np.empty((ROWS, j.angle.size))
     for part in range(PARTS):
@@ -175,7 +173,7 @@ def changes_without(
 
 @kernel
 def change(j: Judging, found: Judged, exact: Judged) -> float:
-    """The greatest relative difference of the first's results from the second's; inf where one exists in one only."""
+    """Maximum relative difference of the first's results from the second's; inf if only one of them exists."""
     if found.stands != exact.stands:
         return np.inf
     worst = max(abs(found.critical / exact.critical - 1.0), _change_of_force(j, found, exact))
@@ -183,7 +181,7 @@ def change(j: Judging, found: Judged, exact: Judged) -> float:
         return worst
     for k in range(RESULTS):
         here, truth = found.results[k], exact.results[k]
-        # A safety is the inverse of what is used.
+        # A safety is the inverse of the utilisation.
         base = here if k in (UTILISATION, STRESS) else truth
         if here != truth:
             worst = max(worst, abs(here - truth) / base if base > 0.0 else np.inf)
@@ -192,9 +190,9 @@ def change(j: Judging, found: Judged, exact: Judged) -> float:
 
 @kernel
 def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
-    """Of the extremes of the axial force, of the stability and of the natural frequency under the mean of the extremes.
+    """Change of the extrema of the axial force, the stability, and the natural frequency under the mean of the extrema.
 
-    An extreme lies between samples: the greatest difference at the samples beside it counts.
+    An extremum lies between samples: the maximum difference at the neighbouring samples is used.
     """
     worst, n, mean, means = 0.0, j.angle.size, 0.0, 0.0
     for sign in (1.0, -1.0):
@@ -219,10 +217,10 @@ def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
 
 @kernel
 def _change_of_amplitude(found: Array, exact: Array) -> float:
-    """Of the amplitude at the section that governs fatigue.
+    """Change of the amplitude at the section that governs fatigue.
 
-    At the best strips two sections govern alike, and a small change moves the place from one to the other: the
-    amplitude that a check tells, like the place itself, then jumps, though no section is stressed much differently.
+    In optimal strips two sections govern equally, and a small change switches between them: the reported amplitude then
+    jumps, like the section itself, although no section's stress changes much.
     """
     top, at = 0.0, 0
     for m in range(exact.shape[1]):

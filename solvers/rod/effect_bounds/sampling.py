@@ -1,4 +1,4 @@
-"""The crank angles at which the influences of effects look at a turn: even ones, and where the load is sharp."""
+"""Crank angles of the influence estimates: uniform ones, and those where the load is sharp."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from solvers.rod.scene import Load
 
 Array = NDArray[np.float64]
 
-_FEW, _MANY = 32, 256
-"""Pieces of a load up to which each is sampled inside as well, and up to which all of their ends are."""
+_MAX_SAMPLED_INSIDE, _MAX_WITH_ENDS = 32, 256
+"""Number of pieces of a load up to which each is also sampled inside, and up to which all their ends are included."""
 
-_APART = 1e-6
+_MIN_SEPARATION = 1e-6
 
 
 class Sampling(NamedTuple):
-    """Crank angles [rad], the first ``even`` of them even; indices that put them in rising order; each one's share of
-    the turn."""
+    """Crank angles [rad], the first ``even`` of them uniform; indices that sort them; their quadrature weights as
+    fractions of a revolution."""
 
     angle: Array
     even: int
@@ -33,15 +33,15 @@ class Sampling(NamedTuple):
 
 @lru_cache(maxsize=8)
 def even_angles(even: int) -> Sampling:
-    """So many even angles alone."""
+    """``even`` uniform angles only."""
     return Sampling(grid(even), even, np.arange(even), np.full(even, 1.0 / even))
 
 
 def with_sharp(even: int, sharp: Array) -> Sampling:
-    """So many even angles, and behind them the sharp ones."""
+    """``even`` uniform angles, followed by the sharp ones."""
     step = TURN / even
     beside = np.mod(sharp + 0.5 * step, step) - 0.5 * step
-    angle = np.concatenate([grid(even), sharp[np.abs(beside) > _APART]])
+    angle = np.concatenate([grid(even), sharp[np.abs(beside) > _MIN_SEPARATION]])
     order = np.argsort(angle)
     rising, width = angle[order], np.empty(order.size)
     width[order] = 0.5 * (np.append(rising[1:], rising[0] + TURN) - np.append(rising[-1] - TURN, rising[:-1]))
@@ -49,14 +49,14 @@ def with_sharp(even: int, sharp: Array) -> Sampling:
 
 
 def sharp_angles(load: Load, drive: Drive) -> Array:
-    """Angles [rad] where the load is sharp, with three between the ends of each piece where there are few."""
+    """Angles [rad] where the load is sharp, with three inside each piece if there are few."""
     sharp = load.sharp_angles()
     if not sharp.size:
         return sharp
     ends = np.unique(np.mod(sharp, TURN))
-    if ends.size > _MANY:
-        ends = sharpest(ends, axial_forces(drive, ends), _MANY)
-    if ends.size > _FEW:
+    if ends.size > _MAX_WITH_ENDS:
+        ends = sharpest(ends, axial_forces(drive, ends), _MAX_WITH_ENDS)
+    if ends.size > _MAX_SAMPLED_INSIDE:
         return ends
     width = np.diff(ends, append=ends[0] + TURN)
     return np.mod((ends[:, None] + width[:, None] * np.arange(4) / 4).ravel(), TURN)

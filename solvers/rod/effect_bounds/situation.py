@@ -1,4 +1,4 @@
-"""A scene with its strip as the influences of effects see it: one turn with every effect in closed form."""
+"""A scene with its strip as input of the influence estimates: one revolution with every closed-form effect."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 
-_EVEN, _MOST_EVEN = 128, 1024
-"""Even angles, as many times more as it takes to resolve the clamp moment."""
+_EVEN, _MAX_EVEN = 128, 1024
+"""Initial and maximum number of uniform angles; doubled until the clamp moment is resolved."""
 
-_BENT = 0.03
-"""Second difference of the clamp moment at even angles, as a share of its greatest, up to which they resolve it."""
+_MAX_SECOND_DIFFERENCE = 0.03
+"""Second difference of the clamp moment at uniform angles, relative to its maximum, up to which it is resolved."""
 
 
 @kernel
 def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float, float]:
-    """The states at the angles, |dx/dphi| [m], and the greatest compression [N] without friction; how bent the clamp
-    moment is from one even angle to the next, and at every other one."""
+    """The states at the angles, |dx/dphi| [m], the maximum compression [N] without friction, and the maximum second
+    difference of the clamp moment at the uniform angles and at every other one."""
     states, travel, compression = np.empty((ROWS, angle.size)), np.empty(angle.size), 0.0
     fill_states(drive, strip, angle, states)
     ratio = drive.crank_radius / drive.rod_length
@@ -56,7 +56,7 @@ def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array,
 
 @dataclass(frozen=True)
 class Seen:
-    """Angles of a turn: what results are made with there, the states (``cycle.state``), and the main results."""
+    """Angles of a revolution: the parameters of the results, the states (``cycle.state``), and the main results."""
 
     judging: Judging
     states: Array
@@ -65,10 +65,10 @@ class Seen:
 
 @dataclass(frozen=True)
 class Turn:
-    """A sampled turn of a strip: its P_cr and greatest compression without friction [N], the states at all angles.
+    """A sampled revolution of a strip: P_cr and maximum compression without friction [N], the states at all angles.
 
-    ``step``: at every so many even angles it is resolved. ``sharpness`` is the root of the clamp moment's greatest
-    second derivative over its greatest value.
+    ``step``: the stride of the uniform angles at which it is still resolved. ``sharpness`` is the square root of the
+    ratio of the clamp moment's maximum second derivative to its maximum.
     """
 
     sampling: Sampling
@@ -83,17 +83,17 @@ class Turn:
 
     @cached_property
     def seen(self) -> Seen:
-        """The turn where it is judged: at as few angles as resolve it, all where the load is sharp."""
+        """The evaluated subset: as few uniform angles as resolve it, and all sharp ones."""
         return self._seen(slice(0, self.sampling.angle.size, self.step))
 
     @cached_property
     def thinned(self) -> Seen:
-        """The turn at every other even angle of those that resolve it: corrections of the shape are smooth."""
+        """Every other uniform angle of ``seen``: corrections of the shape are smooth."""
         return self._seen(slice(0, self.sampling.even, 2 * self.step))
 
     @cached_property
     def even(self) -> Seen:
-        """The turn where it is judged, but for sharp angles."""
+        """The evaluated subset without sharp angles."""
         return self.seen if self.smooth else self._seen(slice(0, self.sampling.even, 1))
 
     @property
@@ -115,12 +115,12 @@ class Turn:
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip; what is derived from them is found when it is first asked for."""
+    """A scene with its strip; derived quantities are computed on first use."""
 
     scene: Scene
     dimensions: Dimensions
     known: dict[str, tuple[float, float, float]] = field(default_factory=dict, repr=False, compare=False)
-    """Influences that others need."""
+    """Cached influences that others depend on."""
 
     @cached_property
     def drive(self) -> Drive:
@@ -155,7 +155,7 @@ class Situation:
 
     @cached_property
     def softer(self) -> float:
-        """P_cr of bending in the crank's plane rigid in shear, over that with shear."""
+        """Ratio of P_cr of bending in the crank's plane rigid in shear to that with shear."""
         length = self.scene.mechanism.rod_length
         return self.in_plane / (-self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
 
@@ -166,7 +166,7 @@ class Situation:
 
     @cached_property
     def strip(self) -> Strip:
-        """The strip with every effect in closed form: coupling, shear, friction that acts back."""
+        """The strip with every closed-form effect: coupling, shear, friction feedback."""
         piston = self.scene.piston
         return Strip(
             stiffness=self.stiffness,
@@ -182,13 +182,13 @@ class Situation:
 
     @cached_property
     def turn(self) -> Turn:
-        """The turn with every effect in closed form."""
+        """The revolution with every closed-form effect."""
         return self._resolved(self.drive, self.strip)
 
     @cached_property
     def upright(self) -> Turn | None:
-        """The turn, or where the strip buckles in it one without friction, or without inertia too: what corrections of
-        the shape are judged by. None where it buckles under the gas alone."""
+        """The revolution for judging shape corrections: if the strip buckles in ``turn``, without friction, or also
+        without inertia. None if it buckles under the gas load alone."""
         if self.turn.stands:
             return self.turn
         rubless = self.strip._replace(friction=0.0)
@@ -200,29 +200,29 @@ class Situation:
 
     @cached_property
     def without(self) -> Array:
-        """The greatest relative change of the main results without each part of the turn (``main_results.PARTS``)."""
+        """Maximum relative change of the main results without each part (``main_results.PARTS``)."""
         seen, still = self.turn.seen, self.drive._replace(mass=0.0)
         critical, rigid = self.critical_with_shear, self.critical
         return changes_without(seen.judging, self.drive, still, self.strip, critical, rigid, seen.judged)
 
     def finer(self, turn: Turn) -> Turn:
-        """The turn at twice as many even angles, or at as many where they are enough for anything."""
+        """The revolution at twice as many uniform angles, or unchanged at the maximum."""
         even = 2 * turn.sampling.even
-        return turn if even > _MOST_EVEN else self._resolved(turn.drive, turn.strip, even)
+        return turn if even > _MAX_EVEN else self._resolved(turn.drive, turn.strip, even)
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
         sharp = self.sharp
         while True:
             sampling = with_sharp(even, sharp) if sharp.size else even_angles(even)
             states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
-            step = 2 if thinned <= _BENT and not sharp.size else 1
+            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp.size else 1
             judging = self._judging(sampling.angle, travel * sampling.share)
             sharpness = math.sqrt(bent) * even / TURN
             critical = self.critical_with_shear
             turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
-            if sharp.size or not bent > _BENT or even >= _MOST_EVEN or not turn.stands:
+            if sharp.size or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
                 return turn
-            even *= 2 if bent <= 4.0 * _BENT else 4
+            even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
     def _judging(self, angle: Array, travel: Array) -> Judging:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material

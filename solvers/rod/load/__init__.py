@@ -1,1 +1,1 @@
-"""What drives the piston: pressure over the crank angle and the axial force it makes."""
+"""Loads: pressure over the crank angle and the resulting axial force."""

@@ -1,9 +1,9 @@
-"""What drives the strip, compiled: axial force and lateral stroke at any crank angle.
+"""Axial force and lateral stroke of the strip at any crank angle, compiled.
 
     P(phi) = -(p(phi) - p_back) pi D^2/4 + m a(phi),   s(phi) = r sin(phi)
 
-with the pressure as Schmidt's fraction or as pieces of cubics (``solvers.rod.load.gas``) and the acceleration of
-``solvers.crank.motion.in_line``, the mass m being whatever of the reciprocating one is counted.
+with the pressure as Schmidt's expression or as piecewise cubics (``solvers.rod.load.gas``) and the acceleration of
+``solvers.crank.motion.in_line``, m being the part of the reciprocating mass taken into account.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _EPS = float(np.finfo(float).eps)
 
 
 class Drive(NamedTuple):
-    """The machine as kernels take it, SI units; the first five are those of ``scene.PressureCurve``."""
+    """Kernel representation of the machine, SI units; the first five fields are those of ``scene.PressureCurve``."""
 
     level: float
     sharpness: float
@@ -40,7 +40,7 @@ class Drive(NamedTuple):
 
 
 def drive_of(scene: Scene, mass: float) -> Drive:
-    """The drive of a scene whose axial force holds the inertia of this mass [kg] beside the gas force."""
+    """The drive of a scene whose axial force includes the inertia of this mass [kg] and the gas force."""
     m, load = scene.mechanism, scene.load
     return Drive(
         *load.curve(),
@@ -89,7 +89,7 @@ def axial_force(d: Drive, angle: float) -> float:
 
 @kernel
 def axial_forces(d: Drive, angle: Array) -> Array:
-    """``axial_force`` at many angles, shape (n,)."""
+    """``axial_force`` at angles of shape (n,)."""
     out = np.empty(angle.size)
     for i in range(angle.size):
         out[i] = axial_force(d, angle[i])
@@ -98,7 +98,7 @@ def axial_forces(d: Drive, angle: Array) -> Array:
 
 @kernel
 def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple[float, float]:
-    """The least axial force [N] and its angle, to ``tolerance`` of the greatest magnitude, from samples in a turn."""
+    """Minimum axial force [N] and its angle, to ``tolerance`` relative to the maximum magnitude, from samples."""
     count, scale = angle.size, np.abs(force).max()
     peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
     points, heights = np.empty(5), np.empty(5)

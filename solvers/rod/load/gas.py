@@ -1,4 +1,4 @@
-"""Where the pressure on the piston comes from: p(phi) over one turn, and the pressure behind the piston."""
+"""Pressure on the piston: p(phi) over one revolution, and the back pressure."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 TURN = 2.0 * math.pi
 _WIDE_PEAK = 0.1
-_MOST_SHARP = 4096
+_MAX_SHARP = 4096
 
 
 _NO_BREAKS, _NO_PIECES = np.empty(0), np.empty((4, 0))
@@ -30,12 +30,12 @@ def _require(ok: bool, name: str, reason: str, allowed: str) -> None:
 
 
 def require_back_pressure(value: float | None) -> None:
-    """Raise InvalidInput for a pressure behind the piston that is no number."""
+    """Raise InvalidInput for a back pressure that is not a finite number."""
     _require(value is None or math.isfinite(value), "back_pressure", "must be finite", "(-inf, inf) or none")
 
 
-def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int = _MOST_SHARP) -> NDArray[np.float64]:
-    """The angles of rising points; of more than ``most`` the highest and the lowest in each of many equal steps."""
+def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int = _MAX_SHARP) -> NDArray[np.float64]:
+    """Angles of points in increasing order; if more than ``most``, the extreme points in each of equal intervals."""
     if angle.size <= most:
         return angle
     step = np.floor((angle - angle[0]) * (most // 2 / TURN)).astype(int)
@@ -48,8 +48,8 @@ def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int 
 class SchmidtLoad:
     """Schmidt's isothermal Stirling cycle: p = p_min (1 + delta)/(1 - delta cos(phi - theta)), 0 <= delta < 1.
 
-    Its mean is p_min (1 + delta)/sqrt(1 - delta^2). The denominator is written 1 - delta + 2 delta sin^2((phi -
-    theta)/2), a sum that keeps its digits as delta -> 1.
+    Its mean is p_min (1 + delta)/sqrt(1 - delta^2). The denominator is computed as 1 - delta + 2 delta sin^2((phi -
+    theta)/2), free of cancellation as delta -> 1.
     """
 
     p_min: float
@@ -73,7 +73,7 @@ class SchmidtLoad:
         return self.p_min * math.sqrt((1.0 + self.delta) / (1.0 - self.delta))
 
     def sharp_angles(self) -> NDArray[np.float64]:
-        """Around the peak, in steps that grow from a quarter of its half-width in proportion to the distance."""
+        """Angles around the peak, in steps growing from 1/4 of its half-width in proportion to the distance."""
         width = math.sqrt((1.0 - self.delta) / (1.0 + self.delta))
         if width > _WIDE_PEAK:
             return np.empty(0)
@@ -86,7 +86,7 @@ class SchmidtLoad:
 
 @dataclass(frozen=True)
 class ConstantLoad:
-    """A constant pressure difference, as a press or a test bench applies it."""
+    """A constant pressure difference, as in a press or on a test bench."""
 
     constant_pressure: float
     back_pressure: float | None = None
@@ -110,10 +110,10 @@ class ConstantLoad:
 
 @dataclass(frozen=True)
 class TableLoad:
-    """Pressures at angles of one turn, joined by a monotone cubic (PCHIP) that closes on itself.
+    """Tabulated pressures over one revolution, interpolated by a periodic monotone cubic (PCHIP).
 
-    Angles rise strictly and span less than one turn; the first point follows the last one turn later. The curve
-    overshoots no point and is once continuously differentiable. Mean over the cycle: exact integral of the pieces.
+    Angles increase strictly and span less than one revolution; the first point follows the last one a revolution later.
+    The curve does not overshoot and is once continuously differentiable. Mean: exact integral of the pieces.
     """
 
     angle: tuple[float, ...]
@@ -137,7 +137,7 @@ class TableLoad:
     def _curve(self) -> PchipInterpolator:
         from scipy.interpolate import PchipInterpolator
 
-        # Three points of overlap on either side make slopes, and so the curve, periodic.
+        # Overlap on either side makes the slopes, and so the curve, periodic.
         angle, values = np.asarray(self.angle), np.asarray(self.values)
         turns = np.repeat([-TURN, 0.0, TURN], angle.size)
         return PchipInterpolator(np.tile(angle, 3) + turns, np.tile(values, 3))
@@ -154,7 +154,7 @@ class TableLoad:
         return float(self._curve.integrate(self.angle[0], self.angle[0] + TURN)) / TURN
 
     def sharp_angles(self) -> NDArray[np.float64]:
-        """The points of the table; of a very long one the highest and the lowest point in each of many equal steps."""
+        """The points of the table; of a very long one the extreme points in each of equal intervals."""
         return sharpest(np.asarray(self.angle), np.asarray(self.values))
 
     def curve(self) -> PressureCurve:
@@ -162,7 +162,7 @@ class TableLoad:
 
     @cached_property
     def _middle(self) -> PressureCurve:
-        # The middle one of the three turns that the curve is made of.
+        # The middle of the three revolutions.
         points = len(self.angle)
         pieces = np.ascontiguousarray(self._curve.c[:, points : 2 * points])
         return PressureCurve(0.0, 0.0, 0.0, np.ascontiguousarray(self._curve.x[points : 2 * points + 1]), pieces)

@@ -1,4 +1,4 @@
-"""An indicator diagram as a rod's load: p(V) of a two-stroke cycle, unrolled over the turn by ``solvers.crank``."""
+"""Indicator diagram as a rod's load: p(V) of a two-stroke cycle, mapped to the crank angle by ``solvers.crank``."""
 
 from __future__ import annotations
 
@@ -21,25 +21,26 @@ from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
 from solvers.rod.scene import Mechanism, Piston, PressureCurve
 
 _RAMP = 1e-6
-"""Within this of a dead centre [rad] a jump takes place, as a smooth step. The piston stands still there: what the ramp
-takes from the limits on either side is of the order of its square, 1e-12."""
+"""Half-width [rad] of the smooth step that replaces a jump at a dead centre. The piston is at rest there: the
+approximation error is of the order of the square, 1e-12."""
 
-_PIECES = 4096
-"""Of the turn: a cubic through four places of such a piece misses by 5e-4 p'''' (2 pi/4096)^4, 3e-15 p''''."""
+_PIECES_PER_TURN = 4096
+"""Cubic pieces per revolution: a cubic through four points of a piece has the error 5e-4 p'''' (2 pi/4096)^4 =
+3e-15 p''''."""
 
 _THROUGH_FOUR = 0.5 * np.array(
     [[-9.0, 27.0, -27.0, 9.0], [18.0, -45.0, 36.0, -9.0], [-11.0, 18.0, -9.0, 2.0], [2.0, 0.0, 0.0, 0.0]]
 )
-"""From values at 0, 1/3, 2/3, 1 to the coefficients of the cubic through them, highest power first."""
+"""Matrix from values at 0, 1/3, 2/3, 1 to the coefficients of the interpolating cubic, highest power first."""
 
 
 @dataclass(frozen=True)
 class IndicatorLoad:
-    """Pressures of one turn from an indicator diagram; behind the piston ``back_pressure`` [Pa], or the cycle's mean.
+    """Pressures over one revolution from an indicator diagram; ``back_pressure`` [Pa], or the cycle's mean.
 
-    The volume at an angle is V_c + pi D^2/4 x(phi), x that of the exact slider-crank. Where the pressures of the two
-    strokes differ at a dead centre, the jump is a smooth step of 2e-6 rad about it. Raises InvalidInput, with the field
-    under ``load``, for a diagram of four strokes (a flexible rod's cycle is one turn) and for points with a fault.
+    The volume at an angle is V_c + pi D^2/4 x(phi), x that of the exact slider-crank. If the pressures of the two
+    strokes differ at a dead centre, the jump is a smooth step of 2e-6 rad. Raises InvalidInput, with the field under
+    ``load``, for a four-stroke diagram (a flexible rod's cycle is one revolution) and for invalid points.
     """
 
     diagram: IndicatorPressure
@@ -62,13 +63,13 @@ class IndicatorLoad:
 
     @cached_property
     def _curve(self) -> PressureCurve:
-        """Cubics through four places of every piece, whose ends are the diagram's points and as many more as it takes;
-        the step at a dead centre is a cubic itself."""
+        """Cubics through four points per piece, with the diagram's points and additional ones as ends; the step at a
+        dead centre is itself a cubic."""
         centres = np.array([centre for centre, _ in self.unrolled.jumps] + [TURN])
         points = self.unrolled.breaks
         away = np.min(np.abs(points[:, None] - centres), axis=1) > 2.0 * _RAMP
         ends = np.concatenate([points[away], centres[1:] - _RAMP, centres + _RAMP])
-        ends = subdivide(np.unique(ends), TURN / _PIECES)
+        ends = subdivide(np.unique(ends), TURN / _PIECES_PER_TURN)
         low, width = ends[:-1], np.diff(ends)
         values = self.unrolled.pressure(low + width * np.arange(4)[:, None] / 3.0)
         values[3, :-1] = values[0, 1:]
@@ -99,7 +100,7 @@ class IndicatorLoad:
         return self._mean if self.back_pressure is None else self.back_pressure
 
     def sharp_angles(self) -> NDArray[np.float64]:
-        """The diagram's points, of very many the most telling, and where the steps at dead centres begin and end."""
+        """The diagram's points, of very many the extreme ones, and the ends of the steps at dead centres."""
         centres = np.array([centre for centre, _ in self.unrolled.jumps])
         points = np.unique(np.mod(self.unrolled.breaks, TURN))
         points = sharpest(points, self.unrolled.pressure(points))
@@ -109,7 +110,7 @@ class IndicatorLoad:
 def mended(
     diagram: IndicatorPressure, clearance_volume: float, mechanism: Mechanism, piston: Piston
 ) -> tuple[IndicatorPressure, tuple[Repair, ...]]:
-    """The diagram made sound for the machine, and what was done. Raises InvalidInput for what cannot be mended."""
+    """The diagram repaired for the machine, and the repairs. Raises InvalidInput for an irreparable diagram."""
     _require_one_turn(diagram)
     with fields_of_load():
         motion, cylinder = _machine(clearance_volume, mechanism, piston)
@@ -137,7 +138,7 @@ def _of_load(field: str) -> str:
 
 @contextmanager
 def fields_of_load() -> Iterator[None]:
-    """Refusals of the crank's wing name its own fields; here they are the load's."""
+    """Map field names of InvalidInput raised by ``solvers.crank`` to those of the load."""
     try:
         yield
     except InvalidInput as refusal:

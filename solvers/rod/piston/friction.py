@@ -1,4 +1,4 @@
-"""The power that friction between piston and cylinder takes.
+"""Friction power between piston and cylinder.
 
     F |v| = (4/pi) mu int |q_wall| ds |v|,   v = r omega (sin phi + lambda sin phi cos phi/cos beta)
 

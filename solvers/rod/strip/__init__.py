@@ -1,1 +1,1 @@
-"""The strip under given force and stroke: beam-column, buckling, shear, elastica."""
+"""Mechanics of the strip under given force and stroke: beam-column, buckling, shear, elastica."""

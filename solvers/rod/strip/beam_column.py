@@ -1,4 +1,4 @@
-"""The strip as a beam-column: clamped in the piston, carrying a rigid head that is hinged on the crank pin.
+"""The strip as a beam-column: clamped in the piston, with a rigid head hinged on the crank pin.
 
     EI V'''' - P V'' = 0 on [0, l],   q = P/EI (signed, tension positive), e = L - l
     V(0) = V'(0) = 0,   V(l) + e V'(l) = s,   V''(l) + e V'''(l) = 0
@@ -9,14 +9,14 @@ with the lateral stroke s = r sin(phi) of the crank pin. With S_k(z) = z^k c_k(-
     det = l^3 (c2 - c3) + e L l c1,   C = s (l c1 + e c0)/det,   D = -s (c0 + e q l c1)/det
 
 all c_k at t = -q l^2. The determinant in this form is a sum of positive terms from the strongest tension down to
-half-way to buckling, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the
-head is V''(l) = s e/det; the equilibrium of the whole rod is C + L D + q s = 0.
+half-way to buckling, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the head
+is V''(l) = s e/det; the equilibrium of the whole rod is C + L D + q s = 0.
 
-Everything here is per unit stroke (s = 1): curvatures in 1/m^2. The small-displacement theory is linear in the stroke.
+All quantities here are per unit stroke (s = 1): curvatures in 1/m^2. The small-displacement theory is linear in s.
 Validity: P above the first buckling load (det > 0), V/l < 0.15.
 
 Source: T. A. Obolenskaya, A. S. Klochko, flexible rod of a crank-slider mechanism (2014), equations (1)-(4); the
-constants were rebuilt from the boundary conditions.
+constants were rederived from the boundary conditions.
 """
 
 from __future__ import annotations
@@ -26,10 +26,10 @@ import math
 from solvers.numerics.jit import kernel
 
 FORWARD_LIMIT = 4.0
-"""q l^2 up to which the shape is built up from the clamp.
+"""q l^2 up to which the shape is integrated from the clamp.
 
 From the clamp, a decaying solution is the small difference of two growing ones and loses a factor cosh(sqrt(q l^2));
-above the limit V'' comes from its values at the two ends, where both parts are positive and decay inward.
+above the limit V'' is computed from its values at both ends, where both parts are positive and decay inward.
 """
 
 _SERIES_LIMIT = 1.0
@@ -62,7 +62,7 @@ def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple
         c1, difference = sine / x, (sine - x * c0) / (x * t)
     else:
         y = math.sqrt(-t)
-        # Half the decay at a time: all of it may be too small a number to keep its digits.
+        # In two halves: the full decay may underflow.
         half = math.exp(-0.5 * y)
         decay = half * half
         c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)

@@ -29,7 +29,7 @@ FIRST_ROOT_LIMITS = (np.pi, 4.493409457909064)
 _START = np.array(
     [3.14159, 0.00121, 0.26981, 1.0763, -5.80599, 28.24394, -79.62024, 141.69129, -153.2619, 92.88904, -24.13172]
 )
-"""x(beta) to 1e-4 as a polynomial: where Newton's method starts."""
+"""x(beta) to 1e-4 as a polynomial: the initial guess of Newton's method."""
 
 
 @kernel
@@ -67,7 +67,7 @@ def _first_roots(beta: Array, out: Array) -> None:
 
 
 def critical_phase(length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """x = K_cr l for beta = l/L in (0, 1], of the shape of beta; exact to a few units in the last place."""
+    """x = K_cr l for beta = l/L in (0, 1], of the shape of beta; accurate to a few units in the last place."""
     beta = np.asarray(length_ratio, dtype=float)
     if not np.all((beta > 0) & (beta <= 1)):
         raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
@@ -90,10 +90,10 @@ def critical_coupling(length: ArrayLike, rod_length: float) -> NDArray[np.float6
 def critical_force(
     elastic_modulus: ArrayLike, b: ArrayLike, h: ArrayLike, length: ArrayLike, rod_length: float
 ) -> NDArray[np.float64]:
-    """P_cr [N], about the axis of the smaller section modulus: the least of both buckling loads.
+    """P_cr [N]: the smaller of the buckling loads in and out of the crank's plane.
 
-    Out of the crank's plane the rod is taken as hinged at the pin too. A crank pin that resists tilting would hold
-    more, so a strip wider than thick (b >= h) is governed by bending in the crank's plane either way.
+    Out of the crank's plane the rod is assumed hinged at the pin too. A crank pin that resists tilting would increase
+    that load, so a strip wider than thick (b >= h) is governed by bending in the crank's plane either way.
     """
     b, h = np.asarray(b, dtype=float), np.asarray(h, dtype=float)
     inertia = b * h * np.minimum(b, h) ** 2 / 12.0

@@ -1,19 +1,19 @@
-"""The strip bent by a load along it, and the elastica's third-order correction, at one crank angle, compiled.
+"""Bending of the strip by a distributed load and the elastica's third-order correction at one crank angle, compiled.
 
-In lengths of the strip, zeta = z/l in [0, 1], with head = e/l, q = P l^2/EI and Q = -T l^2/EI of the linear theory,
+In units of the strip's length, zeta = z/l in [0, 1], with head = e/l, q = P l^2/EI and Q = -T l^2/EI of linear theory,
 
     theta_3'' - q theta_3 - Q_3 = f,   f = -q theta_1^3/6 - Q theta_1^2/2,   theta_3(0) = 0
     int_0^1 (theta_3 - theta_1^3/6) + head (theta_3 - theta_1^3/6)(1) = 0,   theta_3'(1) + head theta_3''(1) = 0
 
-Unknown are the Legendre coefficients a_k of theta_3'' in x = 2 zeta - 1: integrals of a series keep the
-digits that its derivatives lose. As the integral of P_k is (P_{k+1} - P_{k-1})/(2k+1), theta_3 holds a_{k-2}, a_k and
-a_{k+2} alone, and the equation is tridiagonal in the even and in the odd coefficients, dominated by its diagonal from
-the strongest tension to buckling. What is left open are two numbers: E = q m + Q_3, m the mean of theta_3, which acts
-on the even ones, and B, the mean of theta_3' and so theta_3(1), which acts on the odd ones. The two conditions at the
-head, in which nearly all coefficients cancel, are a 2 x 2 system for them. Nothing divides by q, and values at the head
-come from the equation and from theta_1 there: sums of a series would enlarge its rounding.
+The unknowns are the Legendre coefficients a_k of theta_3'' in x = 2 zeta - 1: integrating a series preserves the
+precision that differentiating loses. As the integral of P_k is (P_{k+1} - P_{k-1})/(2k+1), theta_3 depends on a_{k-2},
+a_k and a_{k+2} alone, and the equation is tridiagonal in the even and in the odd coefficients, diagonally dominant from
+the strongest tension to buckling. Two unknowns remain: E = q m + Q_3, m the mean of theta_3, which acts on the even
+coefficients, and B, the mean of theta_3' and so theta_3(1), which acts on the odd ones. The two conditions at the head,
+in which nearly all coefficients cancel, are a 2 x 2 system for them. Nothing divides by q, and values at the head are
+obtained from the equation and from theta_1 there: summing a series would amplify its rounding.
 
-The products are sampled at Gauss' points. Source: J. Shen, SIAM J. Sci. Comput. 15 (1994) 1489, for Legendre
+The products are sampled at Gauss points. Source: J. Shen, SIAM J. Sci. Comput. 15 (1994) 1489, for Legendre
 polynomials in second-order problems; the reduction to E and B is our own.
 """
 
@@ -33,16 +33,16 @@ from solvers.rod.strip.beam_column import FORWARD_LIMIT
 Array = NDArray[np.float64]
 
 _LIMIT = FORWARD_LIMIT
-_LEAST_NODES, _MORE_NODES, _MOST_NODES = 16, 8, 128
+_MIN_NODES, _MORE_NODES, _MAX_NODES = 16, 8, 128
 
 
 class Collocation(NamedTuple):
     """Tables for n nodes, n even.
 
-    ``nodes`` are Gauss' points on [0, 1] and 1, shape (n + 1,). ``even``, ``odd`` take sums, differences of values
-    at mirrored nodes to Legendre coefficients of even and odd degree, shape (n/2, n/2). The coefficient of
-    degree k of an integral over zeta is low[k] times that of degree k - 1 less high[k] times that of degree k + 1 of
-    its integrand; of a double integral, below[k], -here[k] and above[k] times those of k - 2, k, k + 2; shape (n + 3,).
+    ``nodes`` are the Gauss points on [0, 1] and 1, shape (n + 1,). ``even``, ``odd`` map sums, differences of values
+    at mirrored nodes to Legendre coefficients of even and odd degree, shape (n/2, n/2). The coefficient of degree k of
+    an integral over zeta is low[k] times that of degree k - 1 minus high[k] times that of degree k + 1 of its
+    integrand; of a double integral, below[k], -here[k] and above[k] times those of k - 2, k, k + 2; shape (n + 3,).
     """
 
     nodes: Array
@@ -68,7 +68,7 @@ def collocation(nodes: int) -> Collocation:
     below, here = np.zeros(nodes + 3), np.zeros(nodes + 3)
     below[2:] = low[2:-1] * low[1:-2]
     here[1:] = high[1:-1] * low[2:]
-    # The mean of theta_3' is an unknown of its own, so that a_1 has no part in it.
+    # The mean of theta_3' is a separate unknown, so a_1 does not contribute to it.
     here[2:] += low[2:-1] * high[1:-2]
     return Collocation(
         nodes=np.append(0.5 + 0.5 * x, 1.0),
@@ -83,11 +83,11 @@ def collocation(nodes: int) -> Collocation:
 
 
 def nodes_for(least: float, greatest: float) -> int:
-    """How many nodes resolve theta_1^3 where q = P l^2/EI lies between these: layers at the ends, or oscillations."""
+    """Number of nodes that resolve theta_1^3 for q = P l^2/EI in this range: boundary layers, or oscillations."""
     wave = math.sqrt(max(-least, 0.0))
     decay = math.sqrt(max(greatest, 0.0))
-    wanted = _LEAST_NODES + max(2.0 * wave, 1.5 * decay)
-    return min(_MOST_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
+    wanted = _MIN_NODES + max(2.0 * wave, 1.5 * decay)
+    return min(_MAX_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
 
 
 @kernel
@@ -96,12 +96,12 @@ def linear_slope(
 ) -> None:
     """scale V' + offset at the nodes of the strip clamped with V''(0), V'''(0) and V''(l), q = P/EI [1/m^2].
 
-    ``nodes`` are those of a ``Collocation``. With shear, q and V are those of the section's turn, and the slope of the
+    ``nodes`` are those of a ``Collocation``. With shear, q and V refer to the section's rotation, and the slope of the
     axis is V'/m - g V'''(0) (``solvers.rod.strip.shear``).
     """
     n = nodes.size - 1
     if q * l * l > _LIMIT:
-        # q V' = V''' - D with V'' from its two ends; what decays from one end is the mirror image of the other.
+        # q V' = V''' - D with V'' from its two ends; the part decaying from one end mirrors that from the other.
         k = math.sqrt(q)
         whole = math.exp(-k * l)
         span = -math.expm1(-2.0 * k * l)
@@ -130,7 +130,7 @@ def linear_slope(
 
 @kernel
 def scratch(nodes: int) -> Array:
-    """Room for ``bent_by`` and ``third_order`` with so many nodes."""
+    """Work space of ``bent_by`` and ``third_order`` for this number of nodes."""
     return np.empty((6, nodes + 3))
 
 
@@ -139,30 +139,31 @@ def bent_by(
     q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
     bend: Array, rise: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Q and theta'(0) of theta'' - q theta - Q = f with the pin at an offset, in lengths of the strip.
+    """Q and theta'(0) of theta'' - q theta - Q = f with the pin at an offset, in units of the strip's length.
 
     theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
-    Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of what the offset's rate is short of theta,
-    (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each. ``room``: ``scratch``.
+    Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of the difference of theta and the
+    deflection's slope, (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each.
+    ``room``: ``scratch``.
     """
     n = load.size
     pivot, a, u, w = room[0], room[1], room[2], room[3]
     for k in range(n, n + 3):
         pivot[k], a[k], u[k], w[k] = 0.0, 0.0, 0.0, 0.0
-    # From the highest degree down: ``pivot`` holds reciprocals.
+    # Elimination from the highest degree down: ``pivot`` holds reciprocals.
     below, here, above = tables.below, tables.here, tables.above
     for k in range(n - 1, 0, -1):
         carried = q * above[k] * pivot[k + 2]
         pivot[k] = 1.0 / (1.0 + q * here[k] - carried * (q * below[k + 2]))
         a[k] = load[k] + carried * a[k + 2]
-    # And up again: a without E and B, what E = 1 adds to the even, B = 1 to the odd ones.
+    # Back substitution: a without E and B, the even response to E = 1, the odd one to B = 1.
     a[0], u[0], w[0] = load[0], 1.0, 0.0
     a[1], u[1], w[1] = a[1] * pivot[1], 0.0, 0.5 * q * pivot[1]
     for k in range(2, n):
         ratio = q * below[k] * pivot[k]
         a[k] = a[k] * pivot[k] + ratio * a[k - 2]
         u[k], w[k] = ratio * u[k - 2], ratio * w[k - 2]
-    # Offset of the pin, moment at the pin: two equations for E and B. theta''(1) is q B + Q + f(1), Q = E - q m.
+    # Offset and moment at the pin: two equations for E and B. theta''(1) is q B + Q + f(1), Q = E - q m.
     mean_a, mean_e, mean_b = -(a[0] - 0.2 * a[2]) / 12.0, -(1.0 - 0.2 * u[2]) / 12.0, 0.5
     offset_e, offset_b, offset_a = mean_e, mean_b + head, offset + less[0] - mean_a
     moment_e, moment_b = 0.5 + head * (1.0 - q * mean_e), 1.0 + w[1] / 6.0 + head * q * (1.0 - mean_b)
@@ -177,7 +178,7 @@ def bent_by(
     for k in range(1, n + 2):
         bend[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
     mean = 0.5 * by_odd - bend[1] / 6.0
-    # theta less ``less``, in ``u``, and its integral.
+    # theta minus ``less``, in ``u``, and its integral.
     u[0] = mean - less[0]
     for k in range(1, n):
         u[k] = low[k] * bend[k - 1] - high[k] * bend[k + 1] - less[k]
@@ -193,9 +194,9 @@ def bent_by(
 def third_order(
     q: float, shear: float, head: float, slope: Array, tables: Collocation, room: Array, bend: Array, rise: Array
 ) -> tuple[float, float]:
-    """Q_3 and theta_3'(0), in lengths of the strip, from the linear slope at the nodes, (n + 1,).
+    """Q_3 and theta_3'(0), in units of the strip's length, from the linear slope at the nodes, (n + 1,).
 
-    ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the offset's
+    ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the deflection's
     correction over l; (n + 2,) each. ``room`` is a ``scratch``.
     """
     n = slope.size - 1
@@ -203,7 +204,7 @@ def third_order(
     load, cubic, u, w = room[4], room[5], room[2], room[3]
     for k in range(n):
         u[k], w[k] = 0.0, 0.0
-    # Sums and differences of mirrored nodes go to even and odd coefficients.
+    # Sums and differences of mirrored nodes give the even and odd coefficients.
     for i in range(half):
         left, right = slope[i], slope[n - 1 - i]
         square_left, square_right = left * left, right * right

@@ -1,11 +1,11 @@
-"""The bent strip at one section and many crank angles at once, from the constants C, D and psi'(l) of every angle.
+"""The bent strip at one section for many crank angles, from the constants C, D and psi'(l) of every angle.
 
     psi' = C S0 + D S1,  psi = C S1 + D S2,  V' = psi/m - g D,  V = (C S2 + D S3)/m - g D z
 
-(``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k come from series alone, of a quarter of the argument
-and doubled once, which the processor takes several angles at a time. Beyond, in tension, a decaying solution built up
-from the clamp would be the small difference of two growing ones; there psi' comes from its values at the two ends,
-where both parts decay inward, and psi and V from the equation itself, q V'' = V'''', integrated.
+(``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k are computed by series alone, at a quarter of the
+argument and doubled once, which vectorises over angles. Beyond, in tension, a decaying solution integrated from the
+clamp would be the small difference of two growing ones; there psi' is computed from its values at both ends, where both
+parts decay inward, and psi and V from the integrated equation itself, q V'' = V''''.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ _C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(_TERMS))
 _C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS))
 
 
-# Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.
+# Unrolled by hand: the compiler vectorises over angles only if the loop contains no inner loop.
 @reducing_kernel
 def _remainders(t: float) -> tuple[float, float]:
-    """c2, c3 for |t| <= 5.1, to the last place."""
+    """c2, c3 for |t| <= 5.1, accurate to the last place."""
     a = _C2[10] + t * _C2[11]
     a = _C2[9] + t * a
     a = _C2[8] + t * a

@@ -1,4 +1,4 @@
-"""Shear flexibility of the strip, after Engesser: the section's turn psi and the slope V' part ways.
+"""Shear flexibility of the strip, after Engesser: the section's rotation psi differs from the slope V'.
 
     EI psi'' = P V' + Q,  m V' = psi - Q/(kGA),  m = 1 + P/(kGA),  k = 5/6
     psi(0) = V(0) = 0,  V(l) + e psi(l) = s,  M(L) = 0  (the rigid head follows psi)
@@ -9,7 +9,7 @@ g = EI/(kGA), all c_k at t = -q_s l^2:
     det = l^3 (c2 - c3)/m + e l (l + m e) c1 + g l (c0 + e q l c1)
     C = s (l c1 + e m c0)/det,  D = -s (c0 + e q l c1)/det,  psi'(l) = s e m/det
 
-Rigid in shear (g = 0, m = 1) this is ``beam_column``. Validity: P > -kGA, always so before buckling.
+Rigid in shear (g = 0, m = 1) this is ``beam_column``. Validity: P > -kGA, which always holds before buckling.
 Source: F. Engesser (1891); Z. P. Bazant, L. Cedolin, Stability of Structures, section 1.7.
 """
 
@@ -22,8 +22,8 @@ import numpy as np
 from solvers.numerics.jit import kernel
 from solvers.rod.strip.buckling import first_root
 
-_MOST_STEPS = 100
-_CLOSE = 4.0 * float(np.finfo(float).eps)
+_MAX_ITERATIONS = 100
+_TOLERANCE = 4.0 * float(np.finfo(float).eps)
 
 
 @kernel
@@ -40,7 +40,7 @@ def _scaled_determinant(x: float, l: float, rod_length: float, compliance: float
 
 @kernel
 def _first_root(l: float, rod_length: float, compliance: float, rigid: float) -> float:
-    """By the Illinois variant of regula falsi, from the root without shear down."""
+    """First root by the Illinois variant of regula falsi, from the root without shear downward."""
     high, above = rigid, _scaled_determinant(rigid, l, rod_length, compliance)
     if not above < 0.0:
         return rigid
@@ -50,10 +50,10 @@ def _first_root(l: float, rod_length: float, compliance: float, rigid: float) ->
         if below > 0.0:
             break
         high, above, low = low, below, 0.5 * low
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_ITERATIONS):
         x = high - above * (high - low) / (above - below)
         value = _scaled_determinant(x, l, rod_length, compliance)
-        if value == 0.0 or high - low <= _CLOSE * high:
+        if value == 0.0 or high - low <= _TOLERANCE * high:
             return x
         if value > 0.0:
             low, below = x, value
@@ -70,7 +70,7 @@ def _first_root(l: float, rod_length: float, compliance: float, rigid: float) ->
 def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
     """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
 
-    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear can only soften, so the root lies below that without it.
+    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear only softens, so the root lies below that without it.
     """
     x = _first_root(length, rod_length, compliance, first_root(min(length / rod_length, 1.0))[0])
     return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)

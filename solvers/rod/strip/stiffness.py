@@ -5,7 +5,7 @@ from __future__ import annotations
 from solvers.rod.scene import Dimensions, Scene
 
 SHEAR_FACTOR = 5.0 / 6.0
-"""Share k of a rectangular section that carries shear."""
+"""Shear correction factor k of a rectangular section."""
 
 
 def bending_stiffness(scene: Scene, dimensions: Dimensions) -> float:

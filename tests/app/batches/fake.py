@@ -1,4 +1,4 @@
-"""A process that works on the batches of a database with workers that only pretend."""
+"""Subprocess that processes the batches of a database with fake workers."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def pool(workers: int = 2) -> ProcessPool:
 
 
 async def work(url: str, lease_s: float) -> None:
-    """Until killed."""
+    """Run until killed."""
     executor = pool()
     executor.start()
     with RunStore(url) as store:

@@ -1,7 +1,7 @@
-"""A worker that only pretends to solve; it imports no solver, so that many can be started.
+"""Fake worker that imports no solver, so that many can be started cheaply.
 
-What a row says happens: {"do": "die"} ends the worker, "hang" never ends, "die once" ends it as long as the file that
-the row names is not there; "count" adds a letter to the file, and equal ones are looked for by the row's number.
+A row selects the behaviour: {"do": "die"} kills the worker, "hang" blocks forever, "die once" kills it unless the row's
+file exists; "count" appends a letter to the file, with lookup of equal items by the row's number.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from app.store.batch_items import encoded, packed
 from app.store.batch_records import Item
 
 ITEM_S = 6e-4
-"""So that a batch outlives the kills that it is to survive."""
+"""Time per item [s], so that a batch outlasts the kills."""
 
 
 def load(_kind: str, _mode: str) -> None:
-    """Nothing is needed."""
+    """No warm-up needed."""
 
 
 def nothing() -> Iterator[None]:

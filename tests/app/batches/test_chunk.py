@@ -1,4 +1,4 @@
-"""A chunk in its worker: equal items that other chunks have answered are not solved again."""
+"""Chunk processing in a worker: equal items answered in other chunks are not solved again."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def solved(asked: Task) -> Solved | Needs:
 
 @pytest.fixture
 def solves(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """How many requests were solved, call by call; the worker remembers nothing."""
+    """Number of requests solved per call, with the worker's cache disabled."""
     counted: list[int] = []
 
     def counting(slug: str, mode: Any, requests: Sequence[Any], detail: Any) -> Any:
@@ -40,11 +40,11 @@ def solves(monkeypatch: pytest.MonkeyPatch) -> list[int]:
         return answers_of(slug, mode, requests, detail)
 
     monkeypatch.setattr(chunks, "answers_of", counting)
-    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    monkeypatch.setattr(chunks, "_MAX_CACHED_ANSWERS", 0)
     return counted
 
 
-def test_what_another_chunk_has_answered_is_stored_again(solves: list[int]) -> None:
+def test_answers_of_other_chunks_are_reused(solves: list[int]) -> None:
     body = KINDS[SLUG].example(MODE)
     other = {**body, "load": {"force_n": 1234.5}}
     first = task([body])
@@ -65,15 +65,15 @@ def test_what_another_chunk_has_answered_is_stored_again(solves: list[int]) -> N
     ]
     assert again.items[0].figure == told.items[0].figure and again.items[0].holds == told.items[0].holds
 
-    # One that only happens to have the same number is another.
+    # A request number collision is not a match.
     mistaken = solved(replace(task([other]), known={again.items[1].asked: told.items[0]}))
     assert isinstance(mistaken, Solved) and solves == [1, 1, 1]
     stress = unpacked(mistaken.items[0].content, DICTIONARY)["result"]["equivalent_stress_max_mpa"]
     assert stress == parts[2]["result"]["equivalent_stress_max_mpa"] != parts[0]["result"]["equivalent_stress_max_mpa"]
 
 
-def test_a_number_that_is_not_finite_fails_its_item_only(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Though text may well say NaN."""
+def test_a_non_finite_number_fails_only_its_item(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The text NaN in a name is allowed."""
 
     def with_nan(slug: str, mode: Any, requests: Sequence[Any], detail: Any) -> Any:
         answers = list(answers_of(slug, mode, requests, detail))
@@ -82,7 +82,7 @@ def test_a_number_that_is_not_finite_fails_its_item_only(monkeypatch: pytest.Mon
         return answers
 
     monkeypatch.setattr(chunks, "answers_of", with_nan)
-    monkeypatch.setattr(chunks, "_REMEMBERED", 0)
+    monkeypatch.setattr(chunks, "_MAX_CACHED_ANSWERS", 0)
     body = KINDS[SLUG].example(MODE)
     bodies = [{**body, "load": {"force_n": 1000.0 + k}} for k in range(2)]
     told = solved(replace(task(bodies), known={}))

@@ -1,4 +1,4 @@
-"""The engine: poison is isolated, the healthy rest is solved, and no kill loses or doubles an item."""
+"""Batch engine: poison items are isolated, all others are solved, and kills neither lose nor duplicate items."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from tests.app.running import descendants, parents, wait_until
 from tests.child_processes import die_with_test_runner
 
 KILLS, ITEMS = 3, 10_000
-"""With workers that pretend; ``tests.reliability.kills`` has many more, with real ones."""
+"""Number of kills, with fake workers; ``tests.reliability.kills`` runs many more with real ones."""
 
 
 async def submitted(service: BatchService, bodies: list[dict[str, Any]], key: str | None = None) -> str:
@@ -55,11 +55,11 @@ async def stored(store: RunStore, batch: BatchRecord) -> list[Item]:
 
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-3))
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-3))
 
 
 @pytest.mark.usefixtures("quick")
-def test_poison_is_found_by_splitting_and_stored_as_failed(database_url: str, tmp_path: Path) -> None:
+def test_poison_items_are_isolated_by_splitting_and_stored_as_failed(database_url: str, tmp_path: Path) -> None:
     bodies: list[dict[str, Any]] = [{"x": k} for k in range(60)]
     bodies[7] = {"do": "die"}
     bodies[40] = {"do": "hang"}
@@ -88,7 +88,7 @@ def test_poison_is_found_by_splitting_and_stored_as_failed(database_url: str, tm
 
 
 @pytest.mark.parametrize(("deaths", "status"), [(19, "succeeded"), (20, "failed")])
-def test_an_item_survives_nineteen_processes_that_leased_it(tmp_path: Path, deaths: int, status: str) -> None:
+def test_an_item_survives_the_death_of_nineteen_lease_holders(tmp_path: Path, deaths: int, status: str) -> None:
     url = f"sqlite:///{tmp_path}/runs.sqlite3"
     upgrade(url)
 
@@ -109,8 +109,8 @@ def test_an_item_survives_nineteen_processes_that_leased_it(tmp_path: Path, deat
     assert [item.status for item in asyncio.run(story())] == [status]
 
 
-def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
-    """SIGKILL of the service or of one of its workers, some at once after the start."""
+def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:
+    """SIGKILL of the service or a worker, sometimes right after the start."""
     upgrade(database_url)
 
     async def submit() -> str:
@@ -123,7 +123,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
                 executor.close()
 
     batch_id, chance, left = asyncio.run(submit()), random.Random(5), set()
-    # Not as a module that is run: workers know what they run by the name of its module.
+    # Not as __main__: workers import their entry point by module name.
     command = [sys.executable, "-c", "from tests.app.batches.fake import main; main()", database_url, "0.5"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, preexec_fn=die_with_test_runner())
     for _ in range(KILLS):
@@ -161,7 +161,7 @@ def test_kills_at_any_moment_lose_and_double_nothing(database_url: str) -> None:
 
 
 def test_two_processes_share_a_batch(database_url: str) -> None:
-    """And the work of one that dies is taken over by the other."""
+    """The survivor takes over the work of a process that died."""
 
     async def story() -> tuple[BatchRecord, list[Item]]:
         executors = [fake.pool(1), fake.pool(1)]
@@ -192,9 +192,9 @@ def test_two_processes_share_a_batch(database_url: str) -> None:
 def test_equal_items_of_a_batch_are_solved_once(
     database_url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Wherever they are in it, and although several chunks are solved at the same time."""
-    monkeypatch.setattr(engines, "_FIRST_GUESS_S", dict.fromkeys(engines._FIRST_GUESS_S, 1e-2))
-    monkeypatch.setattr(engines, "_WORTH_A_LOOK_S", 0.0)
+    """Regardless of position, with chunks solved concurrently."""
+    monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-2))
+    monkeypatch.setattr(engines, "_LOOKUP_THRESHOLD_S", 0.0)
     count = tmp_path / "count"
 
     async def story() -> BatchRecord:
@@ -216,8 +216,8 @@ def test_equal_items_of_a_batch_are_solved_once(
     assert verify(database_url).sound
 
 
-def test_a_batch_is_never_in_memory_whole(tmp_path: Path) -> None:
-    """40 MB of rows go in and come out through a few."""
+def test_memory_is_bounded_for_large_batches(tmp_path: Path) -> None:
+    """40 MB of rows pass through a few MB of memory."""
     rows, url = 100_000, f"sqlite:///{tmp_path}/runs.sqlite3"
     upgrade(url)
 

@@ -1,4 +1,4 @@
-"""Batches on the command line, without a service: the same command again goes on and solves nothing twice."""
+"""Command-line batches without a service: a repeated command resumes and solves nothing twice."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def call(folder: Path, cases: Path, output: Path, *options: str):
     return runner.invoke(app, [*command, "--workers", "1"])
 
 
-def test_a_table_goes_in_and_comes_out(tmp_path: Path) -> None:
+def test_a_table_is_solved_and_exported(tmp_path: Path) -> None:
     cases, output = tmp_path / "cases.ndjson", tmp_path / "results.csv"
     specs = [{**PIN, "load": {"force_n": force}} for force in (4000.0, 5000.0, -1.0)]
     cases.write_text("\n".join(json.dumps(spec) for spec in specs))
@@ -38,7 +38,7 @@ def test_a_table_goes_in_and_comes_out(tmp_path: Path) -> None:
     assert not list(tmp_path.glob("*.part"))
 
 
-def test_what_cannot_be_is_told(tmp_path: Path) -> None:
+def test_invalid_input_is_reported(tmp_path: Path) -> None:
     cases = tmp_path / "cases.csv"
     cases.write_text("nonsense\n1\n")
     for options in ((cases, tmp_path / "r.csv"), (cases, tmp_path / "r.txt"), (tmp_path / "x.doc", tmp_path / "r.csv")):

@@ -1,4 +1,4 @@
-"""What a report prints, calculated again: from its MathML and from its typst source, by means of their own."""
+"""Recalculation of a report's printed formulas from its MathML and its typst source."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _SIGNS = {"−": "-", "·": "*", "+": "+", "(": "(", ")": ")", ",": ","}
 
 
 def _python(node: ElementTree.Element) -> str:
-    """MathML as an expression of Python."""
+    """Convert MathML to a Python expression."""
     inside = list(node)
     if node.tag == "mn":
         return f"radians({node.text[:-1]})" if node.text.endswith("°") else node.text
@@ -37,7 +37,7 @@ def _python(node: ElementTree.Element) -> str:
 
 
 def value_of(text: str) -> float:
-    """The value of an expression; sin**(2)(x) is the square of sin(x)."""
+    """Evaluate an expression; sin**(2)(x) is the square of sin(x)."""
     text = re.sub(r"(?<![\w.])0+(?=\d)", "", text)
     while found := re.search(r"\b(sin|cos|tan|sinh|cosh)\*\*\((\d+)\)\(", text):
         end, depth = found.end(), 1
@@ -51,7 +51,7 @@ def value_of(text: str) -> float:
 
 
 def steps_in_html(page: str) -> list[tuple[float, float]]:
-    """For every step with numbers put in: what they give, and what is printed as the result, in the same unit."""
+    """Recalculated and printed result of every step with substituted numbers, in the same unit."""
     found = []
     for text in re.findall(r'<math displaystyle="true" class=numbers>.*?</math>', page):
         math_node = ElementTree.fromstring(text.replace("class=numbers", ""))
@@ -64,7 +64,7 @@ def steps_in_html(page: str) -> list[tuple[float, float]]:
                 parts.append([])
             else:
                 parts[-1].append(child)
-        # The result stands alone behind the last sign.
+        # The result follows the last equals sign.
         numbers = "".join(_magnitudes(parts[-2]))
         found.append((value_of(numbers), value_of(_python(result))))
     return found
@@ -76,7 +76,7 @@ def _magnitudes(nodes: list[ElementTree.Element]) -> list[str]:
 
 
 def steps_in_typst(source: str) -> list[tuple[float, float]]:
-    """The same of the typst source."""
+    """As above, from the typst source."""
     found = []
     for text in re.findall(r"^#step\(\$.*?\)\$, \$display\(= (.*?)\)\$, \"", source, re.M):
         found.append(_of_typst(text))

@@ -1,4 +1,4 @@
-"""Runs as the service shows them, without a service."""
+"""Runs in the service's JSON form, made without a service."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from app.designs.registry import KINDS, job_of
 
 
 def solved(slug: str, mode: Mode, spec: dict[str, Any]) -> dict[str, Any]:
-    """The run of a request."""
+    """Solve a request and return its run."""
     kind = KINDS[slug]
     job = job_of(kind, mode)
     request = job.request.model_validate(spec)
@@ -50,11 +50,11 @@ def _example(slug: str, mode: Mode, title: str) -> str:
 
 
 def example(slug: str, mode: Mode, title: str = "") -> dict[str, Any]:
-    """The run of the kind's example, or of another of its examples; solved once."""
+    """The run of one of the kind's examples, cached."""
     return json.loads(_example(slug, mode, title))
 
 
 _SLOW = ("flexible-rod", Mode.DESIGN)
-"""Seconds of search for what its variant from stock shows as well."""
+"""Omitted: takes seconds of search, and the variant from stock covers the same."""
 EXAMPLES = [(kind.slug, mode, "") for kind in KINDS.values() for mode in kind.jobs if (kind.slug, mode) != _SLOW]
 OTHERS = [(kind.slug, mode, title) for kind in KINDS.values() for mode in kind.jobs for title in kind.others(mode)]

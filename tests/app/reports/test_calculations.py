@@ -1,4 +1,4 @@
-"""The calculation that a report prints is one that its reader can repeat, and it agrees with the run."""
+"""The printed hand calculation is reproducible and agrees with the run."""
 
 from __future__ import annotations
 
@@ -54,8 +54,8 @@ def test_every_row_of_a_table_follows_from_its_numbers(slug, mode, title):
 
 
 @pytest.mark.parametrize(("slug", "mode", "title"), EXAMPLES + OTHERS)
-def test_a_person_finds_what_the_run_found(slug, mode, title):
-    """Without the effects that no person follows, all figures agree."""
+def test_the_hand_calculation_agrees_with_the_run(slug, mode, title):
+    """Without effects beyond hand calculation all values agree."""
     kind, run = KINDS[slug], example(slug, mode, title)
     left_out = [e.name for e in kind.known_effects if e.name not in kind.followed]
     if any(e["state"] == "active" and e["name"] in left_out for e in run["effects"]):
@@ -68,7 +68,7 @@ def test_a_person_finds_what_the_run_found(slug, mode, title):
 
 
 def test_the_papers_rod():
-    """The reference case of the theory's page, whose figures come from a model of its own."""
+    """The reference case of the theory page, with values from an independent model."""
     example_of = KINDS["flexible-rod"].example(Mode.CHECK)
     spec = {**example_of, "effects": {"include": ["beam_column", "friction"], "exclude": [
         "reciprocating_inertia", "shear", "friction_feedback", "large_displacement", "rod_inertia"]}}  # fmt: skip
@@ -98,7 +98,7 @@ _ROD = {"name": "", "effects": {"include": ["reciprocating_inertia"], "exclude":
                                       "gap_mm": 0.0}}, _BY_HAND),
     ],
 )  # fmt: skip
-def test_other_scenes_are_followed_too(slug, changes, rel):
+def test_the_hand_calculation_agrees_for_other_scenes(slug, changes, rel):
     spec = {**KINDS[slug].example(Mode.CHECK), **changes}
     run = solved(slug, Mode.CHECK, spec)
     compared = [step for step in chain_of(run).steps if step.reported is not None]
@@ -108,7 +108,7 @@ def test_other_scenes_are_followed_too(slug, changes, rel):
 
 
 @pytest.mark.parametrize("form", ["free", "drillable"])
-def test_a_free_bore_is_added_up_by_a_coarser_rule(form):
+def test_a_free_bore_is_integrated_by_a_coarser_rule(form):
     spec = {**KINDS["pin-profile"].example(Mode.DESIGN), "form": {"kind": form}}
     steps = {step.words: step for step in chain_of(solved("pin-profile", Mode.DESIGN, spec)).steps if step.reported}
     mass = next(step for words, step in steps.items() if words.startswith("mass, both"))

@@ -1,4 +1,4 @@
-"""The files: whole, of two to six pages, harmless whatever a user wrote, made in no time."""
+"""Report files: complete, two to six pages, safe for any user text, fast to make."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def text_of(document: PdfReader) -> str:
 
 
 class Page(HTMLParser):
-    """The elements of a page, and whatever its attributes point to."""
+    """Collects the elements of a page and the URLs in its attributes."""
 
     def __init__(self, text: str) -> None:
         super().__init__()
@@ -77,7 +77,7 @@ def test_a_report_has_its_parts_in_order_on_two_to_six_pages(slug, mode, title):
 
 
 @pytest.mark.parametrize("name", HOSTILE)
-def test_whatever_a_user_writes_stays_text(name):
+def test_user_text_is_never_markup(name):
     spec = {**KINDS["crank-masses"].example(Mode.ANALYSIS), "name": name}
     run = solved("crank-masses", Mode.ANALYSIS, spec)
     page = Page(html(report_of(run)))
@@ -93,7 +93,7 @@ def test_whatever_a_user_writes_stays_text(name):
         assert name in "".join(page.words)
 
 
-def test_the_page_asks_nobody_for_anything():
+def test_the_page_is_self_contained():
     for slug, mode, title in EXAMPLES:
         page = html(report_of(example(slug, mode, title)))
         found = Page(page)
@@ -102,11 +102,11 @@ def test_the_page_asks_nobody_for_anything():
         assert not re.search(r"url\(|@import", page)
 
 
-def test_strings_are_closed():
+def test_strings_are_escaped():
     assert for_typst('a"b\\c\n') == '"a\\"b\\\\c "'
 
 
-def test_reports_of_what_is_not_there_and_of_studies():
+def test_reports_of_missing_runs_and_of_studies():
     spec = KINDS["pin-profile"].example(Mode.DESIGN)
     infeasible = solved("pin-profile", Mode.DESIGN, {**spec, "load": {"force_n": 1e6}})
     assert infeasible["status"] == "infeasible"
@@ -130,7 +130,7 @@ def test_the_same_run_gives_the_same_file_within_a_second():
     assert again == first and page == html(report_of(run))
 
 
-def test_both_files_come_from_the_service(client):
+def test_the_service_serves_both_files(client):
     run = client.post("/api/v1/checks/flexible-rod", json=KINDS["flexible-rod"].example(Mode.CHECK)).json()
     page = client.get(run["links"]["exports"]["html"])
     assert page.status_code == 200 and page.headers["content-type"].startswith("text/html")

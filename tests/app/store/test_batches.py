@@ -1,4 +1,4 @@
-"""Batches in the store: leases, exactly one row per item, counters, and what verify sees."""
+"""Batches in the store: leases, exactly one row per item, counters, integrity check."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def record(**changes: Any) -> BatchRecord:
 
 
 async def received(store: RunStore, count: int = 10, key: str | None = None, blocks: int = 2) -> BatchRecord:
-    """A batch of rows that are acknowledged, in blocks of equal size."""
+    """Store an acknowledged batch of rows in blocks of equal size."""
     new = record()
     number = await store.write(Open(new))
     size = count // blocks
@@ -72,7 +72,7 @@ def run(url: str, story: Callable[[RunStore], Awaitable[None]]) -> None:
         asyncio.run(story(store))  # type: ignore[arg-type]
 
 
-def test_every_item_is_stored_once_whoever_solves_it(database_url: str) -> None:
+def test_every_item_is_stored_exactly_once(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         batch = await received(store)
         first = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
@@ -97,7 +97,7 @@ def test_every_item_is_stored_once_whoever_solves_it(database_url: str) -> None:
     assert (report.damages, report.batch_items) == ((), 10)
 
 
-def test_a_dead_holders_chunks_are_taken_over_and_its_late_answer_is_dropped(database_url: str) -> None:
+def test_expired_leases_are_taken_over_and_late_answers_are_dropped(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         batch = await received(store)
         [old] = await store.write(Claim(batch.number, "dead", -1.0, 1, 5))
@@ -130,7 +130,7 @@ def test_a_chunk_is_split_down_to_one_item(database_url: str) -> None:
     assert verify(database_url).sound
 
 
-def test_what_was_cancelled_takes_no_more_answers(database_url: str) -> None:
+def test_cancelled_batches_accept_no_answers(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         batch = await received(store)
         done, lost = await store.write(Claim(batch.number, "a", 30.0, 2, 3))
@@ -147,7 +147,7 @@ def test_what_was_cancelled_takes_no_more_answers(database_url: str) -> None:
     assert verify(database_url).sound
 
 
-def test_a_batch_that_was_not_acknowledged_is_nowhere(database_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unacknowledged_batches_are_hidden(database_url: str, monkeypatch: pytest.MonkeyPatch) -> None:
     async def story(store: RunStore) -> None:
         kept, left = record(), record()
         number = await store.write(Open(kept))
@@ -166,7 +166,7 @@ def test_a_batch_that_was_not_acknowledged_is_nowhere(database_url: str, monkeyp
     run(database_url, story)
 
 
-def test_a_key_answers_once(database_url: str) -> None:
+def test_idempotency_keys_repeat_the_first_answer(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         await received(store, key="k")
         number = await store.write(Open(record()))
@@ -178,7 +178,7 @@ def test_a_key_answers_once(database_url: str) -> None:
     run(database_url, story)
 
 
-def test_items_are_listed_as_runs_whatever_their_state(database_url: str) -> None:
+def test_items_of_any_state_are_listed_as_runs(database_url: str) -> None:
     async def listed(store: RunStore, order: RunOrder = RunOrder.NEWEST, **wanted: Any) -> list[tuple[int, str]]:
         found, cursor = [], None
         while True:
@@ -218,7 +218,7 @@ def test_items_are_listed_as_runs_whatever_their_state(database_url: str) -> Non
     run(database_url, story)
 
 
-def test_verify_sees_what_is_lost_or_changed(database_url: str) -> None:
+def test_verify_detects_loss_and_corruption(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         for _ in range(3):
             batch = await received(store)

@@ -1,4 +1,4 @@
-"""From a run to the next one: its part checked, its form filled again; what takes long is followed and can be ended."""
+"""Follow-up runs: check of a designed part, refilled form; long runs can be followed and cancelled."""
 
 from __future__ import annotations
 
@@ -23,19 +23,19 @@ DESIGNS = [
 
 
 def request_in(page: str) -> dict:
-    """The request that a form shows as JSON."""
+    """The request JSON shown by a form."""
     return json.loads(html.unescape(re.search(r'<pre[^>]*id="the-json">(.*?)</pre>', page, re.S)[1]))
 
 
 def filled(kind: str, mode: Mode, **changes: object) -> dict[str, str]:
-    """What a browser sends of a form that holds the example."""
+    """The form data of the example, as a browser sends it."""
     texts: dict[str, str] = {}
     form_of(KINDS[kind], mode).take({**KINDS[kind].example(mode), **changes}, texts)
     return texts
 
 
 @pytest.mark.parametrize(("slug", "example"), DESIGNS, ids=lambda value: str(value))
-def test_the_part_that_a_design_found_is_checked_with_a_click(client, slug, example):
+def test_a_designed_part_is_checked_by_one_click(client, slug, example):
     kind = KINDS[slug]
     request = kind.others(Mode.DESIGN)[example] if example else kind.example(Mode.DESIGN)
     run = client.post(f"/api/v1/designs/{slug}", json=request).json()
@@ -55,14 +55,14 @@ def impatient(client, monkeypatch):
 
 
 def posted(client, name: str, speed: str) -> str:
-    """Where the page of a design is that nobody has asked for before."""
+    """Submit a new design and return the URL of its page."""
     texts = filled("flexible-rod", Mode.DESIGN, name=name) | {"mechanism.speed_hz": speed}
     answer = client.post("/designs/flexible-rod?mode=design", data=texts, follow_redirects=False)
     assert answer.status_code == 303, answer.text
     return answer.headers["location"]
 
 
-def test_a_design_that_takes_long_is_followed_by_its_page(client, impatient):
+def test_a_long_design_is_followed_on_its_page(client, impatient):
     at = posted(client, "followed", "47.1")
     deadline = time.monotonic() + 60
     while (run := client.get(f"/api/v1{at}").json())["status"] in ("queued", "running"):
@@ -71,14 +71,14 @@ def test_a_design_that_takes_long_is_followed_by_its_page(client, impatient):
     assert (run["status"], run["name"], run["verdict"]["holds"]) == ("succeeded", "followed", True)
 
 
-def test_a_design_that_takes_long_is_ended_from_its_page(client, impatient):
+def test_a_long_design_is_cancelled_from_its_page(client, impatient):
     at = posted(client, "ended", "47.2")
     assert f'action="{at}/cancel"' in client.get(at).text
     client.post(f"{at}/cancel")
     assert client.get(f"/api/v1{at}").json()["status"] == "cancelled"
 
 
-def test_what_the_solver_refuses_is_told_in_the_form_however_short_the_patience(client):
+def test_solver_refusals_are_shown_in_the_form_even_with_short_patience(client):
     texts = filled("flexible-rod", Mode.CHECK) | {"dimensions.l_mm": "80"}
     answer = client.post("/designs/flexible-rod?mode=check", data=texts)
     assert answer.status_code == 422

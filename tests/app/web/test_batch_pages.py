@@ -1,4 +1,4 @@
-"""Pages of batches: begun by a file or a form, followed, mapped, cancelled."""
+"""Pages of batches: submission by file or form, progress, map, cancellation."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def settled(client: TestClient, place: str) -> str:
     return text
 
 
-def test_a_sweep_is_begun_followed_and_mapped(client: TestClient) -> None:
+def test_a_sweep_is_submitted_followed_and_mapped(client: TestClient) -> None:
     answer = client.post("/batches/sweep", data=SWEEP, follow_redirects=False)
     assert answer.status_code == 303, answer.text
     place = answer.headers["location"]
@@ -46,7 +46,7 @@ def test_a_sweep_is_begun_followed_and_mapped(client: TestClient) -> None:
     assert "a &lt;b&gt; sweep" in client.get("/batches").text
 
 
-def test_of_many_varied_fields_all_are_asked_for_at_once(client: TestClient) -> None:
+def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:
     more = {"steps0": "2", "field2": "geometry.boss_length_mm", "from2": "20", "to2": "24", "steps2": "2"}
     place = client.post("/batches/sweep", data=SWEEP | more, follow_redirects=False).headers["location"]
     assert 'id="beside"' in settled(client, place)
@@ -56,7 +56,7 @@ def test_of_many_varied_fields_all_are_asked_for_at_once(client: TestClient) -> 
     assert len(told["points"]) == 8 and all(isinstance(value, float | int) for value in told["points"][0][-3:])
 
 
-def test_a_file_of_parquet_is_a_batch(client: TestClient) -> None:
+def test_a_parquet_file_is_accepted(client: TestClient) -> None:
     example = KINDS["crank-masses"].example(Mode.ANALYSIS)
     cells = {name: [value] * 3 for name, value in example.items() if not isinstance(value, dict)}
     file = io.BytesIO()
@@ -75,7 +75,7 @@ def test_a_file_of_parquet_is_a_batch(client: TestClient) -> None:
             assert client.get(place).json()["items"]["succeeded"] == 3
 
 
-def test_the_table_to_fill_in_is_a_batch(client: TestClient) -> None:
+def test_the_csv_template_is_accepted(client: TestClient) -> None:
     for kind, mode in (("pin-profile", "check"), ("flexible-rod", "design"), ("crank-masses", "analysis")):
         table = client.get("/batches/table", params={"kind": kind, "mode": mode})
         answer = client.post(
@@ -92,7 +92,7 @@ def test_the_table_to_fill_in_is_a_batch(client: TestClient) -> None:
 
 
 @pytest.mark.parametrize("change", [{"field0": "nonsense"}, {"steps0": "many"}, {"to0": "nan"}, {"kind": "x"}])
-def test_a_form_that_cannot_be_says_why(client: TestClient, change: dict[str, str]) -> None:
+def test_an_invalid_form_reports_the_reason(client: TestClient, change: dict[str, str]) -> None:
     answer = client.post("/batches/sweep", data={**SWEEP, **change}, follow_redirects=False)
     if change == {"kind": "x"}:  # the first kind there is takes its place
         assert answer.status_code in (303, 422)
@@ -101,7 +101,7 @@ def test_a_form_that_cannot_be_says_why(client: TestClient, change: dict[str, st
     assert client.get("/batches/nothing").status_code == 404
 
 
-def test_what_can_be_varied_is_known_of_every_kind() -> None:
+def test_every_kind_has_variable_fields() -> None:
     for kind in KINDS.values():
         for mode in kind.jobs:
             assert len(numbers(kind.slug, mode)) > 2, (kind.slug, mode)

@@ -1,4 +1,4 @@
-"""The forms as a person without JavaScript meets them, and what answers while one types."""
+"""Forms without JavaScript, and the live endpoints."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def texts_of(slug: str, mode: str) -> dict[str, str]:
 
 
 def inputs(page: str) -> dict[str, str]:
-    """What a browser would send of text inputs."""
+    """The text inputs as a browser would send them."""
     found = re.findall(r'<input id="([^"]+)" name="[^"]+" value="([^"]*)"', page)
     return {html.unescape(name): html.unescape(value) for name, value in found}
 
@@ -58,7 +58,7 @@ def test_a_submitted_form_is_a_run_under_its_name(client):
         ("piston.diameter_mm", ""),
     ],
 )
-def test_a_fault_is_shown_at_its_field_and_nothing_typed_is_lost(client, field, text):
+def test_an_error_is_shown_at_its_field_and_input_is_kept(client, field, text):
     fields = {**texts_of("flexible-rod", "check"), field: text, "name": HOSTILE, "load.constant.back_pressure_mpa": "7"}
     answer = client.post("/designs/flexible-rod?mode=check", data=fields)
     assert answer.status_code == 422
@@ -70,7 +70,7 @@ def test_a_fault_is_shown_at_its_field_and_nothing_typed_is_lost(client, field, 
     assert HOSTILE not in answer.text
 
 
-def test_a_form_that_must_wait_is_shown_again_with_the_reason(client, monkeypatch):
+def test_a_busy_service_shows_the_form_again_with_the_reason(client, monkeypatch):
     async def busy(*_given):
         raise Busy("no worker came free within 30 s", 7.0)
 
@@ -82,12 +82,12 @@ def test_a_form_that_must_wait_is_shown_again_with_the_reason(client, monkeypatc
     assert "no worker came free" in answer.text and inputs(answer.text)["name"] == "typed before"
 
 
-def test_control_characters_and_those_that_turn_text_round_are_taken_out_of_names(client, check_request):
+def test_control_and_bidirectional_characters_are_removed_from_names(client, check_request):
     answer = client.post("/api/v1/checks/flexible-rod", json=check_request | {"name": "a\x1b[31m\x07\u202eb\u2066c"})
     assert answer.json()["name"] == "a[31mbc"
 
 
-def test_the_other_mode_keeps_what_both_have(client):
+def test_switching_modes_keeps_common_fields(client):
     fields = texts_of("flexible-rod", "check") | {"mechanism.speed_hz": "33", "load": "constant"}
     del fields["load.constant.constant_pressure_mpa"]
     page = client.post("/designs/flexible-rod?mode=design&was=check", data=fields).text
@@ -96,7 +96,7 @@ def test_the_other_mode_keeps_what_both_have(client):
     assert re.search(r'name="load" value="constant"[^>]* checked', page)
 
 
-def test_a_run_is_the_start_of_another(client):
+def test_a_form_is_prefilled_from_a_run(client):
     fields = texts_of("flexible-rod", "check") | {"dimensions.h_mm": "0.5", "name": "first"}
     run = client.post("/designs/flexible-rod?mode=check", data=fields, follow_redirects=False).headers["location"][6:]
     assert inputs(client.get(f"/designs/flexible-rod?mode=check&from={run}").text)["dimensions.h_mm"] == "0.5"
@@ -116,7 +116,7 @@ def test_a_load_from_a_run_is_chosen_in_the_form(client):
     assert client.post("/designs/pin-profile?mode=design", data=fields, follow_redirects=False).status_code == 303
 
 
-def test_the_drawing_follows_the_form_and_tells_faults(client):
+def test_the_live_drawing_follows_the_form_and_reports_errors(client):
     fields = texts_of("flexible-rod", "check") | {"dimensions.l_mm": "31,5"}
     told = client.post("/designs/flexible-rod/drawing?mode=check", data=fields).json()
     assert "l 31.5" in told["svg"]
@@ -127,7 +127,7 @@ def test_the_drawing_follows_the_form_and_tells_faults(client):
     assert list(told["faults"]) == ["piston.diameter_mm"]
 
 
-def test_the_answer_while_one_types_is_not_stored(client):
+def test_live_answers_are_not_stored(client):
     before = len(client.get("/api/v1/runs").json()["items"])
     fields = texts_of("pin-profile", "check")
     answer = client.post("/designs/pin-profile/answer?mode=check", data=fields)
@@ -145,6 +145,6 @@ def test_an_infeasible_design_explains_itself(client):
     assert "Why there is no answer" in page.text
 
 
-def test_a_form_larger_than_a_body_may_be_is_refused(client):
+def test_an_oversized_form_is_refused(client):
     fields = texts_of("flexible-rod", "check") | {"load.table.points": "1 1\n" * 400_000}
     assert client.post("/designs/flexible-rod?mode=check", data=fields).status_code == 413

@@ -1,4 +1,4 @@
-"""The pages speak English, Russian and Ukrainian: all of what they say, and nothing of the API."""
+"""Pages are fully translated into Russian and Ukrainian; the API stays English."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_everything_is_translated(code):
 
 
 @pytest.mark.parametrize("code", OTHERS)
-def test_the_compiled_catalogue_is_that_of_today(code, tmp_path):
+def test_the_compiled_catalogue_is_up_to_date(code, tmp_path):
     with (tmp_path / "now.mo").open("wb") as file:
         write_mo(file, catalogue(code))
     assert path_of(code, "mo").read_bytes() == (tmp_path / "now.mo").read_bytes(), "run `make messages`"
@@ -52,7 +52,7 @@ def test_placeholders_agree(code):
 
 
 @pytest.mark.parametrize(("count", "ending"), [(1, "ь"), (2, "и"), (5, "ей"), (21, "ь")])
-def test_numbers_take_their_forms(count, ending):
+def test_plural_forms(count, ending):
     texts = gettext.translation(DOMAIN, LOCALE, ["ru"])
     said = texts.ngettext("%(count)s entry cannot be accepted", "%(count)s entries cannot be accepted", count)
     assert said.split()[1].endswith(ending)
@@ -67,7 +67,7 @@ _UNITS = {unit.lower() for own, others in UNITS.items() for unit in (own, *other
 
 
 class _Words(HTMLParser):
-    """What a person is shown or told: texts, and the attributes that are read out."""
+    """Visible texts, and attributes read by screen readers."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -76,7 +76,7 @@ class _Words(HTMLParser):
 
     def handle_starttag(self, tag, attrs):
         known = dict(attrs)
-        # Names of people's making stay as they are.
+        # User-given names are not translated.
         unspoken = known.get("lang") == "en" or known.get("translate") == "no"
         if tag in ("script", "style", "code", "pre") or unspoken or self._silent:
             self._silent += tag not in ("input", "link", "meta", "br", "img", "source")
@@ -88,12 +88,12 @@ class _Words(HTMLParser):
 
     def handle_data(self, data):
         if not self._silent:
-            # Attributes that a macro writes stand alone in its template.
+            # Attributes written by a macro are separate in its template.
             self.found.append(re.sub(r'[\w-]+="[^"]*"?', "", data))
 
 
 def english_in(page: str) -> list[str]:
-    """Words of Latin letters that are no names, units or symbols."""
+    """Latin words other than names, units and symbols."""
     parser = _Words()
     parser.feed(page)
     found = (word for text in parser.found for word in re.findall(r"[A-Za-z][A-Za-z.·_-]{2,}", text))
@@ -103,12 +103,12 @@ def english_in(page: str) -> list[str]:
 
 
 @pytest.mark.parametrize("path", sorted(TEMPLATES.rglob("*.html")), ids=lambda path: str(path.relative_to(TEMPLATES)))
-def test_no_template_has_texts_of_its_own(path):
+def test_templates_have_no_untranslated_texts(path):
     source, kept, inside = path.read_text("utf-8"), [], False
     for _line, token, value in templates.env.lexer.tokeniter(source, path.name):
         if token == "name" and value in ("trans", "endtrans"):
             inside = value == "trans"
-        # What is put in stands between quotes or tags: a mark that is no word holds its place.
+        # Replace placeholders by a mark that is not a word.
         kept.append(value if token == "data" and not inside else "0" if token == "variable_begin" else "")
     assert english_in("".join(kept)) == []
 
@@ -117,7 +117,7 @@ def test_no_template_has_texts_of_its_own(path):
 @pytest.mark.parametrize(("slug", "mode"), [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs])
 def test_no_form_mixes_languages(client, code, slug, mode):
     page = client.get(f"/designs/{slug}?mode={mode}", headers={"accept-language": code}).text
-    # Names of people's making, such as that of the example, stay as they are.
+    # User-given names, such as the example's, are not translated.
     assert f'<html lang="{code}">' in page
     assert english_in(page) == []
 
@@ -138,7 +138,7 @@ def test_a_verdict_is_worded_in_every_language(client, pin):
     assert f"Умови не виконано: еквівалентне напруження згину та зсуву – {figure}, допускається не більше" in said["uk"]
 
 
-def test_faults_are_told_in_the_language_of_the_form(client):
+def test_errors_are_in_the_language_of_the_form(client):
     headers = {"accept-language": "ru", **HTML}
     filled = {"variable": "bore", "given": "one", "geometry.outer_diameter_mm": "thick", "geometry.gap_mm": "-1"}
     page = client.post("/designs/pin-profile?mode=check", data=filled, headers=headers)
@@ -155,12 +155,12 @@ def test_faults_are_told_in_the_language_of_the_form(client):
         ("uk", "ru", "uk"), ("xx", "ru", "ru"), ("", "ru;q=nonsense", "en"), ("", "ru;q=0", "en"), ("\0;=", "ru", "ru"),
     ],
 )  # fmt: skip
-def test_the_language_is_that_of_the_cookie_else_of_the_browser(cookie, asked, spoken):
+def test_the_cookie_overrides_the_browser_language(cookie, asked, spoken):
     assert preferred(Headers({"cookie": f"language={cookie}", "accept-language": asked})) == spoken
 
 
 @pytest.mark.parametrize("back", ["//elsewhere.example/", "https://elsewhere.example/", "/\\elsewhere.example", "x"])
-def test_the_choice_of_a_language_leads_nowhere_else(client, back):
+def test_choosing_a_language_redirects_only_within_the_service(client, back):
     answer = client.get("/language/uk", params={"back": back}, follow_redirects=False)
     assert (answer.status_code, answer.headers["location"]) == (303, "/")
 

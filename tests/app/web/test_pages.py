@@ -1,4 +1,4 @@
-"""The pages as a person without JavaScript meets them."""
+"""Pages without JavaScript."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_a_study_is_one_button_away_from_a_run(client, check_request):
         assert time.monotonic() < deadline
         time.sleep(0.1)
         page = client.get(answer.headers["location"]).text
-    # While it ran, the page said how far it was; now it looks no more.
+    # The page polled for progress while it ran, and no longer does.
     assert any(re.search(r"<progress value=.* of at most \d+ solutions, now ", look) for look in looks)
     assert "Accuracy and computing time" in page
     assert "smaller errors are not stated" in page

@@ -1,5 +1,4 @@
-"""Run pages and their plots speak one language: no word of English is left in Russian or Ukrainian ones but names,
-units and symbols."""
+"""Run pages and plots are in one language: no English words but names, units and symbols in Russian or Ukrainian."""
 
 from __future__ import annotations
 
@@ -39,7 +38,7 @@ CASES = {
     "study of a pin": ("accuracy/pin-profile", {"spec": {**PIN, "name": ""}, "study_budget_s": 1.0}),
 }
 _LINKS = re.compile(r'<nav class="languages".*?</nav>|<ul class="downloads">.*?</ul>|<p><a href="/api/.*?</p>', re.S)
-"""What languages call themselves, names of files, name and version of the solver."""
+"""Native language names, file names, name and version of the solver."""
 _FIGURES = re.compile(r"\d+(?:\.\d+)?")
 _WORDS_OF_A_PICTURE = re.compile(r"<(?:text|title)[^>]*>([^<]*)<")
 
@@ -55,7 +54,7 @@ def run(client, request) -> dict:
 @pytest.mark.parametrize("code", OTHERS)
 def test_no_run_page_mixes_languages(client, run, code):
     page = client.get(f"/runs/{run['id']}", headers={"accept-language": code, "accept": "text/html"}).text
-    # Nothing is left in English and marked so.
+    # No text is marked as untranslated English.
     page = _LINKS.sub("", page).replace(run["id"], "").replace(' lang="en"', "")
     assert f'<html lang="{code}">' in page
     assert english_in(page) == []
@@ -67,5 +66,5 @@ def test_no_plot_mixes_languages(client, run, code):
         english, spoken = (unescape(client.get(place, params={"language": each}).text) for each in ("en", code))
         told, words = _WORDS_OF_A_PICTURE.findall(english), _WORDS_OF_A_PICTURE.findall(spoken)
         assert english_in("".join(f"<p>{each}</p>" for each in words)) == [], name
-        # As many words, and all the figures.
+        # Same number of words, and all figures.
         assert [_FIGURES.findall(each) for each in words] == [_FIGURES.findall(each) for each in told], name

@@ -1,4 +1,4 @@
-"""Run pages, the list of runs and comparisons, as the service answers them."""
+"""Run pages, run list and comparisons."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ def pins(client) -> list[dict]:
 
 
 def listed(page: str, pins: list[dict]) -> list[int]:
-    """Which of the pins a page lists, in its order."""
+    """The pins listed on a page, in order."""
     places = {n: page.find(f'href="/runs/{pin["id"]}"') for n, pin in enumerate(pins)}
     return sorted((n for n, at in places.items() if at >= 0), key=places.__getitem__)
 
@@ -66,7 +66,7 @@ def test_the_list_is_filtered_and_sorted(client, pins, query, expected):
     assert listed(page.text, pins) == expected
 
 
-def test_the_list_goes_on_where_it_ended_in_every_order(client, pins):
+def test_pagination_in_every_order(client, pins):
     for order in ("newest", "oldest", "name", "least", "greatest"):
         seen, cursor = [], None
         while True:
@@ -81,7 +81,7 @@ def test_the_list_goes_on_where_it_ended_in_every_order(client, pins):
         assert order not in ("least", "greatest") or figures == sorted(figures, reverse=order == "greatest")
 
 
-def test_a_filter_that_cannot_be_is_told_at_its_field(client):
+def test_an_invalid_filter_is_reported_at_its_field(client):
     page = client.get("/runs?status=done&since=yesterday")
     assert page.status_code == 422
     assert 'id="filter-status-error"' in page.text
@@ -111,7 +111,7 @@ def test_runs_of_different_kinds_are_not_compared(client, pins):
     assert f"/runs/compare?a={pins[0]['id']}&amp;b={pins[1]['id']}" in alone.text
 
 
-def test_a_run_page_says_what_was_asked_and_what_shaped_it(client, design_request):
+def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     run = made(client, "designs/flexible-rod", design_request)
     page = client.get(f"/runs/{run['id']}").text
     assert page.index('class="verdict') < page.index("<h2>Pictures")
@@ -123,7 +123,7 @@ def test_a_run_page_says_what_was_asked_and_what_shaped_it(client, design_reques
         picture = client.get(plot)
         assert picture.status_code == 200 and "prefers-color-scheme:dark" in picture.text, plot
 
-    # To stock: the same strip from sizes that are to be had, with its price.
+    # Redesign from stock sizes, compared with the unrestricted design.
     sent = {"sizes": "0.4 0.42 0,45", "width": "0.5", "length": "0,5"}
     answer = client.post(f"/runs/{run['id']}/stock", data=sent, follow_redirects=False)
     assert answer.status_code == 303
@@ -148,7 +148,7 @@ def test_an_effect_is_switched_into_a_new_run(client, pins):
     assert client.post(at, data={"name": "shear_deflection", "state": "maybe"}).status_code == 422
 
 
-def test_a_run_under_way_is_cancelled_once_and_stays(client):
+def test_a_running_run_is_cancelled_once(client):
     study = {"spec": example("impact-linkage", Mode.DESIGN), "study_budget_s": 60.0}
     answer = client.post("/api/v1/accuracy/impact-linkage", json=study, headers={"prefer": "respond-async"})
     at = answer.headers["location"]
@@ -158,13 +158,13 @@ def test_a_run_under_way_is_cancelled_once_and_stays(client):
     again = client.delete(at)
     assert again.status_code == 409
     assert "cancelled" in again.json()["detail"]
-    # The worker is free again, and the run's end is not written over.
+    # The worker is free again, and the cancelled status is not overwritten.
     made(client, "checks/pin-profile", example("pin-profile", Mode.CHECK, name="after the end of another"))
     assert client.get(at).json()["status"] == "cancelled"
     assert client.delete("/api/v1/runs/none").status_code == 404
 
 
-def test_what_is_not_there_is_a_page_for_people_and_a_problem_for_programs(client):
+def test_missing_resources_give_a_page_or_problem_details(client):
     page = client.get("/no/such/page", headers=HTML)
     assert page.status_code == 404
     assert "<h1>Not Found</h1>" in page.text and "default-src 'self'" in page.headers["content-security-policy"]
@@ -173,7 +173,7 @@ def test_what_is_not_there_is_a_page_for_people_and_a_problem_for_programs(clien
     assert at_api.headers["content-type"] == "application/problem+json"
 
 
-def test_a_fault_of_the_service_is_a_page_too(client, monkeypatch):
+def test_an_internal_error_is_a_page(client, monkeypatch):
     async def broken(*_):
         raise RuntimeError("the disk is gone")
 
@@ -190,7 +190,7 @@ def test_text_is_compressed_and_the_icon_is_there(client, pins):
     assert 'href="/static/favicon.svg"' in client.get("/").text
 
 
-def test_pages_and_the_reference_fetch_nothing_from_elsewhere(client, pins):
+def test_pages_load_no_third_party_assets(client, pins):
     for path in ("/", "/docs", "/runs", f"/runs/{pins[0]['id']}"):
         page = client.get(path)
         assert page.status_code == 200
@@ -212,7 +212,7 @@ def test_a_worst_instant_becomes_the_load_of_a_pin(client):
     assert run["id"] in form and "wrist_pin_load_max" in form
 
 
-def test_a_moving_picture_stands_still_where_that_is_asked(client):
+def test_animations_respect_reduced_motion(client):
     run = made(client, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
     at = run["links"]["plots"]["mechanism"]
     assert "<animate" in client.get(at).text
@@ -220,7 +220,7 @@ def test_a_moving_picture_stands_still_where_that_is_asked(client):
     assert f'srcset="{at}?still=true"' in client.get(f"/runs/{run['id']}").text
 
 
-def test_a_design_is_drawn_as_it_was_found(client, design_request):
+def test_a_design_run_draws_its_result(client, design_request):
     run = client.post("/api/v1/designs/flexible-rod", json=design_request).json()
     page = client.get(f"/runs/{run['id']}").text
     drawing = page[page.index('<figure class="drawing"') : page.index("</figure>")]
@@ -228,7 +228,7 @@ def test_a_design_is_drawn_as_it_was_found(client, design_request):
     assert "≤" not in drawing
 
 
-def test_a_person_who_works_in_inches_reads_inches(client, pins):
+def test_inch_units_are_displayed(client, pins):
     run = pins[0]
     path = f"/runs/{run['id']}"
     metric = client.get(path).text
@@ -252,8 +252,8 @@ def test_a_person_who_works_in_inches_reads_inches(client, pins):
     client.cookies.clear()
 
 
-def test_what_a_limit_of_a_pin_is_worth_is_told_after_the_page(client):
-    """A bore of one diameter under bending alone: (d/D)^4 = 1 - W/sigma, and the mass goes with 1 - (d/D)^2."""
+def test_pin_sensitivities_are_loaded_after_the_page(client):
+    """A bore of one diameter under bending alone: (d/D)^4 = 1 - W/sigma, and the mass scales with 1 - (d/D)^2."""
     request = example("pin-profile", Mode.DESIGN, criterion="fibre", form={"kind": "constant"}, limits={})
     run = made(client, "designs/pin-profile", request)
     assert f'data-worth="/runs/{run["id"]}/worth"' in client.get(f"/runs/{run['id']}").text
@@ -265,8 +265,8 @@ def test_what_a_limit_of_a_pin_is_worth_is_told_after_the_page(client):
     assert f"1 % more equivalent stress of bending and shear allowed saves {share:.2g} % mass" in told
 
 
-def test_what_a_limit_of_a_linkage_is_worth(client):
-    """All lengths grow with the least link: so does the pipe around them."""
+def test_linkage_sensitivities(client):
+    """All lengths scale with the minimum link, and so does the enclosing pipe."""
     title = "the least pipe around it"
     run = made(client, "designs/impact-linkage", KINDS["impact-linkage"].others(Mode.DESIGN)[title])
     assert run["result"]["active_limits"] == ["min_link_mm"]

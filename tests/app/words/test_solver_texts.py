@@ -1,4 +1,4 @@
-"""What solvers say with figures is told in the language of who reads it, figures and all."""
+"""Translation of solver texts with figures."""
 
 from __future__ import annotations
 
@@ -55,11 +55,11 @@ def test_cautions_warnings_and_advice_are_translated_with_their_figures(code):
             assert re.findall(r"\d+(?:\.\d+)?", told.replace(",", ".")) == re.findall(r"\d+(?:\.\d+)?", text), text
 
 
-def test_the_patterns_are_those_of_the_sources():
+def test_the_patterns_are_up_to_date():
     assert PATTERNS_FILE.read_text("utf-8").splitlines() == patterns(sentences()), "run `make messages`"
 
 
-def test_a_pattern_is_found_before_a_vaguer_one():
+def test_specific_patterns_precede_generic_ones():
     ordered = patterns(sentences())
     for k, pattern in enumerate(ordered):
         sample = pattern.replace("{}", "7")
@@ -67,9 +67,9 @@ def test_a_pattern_is_found_before_a_vaguer_one():
         assert ordered.index(first) == k, f"{first!r} hides {pattern!r}"
 
 
-def test_sentences_are_gathered_from_where_they_are_written():
+def test_sentences_are_extracted_from_the_sources():
     gathered = sentences()
-    # A refusal, a warning with figures, an effect's reason, a claim, a word beside a formula; no formula, no name.
+    # Refusal, warning with figures, an effect's reason, claim, word beside a formula; no formulas, no names.
     assert {
         "the crank is not shorter than the rod, so the mechanism cannot turn",
         "the wall is {} mm at its thinnest, not the {} asked",
@@ -98,7 +98,7 @@ def test_sentences_are_gathered_from_where_they_are_written():
         ("0.8276", "0.8276"),
     ],
 )
-def test_parts_of_a_sentence_are_spoken_too(text, said):
+def test_parts_of_a_sentence_are_translated(text, said):
     with speaking("ru"):
         assert spoken(text) == said
     assert spoken(text) == text
@@ -106,7 +106,7 @@ def test_parts_of_a_sentence_are_spoken_too(text, said):
 
 @pytest.mark.parametrize("code", ["ru", "uk"])
 @pytest.mark.parametrize("slug", ["pin-profile", "impact-linkage"])
-def test_a_report_speaks_the_language_asked_for(slug, code):
+def test_a_report_is_in_the_requested_language(slug, code):
     run = example(slug, Mode.CHECK)
     with speaking(code):
         page = html(report_of(run))
@@ -114,5 +114,5 @@ def test_a_report_speaks_the_language_asked_for(slug, code):
     body = re.sub(r"<(style|pre|math|title|h1)\b.*?</\1>|<footer.*?</footer>", " ", page, flags=re.S)
     words = re.findall(r"\b[A-Za-z]{4,}\b", re.sub(r"<[^>]+>", " ", body))
     cyrillic = re.findall(r"\b[а-яіїєґё]{4,}\b", body.lower())
-    # What stays English: sources, names, what a solver says of its proofs.
+    # Untranslated: sources, names, statements on proofs.
     assert len(words) < 0.25 * len(cyrillic), sorted(set(words))

@@ -1,1 +1,1 @@
-"""Stepped bores and stepped outsides: the break points that make them lightest, and a bound over all others."""
+"""Stepped bores and outer profiles: optimal break points with a global lower bound."""

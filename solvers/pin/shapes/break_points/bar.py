@@ -1,6 +1,6 @@
-"""What the search for steps needs to know of a bar, pin or bushing: one half of it, places as shares t of its length.
+"""Interface of the step search to a pin or bushing: one half of it, positions as fractions t of its length.
 
-u stands for the material of a section (the pin's u, the bushing's y); the mass is the integral of u over t.
+u is the material of a section (the pin's u, the bushing's y); the mass is the integral of u over t.
 """
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Law:
-    """How u holds: kappa (-1: the pin's bore inside a given outside; 0, 1: ``solvers.pin.section.tube``), and Cowper's
-    constants."""
+    """Flexibility law of u: kappa (-1: pin bore in a given outer diameter; 0, 1: ``solvers.pin.section.tube``), and
+    Cowper's constants."""
 
     kappa: float
     a: float
@@ -32,8 +32,10 @@ class Law:
 
 @dataclass(frozen=True)
 class Walls:
-    """u of every step, rising, for given break points; the mass; the deflection limit's multiplier, per relative
-    deflection (0: it is no limit, inf: only the solid section keeps it)."""
+    """The walls for given break points: u of every step, non-decreasing, the mass, and the deflection's multiplier.
+
+    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    """
 
     levels: Array
     volume: float
@@ -41,30 +43,27 @@ class Walls:
 
 
 class Bar(Protocol):
-    """Half a bar.
-
-    edges   shares at which something has a kink, 0 and 1 among them
-    """
+    """Half a bar; ``edges`` are the fractions with kinks, including 0 and 1."""
 
     law: Law
     edges: Array
 
     def least(self, t: Array) -> Array:
-        """The greatest least u from the end up to places that rise."""
+        """Return the running maximum of the lower bound of u from the end to increasing positions."""
 
     def sums(self) -> Sums | None:
-        """The deflection's two coefficients; None without a limit."""
+        """Return the cumulative deflection coefficients; None without a limit."""
 
     def weigh(self, places: Array) -> Walls | None:
-        """The lightest walls for steps that end at these places, the last at 1; None where none is stiff enough."""
+        """Return the lightest walls for steps that end at these positions, the last at 1; None if none is stiff
+        enough."""
 
 
 @dataclass(frozen=True)
 class Sums:
-    """The deflection's coefficients, bending and shear over the limit, summed up from the end to any place.
+    """The deflection coefficients, bending and shear over the limit, integrated from the end to any position.
 
-    Given at the stations, they go on between them as the polynomials through the nodes of each panel: exact for
-    Macaulay's loads.
+    Between the stations they are the interpolating polynomials of each panel: exact for Macaulay loads.
     """
 
     stations: Stations
@@ -73,7 +72,7 @@ class Sums:
 
     @cached_property
     def _series(self) -> tuple[Array, Array, Array, Array]:
-        """Left ends and widths of the panels as shares; Legendre series of densities and of their integrals."""
+        """Left ends and widths of the panels as fractions; Legendre series of the densities and of their integrals."""
         s, legendre = self.stations, np.polynomial.legendre
         left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
         nodes = (s.x.reshape(-1, NODES)[0] - s.left[0]) / (s.right[0] - s.left[0]) * 2.0 - 1.0
@@ -90,18 +89,19 @@ class Sums:
         return panel, np.clip((t - left[panel]) / wide[panel], 0.0, 1.0) * 2.0 - 1.0
 
     def upto(self, t: Array) -> Array:
-        """Both sums up to places t, shape (2, n)."""
+        """Return both integrals up to positions t, shape (2, n)."""
         panel, at = self._at(t)
         return np.sum(self._series[3][:, panel] * np.polynomial.legendre.legvander(at, NODES), axis=2)
 
     def density(self, t: Array) -> Array:
-        """Both densities at places t, shape (2, n)."""
+        """Return both densities at positions t, shape (2, n)."""
         panel, at = self._at(t)
         return np.sum(self._series[2][:, panel] * np.polynomial.legendre.legvander(at, NODES - 1), axis=2)
 
 
 def kinks(cases: Sequence[LoadCase], length: float, reference: DeflectionReference) -> Array:
-    """Shares of the half where a load of either half begins or the deflection's reference lies; 0 and 1 as well."""
+    """Return the fractions of the half with a load boundary or deflection reference of either half, including 0 and
+    1."""
     places = np.array([*breakpoints(cases, length), reference.left, reference.right])
     shares = np.minimum(places, length - places) / (0.5 * length)
     return np.unique(np.clip(np.concatenate([[0.0, 1.0], shares]), 0.0, 1.0))

@@ -1,4 +1,4 @@
-"""Layers of cells in a row, one for every break point, and the cheapest ways through them."""
+"""Layers of cells, one per break point, and shortest paths through them."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ _OVERHEAD = 30_000
 
 @dataclass(frozen=True)
 class Chain:
-    """What steps cost from layer to layer, and the cheapest way to every end of every cell, with where it comes from.
+    """Step costs from layer to layer, and the cheapest path to every end of every cell with its predecessor.
 
-    The first and the last layer are one place each. ``work`` counts costs; a wall that had to be sought counts as ten,
-    and whatever else a chain asks for as some ten thousand.
+    The first and the last layer are single points. ``work`` counts cost evaluations: ten for one that requires a
+    minimisation, plus a fixed overhead per chain.
     """
 
     layers: list[Cells]
@@ -32,12 +32,12 @@ class Chain:
 
     @property
     def total(self) -> float:
-        """The cost of the cheapest path."""
+        """Cost of the cheapest path."""
         return float(self.ahead[-1][0, 0])
 
     @property
     def path(self) -> Array:
-        """The break points of the cheapest path, the last place among them."""
+        """Break points of the cheapest path, including the last position."""
         at, found = 0, []
         for layer, via in zip(reversed(self.layers[1:]), reversed(self.via), strict=True):
             i, e = divmod(at, 2)
@@ -46,7 +46,7 @@ class Chain:
         return np.array(found[::-1])
 
     def through(self) -> list[Array]:
-        """For every layer and every cell the cost of the cheapest path through it."""
+        """Return for every layer and cell the cost of the cheapest path through it."""
         rest = [np.array([[0.0, np.inf]])]
         for cost in reversed(self.costs):
             before = np.empty((cost.shape[0], 2))
@@ -56,7 +56,7 @@ class Chain:
 
 
 def chained(layers: list[Cells], multiplier: float, law: Law) -> Chain:
-    """The chain through the layers for one multiplier of the deflection; layers that are one object share work."""
+    """Return the chain through the layers for one deflection multiplier; identical layer objects share their costs."""
     known: dict[tuple[int, int], Array] = {}
     found, ahead, via, work = [], [np.array([[0.0, np.inf]])], [], _OVERHEAD
     for before, after in pairwise(layers):

@@ -1,4 +1,4 @@
-"""What every part of the search stands on: the bar, prices of its length, and the multipliers around its limit."""
+"""Common basis of the step search: the bar, the price of length, and bracketing of the multiplier."""
 
 from __future__ import annotations
 
@@ -17,16 +17,19 @@ from solvers.pin.shapes.break_points.chain import Chain, chained
 Array = NDArray[np.float64]
 
 APART = 1e-12
-"""Places of the bar, 0 to 1, that are nearer to one another are one."""
-_TRIALS = 60
-_CLOSE = 1e-4
-_LOOKS = 8
+"""Distance below which two positions of the bar, 0 to 1, are identical."""
+_MAX_TRIALS = 60
+_MULTIPLIER_TOLERANCE = 1e-4
+_SAMPLES_PER_EDGE = 8
 
 
 @dataclass(frozen=True)
 class Around:
-    """The cheapest paths for multipliers just below and just above the one at which their deflection passes the limit,
-    the multiplier, the Lagrangian's greatest least value seen, all paths seen on the way, and the chains' work."""
+    """The cheapest paths just below and just above the critical multiplier, at which their deflection passes the
+    limit.
+
+    With the multiplier, the greatest minimum of the Lagrangian, all paths evaluated, and the chains' work.
+    """
 
     multiplier: float
     value: float
@@ -38,7 +41,10 @@ class Around:
 
 @dataclass(frozen=True)
 class Ground:
-    """``sums`` is None where no deflection limit counts; prices of order stand at the ``edges``."""
+    """A bar with its deflection integrals; ``sums`` is None without a binding deflection limit.
+
+    Order prices are defined at the ``edges``.
+    """
 
     bar: Bar
     sums: Sums | None
@@ -46,34 +52,34 @@ class Ground:
 
     @cached_property
     def ends(self) -> tuple[Cells, Cells]:
-        """The end and the middle of the bar."""
+        """The end and the middle of the bar as cells of zero width."""
         return points(self.bar, np.zeros(1), self.sums), points(self.bar, np.ones(1), self.sums)
 
     def chain(self, layers: list[Cells], price: Array, multiplier: float) -> Chain:
-        """The layers between the bar's two ends."""
+        """Return the chain of these layers between the bar's two ends."""
         if price.any():
             priced = {id(layer): layer.priced(self.edges, price) for layer in layers}
             layers = [priced[id(layer)] for layer in layers]
         return chained([self.ends[0], *layers, self.ends[1]], multiplier, self.bar.law)
 
     def walls(self, places: Array) -> Walls | None:
-        """The lightest walls for these break points; None where none is stiff enough."""
+        """Return the lightest walls for these break points; None if none is stiff enough."""
         if self.sums is not None:
             return self.bar.weigh(places)
         levels = self.bar.least(places)
         return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
 
     def at(self, layers: list[Cells], price: Array, multiplier: float) -> Around:
-        """The cheapest path for one multiplier."""
+        """Return the cheapest path for one multiplier."""
         chain = self.chain(layers, price, multiplier)
         path = chain.path
         return Around(multiplier, chain.total - multiplier, path, path, [path], chain.work)
 
     def around(self, layers: list[Cells], price: Array, start: float, spread: float) -> Around:
-        """Bisection on the multiplier, from ``start`` on in steps that grow from ``spread`` on."""
+        """Bisect on the multiplier, from ``start`` in steps that grow from ``spread``."""
         low, high, multiplier, value, seen, work = 0.0, math.inf, start, -math.inf, [], 0
         soft = stiff = np.zeros(0)
-        for _ in range(_TRIALS):
+        for _ in range(_MAX_TRIALS):
             chain = self.chain(layers, price, multiplier)
             path = chain.path
             seen.append(path)
@@ -83,7 +89,7 @@ class Ground:
                 low, soft = multiplier, path
             else:
                 high, stiff = multiplier, path
-            if high < math.inf and high - low <= _CLOSE * high:
+            if high < math.inf and high - low <= _MULTIPLIER_TOLERANCE * high:
                 break
             if low > 0.0 and high < math.inf:
                 multiplier = math.sqrt(low * high)
@@ -93,7 +99,7 @@ class Ground:
         return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen, work)
 
     def _deflection(self, path: Array, multiplier: float) -> float:
-        """Deflection over the limit of the walls that cost least with these break points, whatever their order."""
+        """Return the relative deflection of the cheapest walls with these break points, regardless of their order."""
         law, total = self.bar.law, 0.0
         sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
         for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
@@ -104,10 +110,10 @@ class Ground:
         return total
 
     def price_of_order(self, places: Array, walls: Walls) -> Array:
-        """m at the edges: within each of these steps, what keeps it from falling apart into steps that fall.
+        """Return the order price m at the edges, which keeps a step from splitting into decreasing steps.
 
-        -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall the
-        deflection rules; where that is negative, the step would rather rise, and m is 0.
+        -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall is
+        governed by the deflection; where that is negative, the step would rather increase, and m is 0.
         """
         price, law = np.zeros_like(self.edges), self.bar.law
         if not 0.0 < walls.multiplier < math.inf:
@@ -127,15 +133,16 @@ class Ground:
 
 
 def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
-    """Edges at least every ``count``-th of the bar, and where it has kinks."""
+    """Return the common basis with edges at the bar's kinks and at most 1/``count`` apart."""
     edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
-    edges = np.union1d(edges, _ends_of_plateaus(bar, edges))
+    edges = np.union1d(edges, _plateau_ends(bar, edges))
     return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
 
 
-def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:
-    """Where the least u ceases to rise and where it takes off again: f has kinks there, and breaks like the latter."""
-    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _LOOKS + 1))
+def _plateau_ends(bar: Bar, edges: Array) -> list[float]:
+    """Return where the lower bound of u stops and resumes increasing: f has kinks there, and breaks favour the
+    latter."""
+    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
     level = bar.least(t)
     flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
     begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
@@ -143,14 +150,14 @@ def _ends_of_plateaus(bar: Bar, edges: Array) -> list[float]:
     for begin, end in zip(begins, ends, strict=True):
         top = level[begin]
         if begin:
-            found.append(_reached(bar, t[begin - 1], t[begin], top, 1.0))
+            found.append(_crossing(bar, t[begin - 1], t[begin], top, 1.0))
         if end + 1 < t.size:
-            found.append(_reached(bar, t[end], t[end + 1], top, 1.0 + 1e-14))
+            found.append(_crossing(bar, t[end], t[end + 1], top, 1.0 + 1e-14))
     return found
 
 
-def _reached(bar: Bar, low: float, high: float, top: float, times: float) -> float:
-    """Where f becomes that many times ``top``."""
+def _crossing(bar: Bar, low: float, high: float, top: float, times: float) -> float:
+    """Return where f reaches ``times`` ``top``."""
     while high - low > 1e-15:
         grid = np.linspace(low, high, 65)
         first = int(np.argmax(bar.least(grid) >= top * times))

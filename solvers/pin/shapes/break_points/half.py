@@ -1,4 +1,4 @@
-"""One half of a discretised pin or bushing, as the search for steps sees it."""
+"""One half of a discretised pin or bushing as the ``Bar`` of the step search."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Half:
-    """The half that must meet the demands of both, solid behind the place ``solid_from`` [m]."""
+    """The half that satisfies the constraints of both halves, solid beyond the position ``solid_from`` [m]."""
 
     program: Program
     solid_from: float = math.inf
 
     @cached_property
     def law(self) -> Law:
-        """How its sections hold."""
+        """Flexibility law of the sections."""
         law = self.program.law
         return Law(self.program.sought.kappa, law.a, law.b)
 
     def _least_at(self, x: Array) -> Array:
-        """The least u at places x [m] of the first half, the other half's demands included."""
+        """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
         p = self.program
         least = p.sought.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
         return np.where(x > self.solid_from, 1.0, least)
@@ -44,12 +44,12 @@ class Half:
 
     @property
     def middle(self) -> float:
-        """Where the half ends [m]."""
+        """Position of the middle [m]."""
         return 0.5 * self.program.scene.geometry.length
 
     @cached_property
     def edges(self) -> Array:
-        """Shares at which something has a kink, 0 and 1 among them."""
+        """Fractions with kinks, including 0 and 1."""
         scene = self.program.scene
         return kinks(scene.cases, scene.geometry.length, scene.reference)
 
@@ -65,17 +65,17 @@ class Half:
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
 
     def least(self, t: Array) -> Array:
-        """The greatest least u from the end up to places that rise."""
+        """Return the running maximum of the lower bound of u from the end to increasing positions."""
         x = t * self.middle
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
         return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
 
     def sums(self) -> Sums | None:
-        """The deflection's two coefficients; None without a limit."""
+        """Return the cumulative deflection coefficients; None without a limit."""
         return self._sums
 
     def weigh(self, places: Array) -> Walls | None:
-        """The lightest walls of steps that end at these places."""
+        """Return the lightest walls of steps that end at these positions."""
         share = np.diff(places, prepend=0.0)
         sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
@@ -93,14 +93,14 @@ class Half:
 
 
 def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:
-    """The corners of steps of these sizes that end at these places of the half, over the whole length."""
+    """Return the vertices of steps of these sizes, with ends at positions of the half, over the whole length."""
     begins = np.concatenate([[0.0], places[:-1]])
     half = [(float(x), float(d)) for b, e, d in zip(begins, places, sizes, strict=True) for x in (b, e)]
     return (*half, *((length - x, d) for x, d in reversed(half)))
 
 
 def at_stations(program: Program, places: Array, walls: Array) -> Array:
-    """u at a program's stations; a panel belongs to the step that holds its middle."""
+    """Return u at a program's stations; a panel belongs to the step that contains its midpoint."""
     length, s = program.scene.geometry.length, program.stations
     centre = 0.5 * (s.left + s.right)
     step = np.searchsorted(places[:-1], np.minimum(centre, length - centre), side="right")

@@ -1,24 +1,24 @@
-"""The cheapest steps through cells of break points, by dynamic programming, for one multiplier of the deflection.
+"""Cheapest steps through cells of break points by dynamic programming, for one deflection multiplier.
 
-A step from t0 to t1 costs, with Y the price of length, B and S the deflection's coefficients summed up,
+A step from t0 to t1 costs, with Y the price of length, B and S the cumulative deflection coefficients,
 
     psi(t0, t1) = min over u >= f(t1) of u (Y(t1) - Y(t0)) + lambda ((B(t1) - B(t0)) beta(u) + (S(t1) - S(t0)) phi(u)).
 
-With Y, B and S straight in both cells and without f, psi is a minimum of functions that are linear in each of t0 and
-t1: concave, so that it is least at the cells' ends. B and S are replaced by straight lines below them, the same for
-the steps on both sides of a break point: with B' for B, the sum over all steps changes by
+If Y, B and S are linear in both cells and f is ignored, psi is a minimum of functions that are linear in each of t0
+and t1: concave, so its minimum is at the cells' ends. B and S are replaced by linear lower bounds, the same for the
+steps on both sides of a break point: with B' for B, the sum over all steps changes by
 
     lambda sum (B'(t_k) - B(t_k)) (beta(u_k) - beta(u_{k+1})) <= 0
 
-where u rises, and by little where neighbouring walls differ little. f is replaced by a straight line L below it: for
-u that rises with L, psi bends upward in t1 by no more than
+where u increases, and by little where neighbouring walls differ little. f is replaced by a linear lower bound L: for
+u that increases with L, the curvature of psi in t1 is at most
 
     k = 2 L' Y' + lambda L'^2 (B beta'' + S phi''),
 
-so that nowhere in the cell it lies more than k h^2/8 below what its ends say (beta'' and phi'' fall with u, so those of
-the least L hold). Where no wall at the ends lies on L, nor has jumped to the solid section, L is no bound and this is
-nothing. So dynamic programming over the ends of cells, these losses taken off, bounds all break
-points in the cells.
+so that in the cell psi is at most k h^2/8 below its end values (beta'' and phi'' decrease with u, so those of the
+minimum of L apply). If no wall at the ends lies on L or has jumped to the solid section, L is not binding and the
+loss is zero. Dynamic programming over the ends of cells, minus these losses, therefore bounds all break points in
+the cells.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ Indices = NDArray[np.int64]
 
 AT, FLOOR, PRICE, BENT, SHEARED = 0, 2, 4, 6, 8
 ROWS = 10
-"""Rows of a table of cells: place, L, Y, and the lines below B and S, at both ends of every cell."""
+"""Rows of a cell table: position, L, Y, and the lower bounds of B and S, at both ends of every cell."""
 
 
 @kernel
@@ -42,9 +42,9 @@ def _loss(
     lam: float, j: int, after: Array, fixed: bool, bend: float, shear: float,
     kappa: float, a: float, b: float,
 ) -> float:  # fmt: skip
-    """What psi may lie below its values at the ends of two cells, the second being j; inf: too much to be told.
+    """Return by how much psi may be below its values at the ends of two cells, the second being j; inf: unbounded.
 
-    ``fixed`` says whether any wall at the ends lies on L, ``bend`` and ``shear`` are the greatest coefficients.
+    ``fixed``: some wall at the ends lies on L; ``bend`` and ``shear`` are the maximum coefficients.
     """
     low, rise = after[FLOOR, j], after[FLOOR + 1, j] - after[FLOOR, j]
     loss = 0.25 * rise * max(after[PRICE + 1, j] - after[PRICE, j], 0.0) if fixed else 0.0
@@ -60,9 +60,9 @@ def _loss(
 def costs(
     lam: float, before: Array, after: Array, kappa: float, a: float, b: float, out: Array
 ) -> int:  # fmt: skip
-    """out[i, j, e, f]: cost of a step from end e of cell i to end f of cell j, less what it may lie below elsewhere.
+    """out[i, j, e, f]: cost of a step from end e of cell i to end f of cell j, minus its loss inside the cells.
 
-    Cells without width have one end only. Returns how many walls had to be sought.
+    Cells of zero width have one end only. Returns the number of walls that required a minimisation.
     """
     sought = 0
     n, m = before.shape[1], after.shape[1]
@@ -73,7 +73,7 @@ def costs(
             for e in range(2):
                 for f in range(2):
                     out[i, j, e, f] = np.inf
-            # Two breaks at one place are in one cell: to the next and back again would gain what their lines differ.
+            # Coincident breaks share a cell: going back and forth would gain the difference of the cells' lines.
             if before[AT, i] > after[AT, j]:
                 continue
             tips = 2 if after[AT + 1, j] > after[AT, j] else 1
@@ -91,7 +91,7 @@ def costs(
                     floor = after[FLOOR + f, j]
                     sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
                     u = place(lam, width, bend, shear, floor, u, kappa, a, b)
-                    # A solid step may be so only because the floor lies above a thinner one that costs less.
+                    # A step may be solid only because the floor excludes a thinner, cheaper one.
                     fixed = fixed or u <= floor or (kappa < 0.0 and u >= 1.0)
                     bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
                     cost = u * width if u < np.inf else 0.0
@@ -99,7 +99,8 @@ def costs(
                         beta, sheared = flexibilities(max(u, 1e-300), kappa, a, b)
                         cost += lam * (bend * beta + shear * sheared)
                     if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
-                        # Lines of two cells may fall from one to the next: a gain, greatest for the thinnest wall.
+                        # Lines of adjacent cells may decrease from one to the next: a gain, greatest for the
+                        # thinnest wall.
                         if least <= 0.0:
                             cost = -np.inf
                         else:
@@ -117,7 +118,7 @@ def costs(
                         if loss < np.inf:
                             out[i, j, e, f] -= loss
                         else:
-                            # Nothing but the least wall, and that at the thin end, is sure.
+                            # Only the lower bound of the wall, at the thin end, is certain.
                             width = after[PRICE + f, j] - before[PRICE + e, i]
                             out[i, j, e, f] = after[FLOOR, j] * max(width, 0.0)
     return sought
@@ -125,7 +126,7 @@ def costs(
 
 @kernel
 def forward(cost: Array, best0: Array, best1: Array, via: Indices) -> None:
-    """best1[j, f] = min over i, e of best0[i, e] + cost[i, j, e, f], and 2 i + e of the least into via."""
+    """best1[j, f] = min over i, e of best0[i, e] + cost[i, j, e, f], with 2 i + e of the minimiser in ``via``."""
     for j in range(cost.shape[1]):
         for f in range(2):
             least, at = np.inf, -1

@@ -1,18 +1,17 @@
-"""The lightest steps and a lower bound over all break points, closing in on each other.
+"""Branch and bound for the lightest steps over all break points.
 
-Without a deflection limit, or with its multiplier, the mass is a sum over neighbouring break points, so dynamic
+Without a deflection limit, or for a fixed multiplier, the mass is a sum over neighbouring break points, so dynamic
 programming through cells (``solvers.pin.shapes.break_points.paths``) bounds all choices of break points, and through
-the cells' ends finds good ones. Cells through which no path beats the best are gone for good; the others are cut in
-four. What the bound loses falls with the square of the cells' width, so a few cells around the best are all that is
-ever left.
+the cells' ends yields incumbents. Cells through which no path beats the incumbent are pruned; the others are cut in
+four. The excess of the bound decreases with the square of the cells' width, so few cells around the optimum remain.
 
-For every multiplier lambda >= 0 the bound holds; the one that the best steps found have is as good as any where the
-Lagrangian's least value is theirs. Where it is not (a duality gap), the cheapest paths for a multiplier a little less
-and a little more differ: one is too soft, the other too stiff. The cells of the break point on which they differ most
-are parted between them, and both parts go on with multipliers of their own, the one that promises more first.
+The bound holds for every multiplier lambda >= 0; the incumbent's multiplier is optimal if the Lagrangian's minimum
+is attained by the incumbent. Otherwise (a duality gap) the cheapest paths for a slightly smaller and a slightly
+greater multiplier differ: one is too soft, the other too stiff. The cells of the break point on which they differ
+most are branched between them, and both parts continue with their own multipliers, lowest bound first.
 
-Steps that would like to fall toward the middle pay for it: with m >= 0 along the bar, 0 at both ends, the bound adds
-sum u_k (m(t_k) - m(t_{k-1})), which is not positive where u rises.
+Steps that would decrease toward the middle are priced: with m >= 0 along the bar, 0 at both ends, the bound adds
+sum u_k (m(t_k) - m(t_{k-1})), which is not positive where u increases.
 """
 
 from __future__ import annotations
@@ -33,32 +32,32 @@ from solvers.pin.shapes.break_points.paths import AT
 Array = NDArray[np.float64]
 
 GAP = 9e-8
-"""How close bound and best come, relative, whatever the accuracy asked of the mass itself."""
-_FIRST, _COARSER, _FEWEST = {False: 192, True: 96}, 0.25, 24
-"""Cells of the first round, without and with a deflection limit, which makes every pair of cells dearer; of a gap wider
-than ``GAP`` fewer by this power of their ratio, but so many."""
+"""Relative gap at convergence, regardless of the accuracy requested for the mass itself."""
+_INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 96}, 0.25, 24
+"""Initial cells, without and with a deflection limit, which makes every pair of cells more expensive; exponent of
+the reduction for a gap wider than ``GAP``, and the minimum."""
 _MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
-"""Of cells of neighbouring break points: what one round may cost."""
+"""Maximum pairs of cells of neighbouring break points per round."""
 _MOST_WORK = 100_000_000
-"""Costs of steps from cell to cell, a wall that must be sought counted as ten: some seconds."""
-_WEIGHING = 100_000
-"""What finding the walls of one path counts as."""
-_FIRST_LOOKS, _MOST_LOOKS = 32, 4096
-_CLOSER = 8.0
-"""How much closer than in the last round f is looked at, at most."""
-_TRIES = 4
-_AROUND = np.linspace(-1.0, 1.0, 9)
-_NO_GAP = 1e-6
-_SETTLED = 1e-2
-"""Break points settle to this share of the gap's root, in halves; the mass, flat around them, to its square."""
+"""Maximum work in cost evaluations, ten for one that requires a minimisation: a few seconds."""
+_WEIGHING_WORK = 100_000
+"""Work counted for the walls of one path."""
+_INITIAL_SAMPLES, _MAX_SAMPLES = 32, 4096
+_MAX_DENSITY_INCREASE = 8.0
+"""Maximum increase of the sampling density of f per round."""
+_INITIAL_ITERATIONS = 4
+_POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
+_DUALITY_GAP_TOLERANCE = 1e-6
+_BREAK_POINT_TOLERANCE = 1e-2
+"""Break point tolerance as a fraction of the gap's square root; the mass, stationary there, converges to its square."""
 _ROUNDING = 1e-12
-"""What rounding may do to a bound, relative."""
+"""Relative rounding error of a bound."""
 
 
 @dataclass(frozen=True)
 class Steps:
-    """The steps found: their inner ends as shares of the half, their walls, a lower bound over all such steps, and how
-    many parts of the break points were looked at, and the work that took."""
+    """The incumbent: step ends as fractions of the half, walls, lower bound over all such steps, parts and work
+    examined."""
 
     places: Array
     walls: Walls
@@ -68,21 +67,23 @@ class Steps:
 
     @property
     def method(self) -> str:
-        """How the bound was found."""
+        """Description of the bounding method."""
         plain = "dynamic programming through cells of the break points, cut until bound and best meet"
         return plain + ("; Lagrangian dual of the deflection limit" if self.walls.multiplier > 0.0 else "")
 
     @property
     def evidence(self) -> dict[str, float | int | str]:
-        """What the search looked at."""
+        """Statistics of the search."""
         at = self.walls.multiplier
         multiplier = at if math.isfinite(at) else "unbounded: only the solid span"
         return {"steps": self.places.size, "parts": self.parts, "work": self.work, "multiplier": multiplier}
 
 
 def lightest_steps(bar: Bar, steps: int, known: float = 0.0, gap: float = GAP) -> Steps | None:
-    """The lightest steps, their bound within ``gap`` unless that takes too long; None where the deflection limit
-    cannot be kept. ``known`` is a bound known before."""
+    """Find the lightest steps, with their bound within ``gap`` unless the work limit is reached; None if infeasible.
+
+    ``known`` is a lower bound from elsewhere.
+    """
     limited = bar.sums()
     if limited is not None:
         first = bar.weigh(_Search(bar, steps, None, 1.0).close(0.0).places)
@@ -98,8 +99,11 @@ def lightest_steps(bar: Bar, steps: int, known: float = 0.0, gap: float = GAP) -
 
 @dataclass(frozen=True)
 class _Part:
-    """Cells of every break point; how closely f was looked at; where the multiplier is sought, and in what steps at
-    first; the price of order; whether the best steps lie here and their multiplier will do."""
+    """A node of the search tree.
+
+    Cells of every break point, sampling density of f, initial multiplier and its bracketing step, price of order;
+    ``settled`` if the incumbent lies here and its multiplier is kept.
+    """
 
     layers: list[Cells]
     looks: int
@@ -114,21 +118,23 @@ class _Part:
 
 
 class _Search:
-    """One search for steps and a bound within ``gap``. ``places`` and ``walls`` are the best so far."""
+    """One search for steps and a bound within ``gap``; ``places`` and ``walls`` are the incumbent."""
 
     def __init__(self, bar: Bar, steps: int, sums: Sums | None, gap: float) -> None:
         self.bar, self.steps, self.limited = bar, steps, sums is not None
         self.gap = gap
-        first = max(_FIRST[self.limited] * min(GAP / gap, 1.0) ** _COARSER, _FEWEST)
+        first = max(_INITIAL_CELLS[self.limited] * min(GAP / gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
         self.ground: Ground = ground(bar, sums, math.ceil(first))
         self.places, self.walls = np.zeros(0), None
         self.work = 0
 
     def close(self, known: float) -> Steps | None:
-        """Bounding, cutting and parting, the part that promises most first."""
+        """Bound, refine and branch, lowest bound first."""
         edges = self.ground.edges
-        first = _worth(cells(self.bar, edges[:-1], np.diff(edges), _FIRST_LOOKS, self.ground.sums))
-        whole = _Part([first] * (self.steps - 1), _FIRST_LOOKS, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges))
+        first = _undominated(cells(self.bar, edges[:-1], np.diff(edges), _INITIAL_SAMPLES, self.ground.sums))
+        whole = _Part(
+            [first] * (self.steps - 1), _INITIAL_SAMPLES, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges)
+        )
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
@@ -143,7 +149,7 @@ class _Search:
                 break
             bound, keep = self._bounded(part, bound)
             if self._gap_is_most(around, bound) and part.settled:
-                # The best steps' own multiplier is not what bounds this part best.
+                # The incumbent's multiplier does not give this part's best bound.
                 around, part = self._improve(replace(part, settled=False))
                 bound, keep = self._bounded(part, bound)
             volume = self.walls.volume
@@ -156,17 +162,17 @@ class _Search:
                 done = min(done, bound)
             for smaller in divided:
                 if not all(layer.t.size for layer in smaller.layers):
-                    # All that is left of a break is no better than breaks elsewhere, which have bounds of their own.
+                    # The remaining cells of a break are dominated by breaks elsewhere, which have their own bounds.
                     continue
                 count += 1
                 width = min(width, smaller.width)
                 heapq.heappush(queue, (bound, count, smaller))
-        self._settle(width, _SETTLED * math.sqrt(self.gap))
+        self._settle(width, _BREAK_POINT_TOLERANCE * math.sqrt(self.gap))
         bound = min([done, self.walls.volume, *(entry[0] for entry in queue)])
         return Steps(self.places, self.walls, bound, count + 1, self.work)
 
     def _bounded(self, part: _Part, bound: float) -> tuple[float, list[NDArray[np.bool_]]]:
-        """The part's bound, and which of its cells may hold anything better than the best."""
+        """Return the part's bound, and which of its cells may contain an improvement of the incumbent."""
         chain = self.ground.chain(part.layers, part.price, part.multiplier)
         self.work += chain.work
         most = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
@@ -174,17 +180,19 @@ class _Search:
         return max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING)), keep
 
     def _gap_is_most(self, around: Around, bound: float) -> bool:
-        """Whether what the bound lacks is mostly a duality gap, which no smaller cells close."""
+        """Return whether the remaining gap is mostly a duality gap, which refinement cannot close."""
         volume = self.walls.volume
         missing = volume - around.value
         return self.limited and missing > self.gap * volume and missing > 0.5 * (volume - bound)
 
     def _improve(self, part: _Part) -> tuple[Around, _Part]:
-        """Paths among the cells' ends, the best of them kept, and the part with what they tell of its multiplier and
-        its price of order: at first again for as long as that price changes."""
+        """Update the incumbent from paths through the cells' ends, and the part's multiplier and price of order.
+
+        On the first call repeated while that price changes.
+        """
         own = {id(layer): points(self.bar, np.unique(layer.table[:2]), self.ground.sums) for layer in part.layers}
         ends = [own[id(layer)] for layer in part.layers]
-        for _ in range(_TRIES if self.walls is None else 1):
+        for _ in range(_INITIAL_ITERATIONS if self.walls is None else 1):
             if part.settled or not self.limited:
                 around = self.ground.at(ends, part.price, part.multiplier)
             else:
@@ -192,7 +200,7 @@ class _Search:
             self.work += around.work
             here = None
             for places in {tuple(path): path for path in around.seen[-6:]}.values():
-                self.work += _WEIGHING
+                self.work += _WEIGHING_WORK
                 walls = self.ground.walls(places)
                 if walls is not None and (here is None or walls.volume < here[1].volume):
                     here = places, walls
@@ -203,8 +211,8 @@ class _Search:
                 self.places, self.walls = here
             price = self.ground.price_of_order(*here)
             changed = not np.array_equal(price, part.price)
-            # The best steps' own multiplier, which is exact, says little across a duality gap (or is it their order?).
-            apart = self.walls.volume - around.value > _NO_GAP * self.walls.volume and not price.any()
+            # The incumbent's multiplier is exact but weak across a duality gap (or is the gap due to the order?).
+            apart = self.walls.volume - around.value > _DUALITY_GAP_TOLERANCE * self.walls.volume and not price.any()
             own = part.settled or (best and not apart)
             multiplier = self.walls.multiplier if own else around.multiplier
             part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=own)
@@ -213,8 +221,7 @@ class _Search:
         return around, part
 
     def _divided(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around, bound: float) -> list[_Part]:
-        """The part without the cells that are gone: its cells cut, or itself parted where a duality gap is the most of
-        what is left."""
+        """Return the part without its pruned cells, refined, or branched where a duality gap dominates."""
         volume = self.walls.volume
         if self._gap_is_most(around, bound):
             parted = self._parted(part, keep, around)
@@ -223,17 +230,17 @@ class _Search:
         counts = [CUT * int(k.sum()) for k in keep]
         if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
             return self._parted(part, keep, around) if self.limited else []
-        # What the looks miss falls with their distance, and is most of what is left.
-        closer = min(1.3 * (volume - bound) / (self.gap * volume), _CLOSER)
-        looks = min(max(math.ceil(part.looks * closer / CUT), _FIRST_LOOKS // 2), _MOST_LOOKS)
+        # The sampling error of f decreases with the sample distance and dominates the remaining gap.
+        closer = min(1.3 * (volume - bound) / (self.gap * volume), _MAX_DENSITY_INCREASE)
+        looks = min(max(math.ceil(part.looks * closer / CUT), _INITIAL_SAMPLES // 2), _MAX_SAMPLES)
         layers = [
-            _worth(finer(self.bar, layer, k, looks, self.ground.sums))
+            _undominated(finer(self.bar, layer, k, looks, self.ground.sums))
             for layer, k in zip(part.layers, keep, strict=True)
         ]
         return [replace(part, layers=layers, looks=looks)]
 
     def _parted(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around) -> list[_Part]:
-        """The part's two halves: between the soft and the stiff path's break points, or of its longest stretch."""
+        """Split the part in two: between the soft and the stiff path's break points, or at its longest stretch."""
         layers = [layer.taken(k) for layer, k in zip(part.layers, keep, strict=True)]
         apart = np.abs(around.soft - around.stiff)[:-1]
         at = int(np.argmax(apart))
@@ -248,10 +255,10 @@ class _Search:
         return [replace(part, layers=half, spread=1.5, settled=False) for half in halves]
 
     def _settle(self, reach: float, least: float) -> None:
-        """Moves the break points, all together, to where they cost least: on grids around them that narrow."""
+        """Polish all break points jointly on successively narrower grids."""
         price = self.ground.price_of_order(self.places, self.walls)
         while reach > least and math.isfinite(self.walls.multiplier):
-            grids = [np.unique(np.clip(t + reach * _AROUND, 0.0, 1.0)) for t in self.places[:-1]]
+            grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
             layers = [points(self.bar, grid, self.ground.sums) for grid in grids]
             moved = self.ground.chain(layers, price, self.walls.multiplier).path
             walls = self.ground.walls(moved)
@@ -260,7 +267,7 @@ class _Search:
             reach *= 0.25
 
 
-def _worth(layer: Cells) -> Cells:
-    """Without the cells in which a break is no better than at the next place where f rises again or the deflection
-    begins, or at 1: the step before it is the thinner one, and reaches that far with the same wall."""
+def _undominated(layer: Cells) -> Cells:
+    """Remove the cells in which a break is dominated by the next position where f or the deflection increases, or by
+    1: the step before it is the thinner one and extends that far with the same wall."""
     return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0 - APART))

@@ -1,1 +1,1 @@
-"""What is told of an optimum: sensitivities, or why there is none."""
+"""Description of an optimum: certificate, sensitivities, or the diagnosis of infeasibility."""

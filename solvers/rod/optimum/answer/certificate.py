@@ -1,8 +1,9 @@
-"""What is known of an answer: proven for the core, bounded for the full model, and local on the full model.
+"""Certificate of an answer: proof for the core, bound for the full model, local optimality on the full model.
 
-The core's optimum is proven by branch and bound. A strip that the full model admits is admitted by the core with every
-limit let out by what the effects beyond the core change at most, so the core's bound under such limits, less the same
-change of the objective, bounds the full model. It rests on the effects' influence at the strips where it is read.
+The core's optimum is proven by branch and bound. A strip admissible on the full model is admissible on the core with
+every limit relaxed by the bound of the effects beyond the core, so the core's lower bound under relaxed limits, reduced
+by the same change of the objective, bounds the full model. It relies on the influence of the effects at the strips
+where it is evaluated.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from solvers.rod.scene import Dimensions
 CORE_METHOD = "branch and bound over (ln tau, ln l)"
 FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of its core"
 _PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy"
-_WIDEST = 0.9
-"""An influence beyond which nothing is said."""
+_MAX_INFLUENCE = 0.9
+"""Influence above which no bound is given."""
 _GAP, _READINGS = 3e-3, 3
 
 Evidence = dict[str, float | int | str]
@@ -31,18 +32,18 @@ Influence = Callable[[Dimensions], float]
 
 
 def owed(shifts: Mapping[int, float], active: tuple[ActiveConstraint, ...]) -> float:
-    """What limits that had to be shifted cost, in ln objective, by the multipliers."""
+    """Cost of shifted limits in ln objective, by the multipliers."""
     return sum(abs(a.sensitivity * shifts.get(BY_NAME[a.name].row, 0.0)) for a in active if a.name in BY_NAME)
 
 
 def core_certificate(objective: Objective, value: float | None, proof: Proof, gap: float) -> Certificate:
-    """The proof of an answer that has no other physics than the core's; ``gap`` in ln objective."""
+    """Certificate of an answer within the core's physics; ``gap`` in ln objective."""
     bound = math.inf if value is None else value * math.exp(-objective.sign * gap)
     return Certificate(CORE_METHOD, bound, math.expm1(gap), _proof(proof))
 
 
 def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int, excess: float) -> Certificate | None:
-    """What is known where no strip was found: proven for the core, only searched on the full model."""
+    """Certificate without a strip: proven for the core, only searched on the full model."""
     if not beyond:
         if not math.isfinite(proof.log_bound):
             evidence: Evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
@@ -65,7 +66,7 @@ def full_certificate(
     objective: Objective, value: float | None, proof: Proof, widened: float | None, influence: float,
     beyond: tuple[str, ...], optimum: Optimum, density: float,
 ) -> Certificate:  # fmt: skip
-    """The three things known of an answer on the full model. ``widened`` is the bound of ln objective, or None."""
+    """Certificate of an answer on the full model. ``widened`` is the bound of ln objective, or None."""
     scale = density if objective.per_density else 1.0
 
     def shown(log_cost: float) -> float:
@@ -103,14 +104,14 @@ def full_certificate(
 def widened_bound(
     cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, answer: Dimensions, influence: Influence
 ) -> tuple[float | None, float]:
-    """A lower bound of ln objective on the full model, None if nothing can be said, and the influence it rests on.
+    """Lower bound of ln objective on the full model, None if there is none, and the influence on which it relies.
 
-    ``influence`` bounds, at a strip, what the effects beyond the core change of any result. It is read at the answer
-    and at the strips that the widened search ends at, and the greatest is taken.
+    ``influence`` bounds, at a strip, the relative change of any result by the effects beyond the core. The maximum over
+    the answer and the optima of the relaxed search is used.
     """
     greatest = influence(answer)
     for _ in range(_READINGS):
-        if not greatest < _WIDEST:
+        if not greatest < _MAX_INFLUENCE:
             return None, greatest
         width = -math.log1p(-greatest)
         wide = {row: limit + width for row, limit in limits.items()}

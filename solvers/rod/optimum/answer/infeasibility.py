@@ -1,8 +1,8 @@
-"""Why there is no strip: what each requirement could be alone, and which of them exclude each other.
+"""Diagnosis of infeasibility: the attainable value of each requirement alone, and conflicting requirements.
 
-The best value of a result is the optimum of a design problem of its own, found and proven like any other. The yield
-safety is a fatigue safety on another Haigh diagram, that of the greatest stress; held against the true one, its best
-value is bisected.
+The best value of a result is the optimum of a separate design problem, found and proven like any other. The yield
+safety is a fatigue safety with another Haigh diagram, that of the maximum stress; combined with a fatigue requirement,
+its best value is found by bisection.
 """
 
 from __future__ import annotations
@@ -33,12 +33,12 @@ _STABILITY, _YIELD = BY_NAME["min_stability_safety"], BY_NAME["min_yield_safety"
 def diagnose(
     cycle: CoreCycle, limits: Limits, sizes: Sizes, asked: Requirements, scene: Scene
 ) -> tuple[Shortfall, ...]:
-    """One entry per requirement that cannot be met: alone if any cannot be met even alone, else beside the others.
+    """One entry per requirement that cannot be met: alone if any is infeasible by itself, otherwise with the others.
 
-    ``attainable`` is the best value with no other requirement, or, where each could be met alone, the best that all the
-    others leave, or, where the others exclude each other already, the least that one of its own opponents leaves.
-    ``limits`` are the requirements as the search's physics see them: where those are not the full model's, they differ
-    from what is asked by what the full model changes, and what is attainable is told with the same change.
+    ``attainable`` is the best value without other requirements; if each is feasible alone, the best value under all
+    others; if the others conflict among themselves, the worst under any single opponent.
+    ``limits`` are the requirements in terms of the search's physics: if these are not the full model's, they differ
+    from ``asked`` by the effects' change, and the attainable value is corrected by the same change.
     """
     return _Diagnosis(cycle, limits, sizes, asked, scene).entries()
 
@@ -82,7 +82,7 @@ class _Diagnosis:
         return tuple(found)
 
     def beside(self, r: Constraint, opponents: Sequence[Constraint]) -> float | None:
-        """The best that all the others leave, else the least that one opponent leaves."""
+        """The best value under all others, else the worst under a single opponent."""
         value = self.best(r, self.without(r))
         if value is not None:
             return value
@@ -91,7 +91,7 @@ class _Diagnosis:
         return (min(left) if r.least else max(left)) if left else None
 
     def best(self, r: Constraint, limits: Limits) -> float | None:
-        """The best value of the result that ``r`` limits, under ``limits``; None where they leave no strip."""
+        """The best value of the result limited by ``r`` under ``limits``; None if these are infeasible."""
         if r is not _YIELD:
             return self.optimum(self.cycle, OBJECTIVES[r.serves], limits)
         if rows.UTILISATION not in limits:
@@ -103,17 +103,17 @@ class _Diagnosis:
         return None if found is None else math.exp(objective.sign * found.log_cost)
 
     def strength_alone(self, limits: Limits) -> float | None:
-        """The greatest yield safety where fatigue is no matter, which leaves the Haigh diagram free for stress."""
+        """Maximum yield safety without a fatigue requirement, so that the Haigh diagram can represent stress."""
         greatest = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
         return self.optimum(replace(self.cycle, diagram=greatest), OBJECTIVES[_YIELD.serves], limits)
 
     def strength(self, limits: Limits) -> float | None:
-        """The greatest yield safety beside a fatigue safety, by bisection: it was the limit that nothing met."""
+        """Maximum yield safety under a fatigue requirement, by bisection; the required value is infeasible."""
         if not self.leaves_any(limits):
             return None
         alone = self.strength_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})
         low = self.limits[rows.STRESS]
-        # ln of the greatest stress that can be asked for: nothing below low, which was asked for in vain.
+        # ln of the stress limit: values below low are known to be infeasible.
         low = max(low, _YIELD.log_limit(alone, self.scene)) if alone is not None else low
         high = low + 1.0
         while not self.leaves_any({**limits, rows.STRESS: high}):
@@ -124,7 +124,7 @@ class _Diagnosis:
         return _YIELD.required_by(high, self.scene)
 
     def leaves_any(self, limits: Limits) -> bool:
-        """Whether a strip is found that meets the limits."""
+        """Whether a strip that meets the limits is found."""
         return self.optimum(self.cycle, OBJECTIVES["mass"], limits) is not None
 
     def alone(self, r: Constraint) -> Limits:
@@ -135,7 +135,7 @@ class _Diagnosis:
         return {**_NOTHING, **left}
 
     def stoutest(self) -> float:
-        """The stability safety of the strip that buckles last: as wide, thick and short as may be."""
+        """Stability safety of the strip that buckles last: maximum width and thickness, minimum length."""
         bounds = self.sizes.bounds
         d = Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
         size = self.sizes.around(d)
@@ -148,7 +148,7 @@ class _Diagnosis:
 
     def entry(self, r: Constraint, attainable: float | None, why: str) -> Shortfall:
         if attainable is not None:
-            # As the full model has it.
+            # Convert to the full model.
             changed = self.limits[r.row] - r.log_limit(getattr(self.asked, r.name), self.scene)
             attainable = r.required_by(r.log_limit(attainable, self.scene) - changed, self.scene)
         return Shortfall(r.name, getattr(self.asked, r.name), attainable, f"{why}; {r.advice}")

@@ -1,8 +1,8 @@
-"""What each active constraint is worth: the Karush-Kuhn-Tucker multipliers of the optimum.
+"""Sensitivities to the active constraints: the Karush-Kuhn-Tucker multipliers of the optimum.
 
-In logarithms the multiplier of a constraint is the sensitivity itself: ln objective moves by the multiplier for every
-unit by which ln limit moves. Multipliers >= 0 come from nonnegative least squares over everything that holds with
-equality (C. L. Lawson, R. J. Hanson, Solving Least Squares Problems, 1974).
+In logarithms a multiplier is the sensitivity itself: the change of ln objective per unit change of ln limit.
+Multipliers >= 0 are computed by nonnegative least squares over all equalities (C. L. Lawson, R. J. Hanson, Solving
+Least Squares Problems, 1974).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ class Stationarity:
     """First-order conditions at a strip.
 
     active     constraints with d ln objective/d ln bound
-    residual   the part of the objective's slope that no multiplier balances, shape (3,)
-    slope      the greatest slope of the objective, or 1
+    residual   the part of the objective's gradient not balanced by multipliers, shape (3,)
+    slope      the maximum component of the objective's gradient, or 1
     weights    those of the Lagrangian in all rows
-    tangent    orthonormal directions along everything that holds the strip, shape (directions, 3)
+    tangent    orthonormal basis of the directions tangent to all active constraints, shape (directions, 3)
     """
 
     active: tuple[ActiveConstraint, ...]
@@ -45,13 +45,13 @@ class Stationarity:
 
     @property
     def kkt_residual(self) -> float:
-        """The greatest unbalanced slope, relative to the objective's own."""
+        """Maximum unbalanced gradient component, relative to the objective's gradient."""
         return float(np.max(np.abs(self.residual))) / self.slope
 
 
 @dataclass
 class _Active:
-    """Rows and bounds that hold with equality: names, signs, gradients (b, h, l, share of the greatest), row or -1."""
+    """Active rows and bounds: names, signs, gradients (b, h, l, share of the maximum), row or -1."""
 
     names: list[str] = field(default_factory=list)
     signs: list[float] = field(default_factory=list)
@@ -69,10 +69,10 @@ def stationarity(
     values: Array, slopes: Array, layout: Layout, objective: Objective, limits: Limits, bounds: Bounds, sizes: Bounds,
     d: Dimensions, within: float = ACTIVE,
 ) -> Stationarity:  # fmt: skip
-    """The first-order conditions of the rows at a strip; a row within ``within`` of its limit is active.
+    """First-order conditions of the rows at a strip; a row within ``within`` of its limit is active.
 
-    ``sizes`` are the bounds narrowed to the sizes that are to be had: a dimension with freedom in ``bounds`` but none
-    there is named ``h_size`` and so on, its sensitivity that to the size itself.
+    ``sizes`` are the bounds restricted to available sizes: a dimension that is free in ``bounds`` but fixed there is
+    named ``h_size`` and so on, with the sensitivity to the size itself.
     """
     active = _Active()
     for constraint in CONSTRAINTS:
@@ -97,7 +97,7 @@ def stationarity(
     wanted = dict(objective.weights)
     top = next((row for row in wanted if len(layout.parts(row)) > 1), None)
     if top is not None:
-        # A greatest of several: shares of those that govern, which add up to its weight.
+        # A maximum of several parts: the weights of the governing parts add up to its weight.
         target[3] = wanted.pop(top)
         for row in layout.parts(top):
             if values[top] - values[row] < within:
@@ -117,7 +117,7 @@ def stationarity(
         if row >= 0:
             weights[row] += multiplier
         if name:
-            # A limit let out by d ln moves ln cost by -multiplier; a least safety is let out downward.
+            # Relaxing a limit by d ln changes ln cost by -multiplier; a minimum safety is relaxed downward.
             totals[name] = totals.get(name, 0.0) - objective.sign * sign * multiplier
     told = tuple(ActiveConstraint(name, float(value)) for name, value in totals.items() if abs(value) > _NEGLIGIBLE)
     held = [column for column, share in zip(active.columns, found, strict=True) if share > _NEGLIGIBLE]
@@ -125,9 +125,9 @@ def stationarity(
 
 
 def _tangent(columns: list[Array]) -> Array:
-    """Directions in which none of these changes; of shares of a greatest, all alike."""
+    """Directions in which none of these changes; the parts of a maximum may change equally."""
     matrix = np.array(columns).reshape(-1, 4)
-    # With shares, the last unknown is the greatest itself, which all of them follow.
+    # With parts, the last unknown is the maximum itself, which all of them follow.
     matrix = matrix * np.array([1.0, 1.0, 1.0, -1.0]) if matrix[:, 3].any() else matrix[:, :3]
     if not matrix.size:
         return np.eye(3)

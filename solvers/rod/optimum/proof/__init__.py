@@ -1,1 +1,1 @@
-"""The lower bound: branch and bound over boxes of strips."""
+"""Lower bound by branch and bound over boxes of strips."""

@@ -1,20 +1,21 @@
-"""Drawing a box of designs together around what in it may still be better than the best strip known.
+"""Bound tightening: contraction of a box of designs to the part that may contain an improvement of the incumbent.
 
-Over a box of X = ln tau and Y = ln l every requirement, and every limit on what could be better, is a function
+Over a box of X = ln tau and Y = ln l every requirement, and every limit on an improvement, is a function
 phi(X, Y) <= 0 with known value at the centre and known ranges of its derivatives
 (``solvers.rod.optimum.proof.intervals``). By the mean value theorem
 
     phi >= phi_c + g_x dX + g_y dY - (w_x r_x + w_y r_y),
 
-g the middle and w the half-width of a derivative's range, r the half-size of the box: a half-plane, with an error that
-falls with the square of the box's size. What all half-planes leave of the box is a convex polygon. Where it is empty
-the box is done with; else the box shrinks to the rectangle around it. Near an optimum, in a corner of requirements or
-not, that makes boxes shrink faster than halving would, and it is why a proof to 1e-6 takes a few hundred boxes.
+g the midpoint and w the half-width of a derivative's range, r the half-size of the box: a half-plane, with an error
+quadratic in the box's size. The intersection of all half-planes with the box is a convex polygon. If it is empty the
+box is discarded; otherwise it shrinks to the polygon's bounding rectangle. Near an optimum, at a vertex of the feasible
+set or not, boxes shrink faster than by bisection, which is why a proof to 1e-6 takes only a few hundred boxes.
 
-The functions: ceilings H_k of ln h (bounds of h and b, sideways buckling, and for every fibre and section the thickness
-at which the functional p sigma(i1) + m sigma(i2) of its stresses at two angles reaches the limit), floors F_m of ln h,
-stability S, and the objective. Utilisation grows with h, so that ln h <= H_k, F_m <= H_k, and a utilisation to be made
-small is least at the floors. Two angles are never worse than the whole turn, whichever they are.
+The functions: upper limits H_k of ln h (bounds of h and b, sideways buckling, and for every fibre and section the
+thickness at which the functional p sigma(i1) + m sigma(i2) of its stresses at two angles reaches the limit), lower
+limits F_m of ln h, stability S, and the objective. Utilisation increases with h, so that ln h <= H_k, F_m <= H_k, and a
+utilisation to be minimised is least at the lower limits. Any two angles give a valid relaxation of the whole
+revolution.
 """
 
 from __future__ import annotations
@@ -40,12 +41,12 @@ from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THIC
 from solvers.rod.strip.buckling import log_critical_parameter
 
 _SLACK = 1e-12
-_CORNERS = 64
+_MAX_CORNERS = 64
 
 
 @kernel
 def root_thickness(D: float, W: float, limit: float) -> float:
-    """h with h^2 D + h W = limit; inf where there is none."""
+    """h with h^2 D + h W = limit; inf if there is none."""
     discriminant = W * W + 4.0 * D * limit
     if discriminant < 0.0:
         return np.inf
@@ -55,10 +56,10 @@ def root_thickness(D: float, W: float, limit: float) -> float:
 
 @kernel
 def ruling_line(p: Relaxation, high: float, low: float) -> tuple[float, float, float]:
-    """The line p high + m low of the fatigue criterion that rules a stress cycle, and its value there; 0 if none does.
+    """The line p high + m low of the fatigue criterion that governs a stress cycle, and its value there; 0 if none.
 
-    A corner of several lines is the least of them, which no single one bounds from below: it gives none. A parabola is
-    convex, so its tangent does.
+    A corner of several lines is their minimum, for which no single line is a lower bound: none is returned. A parabola
+    is convex, so its tangent is one.
     """
     a, m = 0.5 * (high - low), 0.5 * (high + low)
     best, alpha, beta = 0.0, 0.0, 0.0
@@ -80,7 +81,7 @@ def ruling_line(p: Relaxation, high: float, low: float) -> tuple[float, float, f
 
 @kernel
 def extreme_angles(p: Relaxation, work: Work, sign: float, j: int, tau: float, h: float) -> tuple[int, int]:
-    """The angles of a fibre's greatest and least stress at section j, at the box's centre and thickness h."""
+    """The angles of a fibre's maximum and minimum stress at section j, at the box's centre and thickness h."""
     top, bottom, high, low = 0, 0, -np.inf, np.inf
     for i in range(p.force.size):
         stress = h * tau * p.force[i] + sign * 0.5 * p.modulus * p.stroke[i] * work.bending.centre[i, j]
@@ -95,7 +96,7 @@ def extreme_angles(p: Relaxation, work: Work, sign: float, j: int, tau: float, h
 def bending_part(
     p: Relaxation, work: Work, sign: float, j: int, i1: int, i2: int, pull: float, push: float, out: Array
 ) -> None:
-    """W of the functional h^2 tau D + h W: value at the centre, range, ranges of its derivatives by X and by Y."""
+    """W of the functional h^2 tau D + h W: value at the centre, range, ranges of its derivatives by X and Y."""
     f1, f2 = 0.5 * p.modulus * sign * pull * p.stroke[i1], 0.5 * p.modulus * sign * push * p.stroke[i2]
     out[0] = f1 * work.bending.centre[i1, j] + f2 * work.bending.centre[i2, j]
     a1, a2 = product(f1, f1, work.bending.low[i1, j], work.bending.high[i1, j])
@@ -109,7 +110,7 @@ def bending_part(
 
 @kernel
 def ceiling_of(D: float, W: Array, tau1: float, tau: float, tau2: float, limit: float, out: Array) -> bool:
-    """H = ln h on h^2 tau D + h W = limit: value, ranges of derivatives into ``out``; False where not bounded.
+    """H = ln h on h^2 tau D + h W = limit: value and ranges of derivatives to ``out``; False if unbounded.
 
     (1 + s) dH = -s dX - (h/limit) dW with s = h^2 tau D/limit.
     """
@@ -133,7 +134,7 @@ def ceiling_of(D: float, W: Array, tau1: float, tau: float, tau2: float, limit: 
 def utilisation_at_floor(
     D: float, W: Array, tau1: float, tau: float, tau2: float, floor: float, turn: float, rx: float, out: Array
 ) -> bool:
-    """T = ln(h^2 tau D + h W) at ln h = floor + turn dX: value, ranges of derivatives; False where not bounded."""
+    """T = ln(h^2 tau D + h W) at ln h = floor + turn dX: value, ranges of derivatives; False if unbounded."""
     h, h1, h2 = math.exp(floor), math.exp(floor + turn * rx), math.exp(floor - turn * rx)
     D1, D2 = product(tau1, tau2, D, D)
     e1, e2 = product(h1 * h1, h2 * h2, D1, D2)
@@ -153,9 +154,9 @@ def utilisation_at_floor(
 
 @kernel
 def clip(polygon: Array, count: int, c: float, gx: float, gy: float, room: Array) -> int:
-    """What the half-plane c + gx x + gy y <= 0 leaves of a convex polygon, in place; the number of its corners."""
-    # Every cut adds one corner at most; a polygon left as it is still holds all it has to.
-    if count > _CORNERS - 2:
+    """Intersect a convex polygon with the half-plane c + gx x + gy y <= 0, in place; returns the number of vertices."""
+    # Every cut adds at most one vertex; skipping a cut leaves a valid superset.
+    if count > _MAX_CORNERS - 2:
         return count
     kept = 0
     for n in range(count):
@@ -180,7 +181,7 @@ def cut(
     polygon: Array, count: int, c: float, gx1: float, gx2: float, gy1: float, gy2: float, rx: float, ry: float,
     room: Array,
 ) -> int:  # fmt: skip
-    """``clip`` by phi <= 0, phi given by its value at the centre and the ranges of its derivatives."""
+    """``clip`` by phi <= 0, with phi given by its value at the centre and the ranges of its derivatives."""
     gx, gy = 0.5 * (gx1 + gx2), 0.5 * (gy1 + gy2)
     return clip(polygon, count, c - 0.5 * (gx2 - gx1) * rx - 0.5 * (gy2 - gy1) * ry, gx, gy, room)
 
@@ -190,7 +191,7 @@ def ceilings(
     p: Relaxation, slice_: Array, x: float, y: float, tau1: float, tau2: float, l1: float, l2: float, work: Work,
     out: Array,
 ) -> int:  # fmt: skip
-    """Every ceiling of ln h over the box, as rows of value and ranges of derivatives; their number."""
+    """All upper limits of ln h over the box, as rows of value and ranges of derivatives; returns their number."""
     tau, l = math.exp(x), math.exp(y)
     out[0, :] = 0.0
     out[0, 0] = math.log(slice_[3])
@@ -239,14 +240,14 @@ def ceilings(
 def contract(
     p: Relaxation, slice_: Array, x1: float, x2: float, l1: float, l2: float, work: Work, target: float, box: Array
 ) -> bool:
-    """Shrink ``box`` (x1, x2, l1, l2), the one in ``work``, to what may hold an objective below ``target``.
+    """Shrink ``box`` (x1, x2, l1, l2), the one in ``work``, to the part that may have an objective below ``target``.
 
-    False where nothing may.
+    False if it is empty.
     """
     x, y = 0.5 * (x1 + x2), 0.5 * (math.log(l1) + math.log(l2))
     rx, ry = 0.5 * (x2 - x1), 0.5 * (math.log(l2) - math.log(l1))
     tau, tau1, tau2 = math.exp(x), math.exp(x1), math.exp(x2)
-    polygon, room = np.empty((_CORNERS, 2)), np.empty((_CORNERS, 2))
+    polygon, room = np.empty((_MAX_CORNERS, 2)), np.empty((_MAX_CORNERS, 2))
     polygon[0, 0], polygon[1, 0], polygon[2, 0], polygon[3, 0] = -rx, rx, rx, -rx
     polygon[0, 1], polygon[1, 1], polygon[2, 1], polygon[3, 1] = -ry, -ry, ry, ry
     corners, w = 4, p.weights

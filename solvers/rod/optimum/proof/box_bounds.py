@@ -1,14 +1,14 @@
-"""Lower bounds of an objective over a box of strips: the kernels under the branch and bound.
+"""Lower bounds of an objective over a box of strips: the kernels of the branch and bound.
 
-A relaxation looks at some crank angles and some sections only. Leaving angles out can only lower the greatest and
-raise the least stress, so it can only lower a utilisation, a side force and a contact pressure: whatever it proves
-impossible is impossible. (Friction power is a mean, not a maximum; see
+A relaxation includes only some crank angles and sections. Omitting angles can only lower the maximum and raise the
+minimum stress, hence lower a utilisation, a side force or a contact pressure: infeasibility of the relaxation implies
+that of the problem. (Friction power is a mean, not a maximum; see
 ``solvers.rod.optimum.proof.outer_approximation``.)
 
 Over a box of ln tau and ln l, every strip's stress is h^2 tau P +- h (E/2) V'' s, within the ranges of
-``solvers.rod.optimum.proof.intervals``. The utilisation grows with h at every section (it is convex in the stress
-cycle, both fibres count, and the bending stress passes through zero), so the thickness at which the bound of the
-utilisation reaches its limit is the greatest thickness of any strip in the box.
+``solvers.rod.optimum.proof.intervals``. The utilisation increases with h at every section (it is convex in the stress
+cycle, both fibres count, and the bending stress passes through zero), so the thickness at which its lower bound reaches
+the limit is an upper bound of the thickness of all strips in the box.
 """
 
 from __future__ import annotations
@@ -38,23 +38,23 @@ from solvers.rod.strip.buckling import log_critical_parameter
 
 Array = NDArray[np.float64]
 
-_ROUGH, _FINE = 3, 14
-"""Steps toward a greatest thickness: of a box, whose bound only decides its turn, and of a strip."""
+_BOX_STEPS, _POINT_STEPS = 3, 14
+"""Iterations for the maximum thickness: for a box, whose bound only determines its priority, and for a strip."""
 CLAMP = np.ones(1)
-"""The only section that reactions depend on."""
+"""The only section relevant to reactions."""
 
 
 class Relaxation(NamedTuple):
-    """A problem at some angles and sections, as arrays that kernels take. SI units, infinite limits ask for nothing.
+    """A problem at selected angles and sections, in kernel representation. SI units; inf: no limit.
 
-    force, stroke          axial force [N] and lateral stroke [m] at the angles whose stresses are looked at
-    react_force, react_stroke, react_speed   the same at those whose reactions are, and |piston speed|/angles [m/s]
+    force, stroke          axial force [N] and lateral stroke [m] at the angles selected for stresses
+    react_force, react_stroke, react_speed   the same at those selected for reactions, and |piston speed|/angles [m/s]
     eta                    sections by distance from the head over l; the first is the clamp, eta = 1
-    lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``haigh.Diagram``
-    limits                 greatest utilisation, stress [Pa], contact pressure [Pa], friction power [W]
-    compression            greatest compression times the least stability safety [N], sideways too
+    lines, parabola        the fatigue criterion: (corners, lines, 3) and (3,) as in ``solvers.fatigue.kernels.Diagram``
+    limits                 maximum utilisation, stress [Pa], contact pressure [Pa], friction power [W]
+    compression            maximum compression times the minimum stability safety [N], sideways too
     guide                  clamp offset, diameter, skirt length [m], friction coefficient
-    weights                what the objective weighs, by the indices of ``rows``
+    weights                the objective's weights, by the indices of ``rows``
     """
 
     force: Array
@@ -74,7 +74,7 @@ class Relaxation(NamedTuple):
 
 
 class Ranges(NamedTuple):
-    """Of V'' at angles and sections: values at the box's centre, their ranges, those of the derivatives, if bounded."""
+    """V'' at angles and sections: centre values, ranges, ranges of derivatives, and whether these are bounded."""
 
     centre: Array
     low: Array
@@ -84,9 +84,9 @@ class Ranges(NamedTuple):
 
 
 class Work(NamedTuple):
-    """Room for the ranges over one box: values (angles, sections) and derivatives (angles, sections, 4).
+    """Work space for the ranges over one box: values (angles, sections) and derivatives (angles, sections, 4).
 
-    ``clamp`` has those of the angles of reactions, at the clamp only, and ``stiffness`` their k: least, centre, most.
+    ``clamp`` has those of the reaction angles, at the clamp only, and ``stiffness`` their k: minimum, centre, maximum.
     """
 
     bending: Ranges
@@ -107,7 +107,8 @@ def _ranges(n: int, m: int) -> Ranges:
 
 @kernel
 def severity(p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h: float) -> float:
-    """Lower bound of the worse of utilisation and stress over their limits at thickness h, given ranges of V''."""
+    """Lower bound of the larger of utilisation and stress, relative to their limits, at thickness h for ranges of
+    V''."""
     worst, half = 0.0, 0.5 * p.modulus * h
     for j in range(p.eta.size):
         up_high, up_low, down_high, down_low = -np.inf, np.inf, -np.inf, np.inf
@@ -143,9 +144,9 @@ def greatest_thickness(
     h2_severity: float,
     steps: int,
 ) -> float:
-    """A thickness at or little above that at which the severity reaches 1; severity(h1) <= 1 < severity(h2).
+    """Upper bound of the thickness at which the severity reaches 1; severity(h1) <= 1 < severity(h2).
 
-    Never below it, however few the ``steps``.
+    Valid for any number of ``steps``.
     """
     a, b = math.log(h1), math.log(h2)
     fa, fb = math.log(max(severity(p, low, high, tau1, tau2, h1), 1e-300)), math.log(min(h2_severity, 1e300))
@@ -153,7 +154,7 @@ def greatest_thickness(
         if b - a < 1e-9:
             break
         share = fa / (fa - fb)
-        # Aim a little beyond the root, so that the upper end moves; never leave the middle of the bracket for long.
+        # Aim slightly beyond the root, so that the upper end moves; keep away from the ends of the bracket.
         guess = a + min(max(share + 0.02 * (1.0 - share) * share, 0.002), 0.998) * (b - a)
         value = math.log(max(severity(p, low, high, tau1, tau2, math.exp(guess)), 1e-300))
         if value > 0.0:
@@ -167,7 +168,7 @@ def greatest_thickness(
 
 @kernel
 def fill(p: Relaxation, tau: Array, l: Array, work: Work) -> None:
-    """The ranges of every angle over the box."""
+    """Compute the ranges at every angle over the box."""
     for i in range(p.force.size):
         over = work.bending
         over.bounded[i], _, _, _ = bending_ranges(
@@ -193,7 +194,7 @@ def least_magnitude(a: float, b: float) -> float:
 
 @kernel
 def reactions(p: Relaxation, stiffness_low: Array, stiffness_high: Array) -> tuple[float, float, float]:
-    """Lower bounds of greatest side force [N] and contact pressure [Pa] and of friction power [W]."""
+    """Lower bounds of maximum side force [N] and contact pressure [Pa] and of friction power [W]."""
     side, pressure, power = 0.0, 0.0, 0.0
     offset, diameter, skirt, friction = p.guide
     for i in range(p.react_force.size):
@@ -211,7 +212,7 @@ def reactions(p: Relaxation, stiffness_low: Array, stiffness_high: Array) -> tup
 
 @kernel
 def stability_row(p: Relaxation, x: float, l: float) -> float:
-    """S = ln(required/available safety) in the crank's plane: not positive where the strip is stable enough."""
+    """S = ln(required/available safety) in the crank's plane: feasible if not positive."""
     if p.compression <= 0.0:
         return NEVER_COMPRESSED
     ln_u, _ = log_critical_parameter(l, p.rod_length)
@@ -220,13 +221,13 @@ def stability_row(p: Relaxation, x: float, l: float) -> float:
 
 @kernel
 def least_thickness(slice_: Array, x2: float) -> float:
-    """The least thickness [m] anywhere up to ln tau = x2; ``slice_`` = b, b, h, h bounds."""
+    """Minimum thickness [m] for any tau up to ln tau = x2; ``slice_`` = b, b, h, h bounds."""
     return max(slice_[2], math.exp(-(x2 + math.log(slice_[1])) / 3.0))
 
 
 @kernel
 def upper_thickness(p: Relaxation, slice_: Array, x1: float, l1: float) -> float:
-    """The greatest thickness [m] that bounds and sideways stability leave anywhere from ln tau = x1 and l1 up."""
+    """Maximum thickness [m] by bounds and sideways stability for any tau and l above ln tau = x1 and l1."""
     cap = min(slice_[3], math.exp(-(x1 + math.log(slice_[0])) / 3.0))
     if p.compression > 0.0:
         cap = min(cap, sideways_thickness(p, x1, l1))
@@ -235,7 +236,7 @@ def upper_thickness(p: Relaxation, slice_: Array, x1: float, l1: float) -> float
 
 @kernel
 def sideways_thickness(p: Relaxation, x: float, l: float) -> float:
-    """The thickness at which h b^3 = 1/(tau^3 h^8) just holds the compression: E u^2/(12 L^2) h b^3 = compression."""
+    """The thickness at which h b^3 = 1/(tau^3 h^8) is critical: E u^2/(12 L^2) h b^3 = compression."""
     ln_u, _ = log_critical_parameter(l, p.rod_length)
     return math.exp(0.125 * (math.log(p.modulus / (12.0 * p.rod_length**2 * p.compression)) + 2.0 * ln_u - 3.0 * x))
 
@@ -253,9 +254,9 @@ def weigh(weights: Array, rows: Array) -> float:
 def box_bound(
     p: Relaxation, slice_: Array, x1: float, x2: float, l1: float, l2: float, work: Work, wanted: float
 ) -> float:
-    """Lower bound of ln objective over the box, inf where it holds nothing admissible.
+    """Lower bound of ln objective over the box, inf if it is infeasible.
 
-    Fills ``work``. ``wanted`` is the value that makes the box worthless: bounds beyond it need not be sharp.
+    Fills ``work``. ``wanted`` is the value above which the box is discarded: higher bounds need not be sharp.
     """
     tau, l, rows = np.empty(3), np.empty(3), np.empty(COUNT)
     tau[0], tau[1], tau[2] = math.exp(x1), math.exp(0.5 * (x1 + x2)), math.exp(x2)
@@ -285,7 +286,7 @@ def box_bound(
         rows[UTILISATION] = math.log(max(least * p.limits[0], 1e-300))
     rows[THICKNESS] = math.log(h1)
     if w[THICKNESS] < 0.0:
-        # The thickness that would make the box worthwhile; if that is out of reach, so is everything above it.
+        # The thickness that would reach the target; if it is infeasible, so is any larger one.
         rows[THICKNESS] = 0.0
         needed = math.exp(min((weigh(w, rows) - wanted) / -w[THICKNESS], 700.0))
         if needed > h2:
@@ -294,7 +295,7 @@ def box_bound(
             return wanted
         greatest = severity(p, low, high, tau[0], tau[2], h2)
         if greatest > 1.0 + 1e-12 and h2 > h1:
-            h2 = greatest_thickness(p, low, high, tau[0], tau[2], h1, h2, greatest, _ROUGH)
+            h2 = greatest_thickness(p, low, high, tau[0], tau[2], h1, h2, greatest, _BOX_STEPS)
         rows[THICKNESS] = math.log(h2)
     return weigh(w, rows)
 
@@ -324,8 +325,8 @@ def point_value(p: Relaxation, slice_: Array, x: float, l: float, work: Work, to
     if p.weights[THICKNESS] < 0.0:
         h, greatest = h2, severity(p, work.bending.centre, work.bending.centre, tau, tau, h2)
         if greatest > 1.0 + tolerance and h2 > h1:
-            h = greatest_thickness(p, work.bending.centre, work.bending.centre, tau, tau, h1, h2, greatest, _FINE) * (
-                1.0 - 1e-9
-            )
+            h = greatest_thickness(
+                p, work.bending.centre, work.bending.centre, tau, tau, h1, h2, greatest, _POINT_STEPS
+            ) * (1.0 - 1e-9)
     rows[THICKNESS] = math.log(h)
     return weigh(p.weights, rows), h

@@ -1,7 +1,7 @@
-"""The search that proves: boxes of (ln tau, ln l), the most promising first, until none can hold anything better.
+"""Best-first branch and bound over boxes of (ln tau, ln l).
 
-Bounds of a box come from ``solvers.rod.optimum.proof.box_bounds``; what cannot be better than the best strip known is
-cut off its sides (``solvers.rod.optimum.proof.bound_tightening``) before it is halved.
+Bounds of a box come from ``solvers.rod.optimum.proof.box_bounds``; before bisection a box is contracted to the part
+that may improve on the incumbent (``solvers.rod.optimum.proof.bound_tightening``).
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, Work, box_bound, point_value
 from solvers.rod.strip.buckling import log_critical_parameter
 
-_WORTHWHILE = 0.6
-"""A side that contraction leaves shorter than this share of itself is worth another look before halving."""
+_CONTRACTION_RATIO = 0.6
+"""A box is contracted again before bisection if a side shrank below this fraction of its length."""
 
 
 @kernel
 def snapped(l1: float, l2: float, step: float) -> tuple[float, float]:
-    """The part of [l1, l2] between its first and last multiple of ``step``; empty when the first exceeds the second."""
+    """The part of [l1, l2] between its first and last multiple of ``step``; empty if the first exceeds the second."""
     if step <= 0.0:
         return l1, l2
     return math.ceil(l1 / step * (1.0 - 1e-12)) * step, math.floor(l2 / step * (1.0 + 1e-12)) * step
@@ -30,7 +30,7 @@ def snapped(l1: float, l2: float, step: float) -> tuple[float, float]:
 
 @kernel
 def snapped_width(x1: float, x2: float, slice_: Array, step: float) -> tuple[float, float]:
-    """The part of [x1, x2] between multiples of ``step`` of b = 1/(tau h^3), where h is fixed."""
+    """The part of [x1, x2] between multiples of ``step`` of b = 1/(tau h^3), for fixed h."""
     if step <= 0.0 or slice_[2] < slice_[3]:
         return x1, x2
     cube = slice_[2] ** 3
@@ -42,7 +42,7 @@ def snapped_width(x1: float, x2: float, slice_: Array, step: float) -> tuple[flo
 
 @kernel
 def sized_centre(slice_: Array, x1: float, x2: float, l1: float, l2: float, steps: Array) -> tuple[float, float]:
-    """ln tau and l of the sizes that are to be had nearest to a box's centre; the box begins and ends at such sizes."""
+    """ln tau and l of the available sizes nearest to a box's centre; the box begins and ends at such sizes."""
     x, l = 0.5 * (x1 + x2), math.sqrt(l1 * l2)
     if steps[0] > 0.0 and slice_[2] == slice_[3]:
         cube = slice_[2] ** 3
@@ -67,9 +67,9 @@ def prove(
 ) -> tuple[float, int, int]:
     """Branch and bound over every slice (b1, b2, h1, h2 bounds) and ``length`` = (l1, l2); ``steps`` of b and l or 0.
 
-    Stops when nothing can beat ``incumbent`` (or the best centre of a box found on the way) by more than ``gap`` in
-    ln objective, or after ``nodes`` boxes. ``best`` receives ln objective, ln tau, l, h and the slice of the best
-    centre. Returns the lower bound of ln objective, the number of boxes looked at, and of those left over.
+    Stops when ``incumbent`` (or the best box centre found) is optimal within ``gap`` in ln objective, or after
+    ``nodes`` boxes. ``best`` receives ln objective, ln tau, l, h and the slice of the best centre. Returns the lower
+    bound of ln objective, the number of boxes evaluated, and that of boxes left.
     """
     room = 2 * nodes + slices.shape[0] + 2
     boxes, origin, count = np.empty((room, 4)), np.empty(room, np.int64), 0
@@ -98,7 +98,7 @@ def prove(
         if lower == -np.inf:
             children, axis = 1, -1
         else:
-            # Arguments of the beam go with tau l^2: cut where they change more.
+            # The beam's arguments depend on tau l^2: bisect the side along which it varies more.
             children, axis = 2, 1 if 2.0 * math.log(l2 / l1) > x2 - x1 else 0
         for child in range(children):
             a1, a2, m1, m2 = x1, x2, l1, l2
@@ -114,7 +114,7 @@ def prove(
                 continue
             while a1 <= a2 and m1 <= m2:
                 if p.compression > 0.0:
-                    # Nothing beyond the stability that the shortest strip of the box has.
+                    # Restrict tau to the stability of the shortest strip in the box.
                     ln_u, _ = log_critical_parameter(m1, p.rod_length)
                     most = 2.0 * ln_u - math.log(12.0 * p.rod_length * p.rod_length * p.compression / p.modulus)
                     if most < a2:
@@ -122,7 +122,7 @@ def prove(
                         a1, a2 = snapped_width(a1, a2, slice_, steps[0])
                     if a1 > a2:
                         break
-                # A centre is a candidate where its sizes are to be had; before there is one, those nearest to it are.
+                # A centre is a candidate if its sizes are available; without an incumbent, the nearest available ones.
                 sized = (steps[1] <= 0.0 or m1 == m2) and (steps[0] <= 0.0 or slice_[2] < slice_[3] or a1 == a2)
                 if not sized and min(incumbent, best[0]) == np.inf:
                     middle, l = sized_centre(slice_, a1, a2, m1, m2, steps)
@@ -145,12 +145,12 @@ def prove(
                 if bound >= target or (a2 - a1 < 1e-13 and m2 - m1 < 1e-13 * m2):
                     pruned = min(pruned, bound)
                     break
-                # What is cut off from here on is either not admissible or not better than the target.
+                # Parts cut off from here on are infeasible or not better than the target.
                 pruned = min(pruned, target)
                 if not contract(p, slice_, a1, a2, m1, m2, work, target, box):
                     break
-                narrow = box[1] - box[0] < _WORTHWHILE * (a2 - a1)
-                short = math.log(box[3] / box[2]) < _WORTHWHILE * math.log(m2 / m1)
+                narrow = box[1] - box[0] < _CONTRACTION_RATIO * (a2 - a1)
+                short = math.log(box[3] / box[2]) < _CONTRACTION_RATIO * math.log(m2 / m1)
                 a1, a2 = snapped_width(box[0], box[1], slice_, steps[0])
                 m1, m2 = snapped(box[2], box[3], steps[1])
                 if a1 > a2 or m1 > m2:

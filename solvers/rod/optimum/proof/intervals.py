@@ -1,4 +1,4 @@
-"""Bounds of a strip's bending over a whole box of designs: what a proof of global optimality stands on.
+"""Bounds of a strip's bending over a box of designs: the basis of the proof of global optimality.
 
 In ln tau and ln l, with tau = 1/(b h^3), q = 12 P tau/E, t = -q l^2 and the spherical Bessel functions
 
@@ -9,12 +9,12 @@ the beam-column of ``solvers.rod.strip.beam_column`` is, per unit stroke and wit
     V'' = N/det,  N = e (g0 - T g1) + y g0 (at T = eta^2 t),  det = l^3 g1 + e L l g0,
     side stiffness k = (E/12 tau) Q/det,  Q = g0 - t g1 - (e/l) t g0.
 
-g0, g1, g2 fall with t up to the first buckling root of the clamped-pinned column (x = 4.493), so their ranges over an
-interval of t are their values at its ends. Ranges of V'' and k over a box come from their value at its centre and the
-ranges of their derivatives, whose error falls with the square of the box's size, and at the clamp also from the
-corners: C = V''(0) falls with l, and with tau rises in tension and falls in compression, since C is increasing in q;
-k falls with tau and with l (energy: k is a least value over shapes whose class grows with l and whose cost grows with
-EI). Every range is widened by some 1e-12 of its magnitude against rounding.
+g0, g1, g2 decrease with t up to the first buckling root of the clamped-pinned column (x = 4.493), so their ranges over
+an interval of t are given by its ends. Ranges of V'' and k over a box follow from the value at its centre and the
+ranges of the derivatives, with an error quadratic in the box's size, and at the clamp also from the corners: C = V''(0)
+decreases with l, and with tau increases in tension and decreases in compression, since C is increasing in q; k
+decreases with tau and with l (energy: k is a minimum over shapes whose class grows with l and whose energy grows with
+EI). Every range is widened by about 1e-12 of its magnitude against rounding.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ for _n in range(3):
 FIRST_ROOT_SQUARED = FIRST_ROOT_LIMITS[1] ** 2
 
 STRONG = -400.0
-"""t below which ranges come from corners and signs alone: the closed forms' ranges would be too wide to be of use."""
+"""t below which ranges come from corners and signs alone: those of the closed forms would be too wide."""
 
 _ROUNDING = 1e-12
 
 UNKNOWN = 1e200
-"""Stands for infinity where a product with zero must stay zero."""
+"""Represents infinity where a product with zero must be zero."""
 
 
 @kernel
@@ -77,7 +77,7 @@ def product(a: float, b: float, c: float, d: float) -> tuple[float, float]:
 
 @kernel
 def curvature_and_stiffness(q: float, l: float, rod_length: float, eta: Array, out: Array) -> tuple[float, float]:
-    """V'' at y = eta l from the head into ``out``; returns k/EI and det (scaled in strong tension), per unit stroke."""
+    """V'' at y = eta l from the head to ``out``; returns k/EI and det (scaled in strong tension), per unit stroke."""
     e, t = rod_length - l, -q * l * l
     if t >= STRONG:
         g0, g1, _ = bessel(t)
@@ -88,7 +88,7 @@ def curvature_and_stiffness(q: float, l: float, rod_length: float, eta: Array, o
             n0, n1, _ = bessel(T)
             out[j] = (e * (n0 - T * n1) + y * n0) / det
         return (g0 - t * g1 - e / l * t * g0) / det, det
-    # cosh x and sinh x are equal here to the last place and cancel: V'' = (e x + y ...)/det in decaying powers.
+    # cosh x and sinh x are equal to the last place and cancel: V'' = (e x + y ...)/det in decaying exponentials.
     x = math.sqrt(-t)
     det = l * (e * rod_length / x + l * l * (x - 1.0) / (x * x * x))
     for j in range(eta.size):
@@ -130,9 +130,9 @@ def bending_ranges(
     """Ranges of V'' per unit stroke over a box, for one axial force [N], at every station.
 
     ``tau`` and ``l`` hold lower end, centre, upper end. Fills per station the value at the ``centre``, the ranges of
-    its derivatives by ln tau and ln l, ``slope`` of shape (stations, 4), and the range ``low`` … ``high`` of V''.
-    Returns whether the derivatives are bounded (else ``slope`` is not to be used), and k/EI at the centre and at the
-    corners where k is least and greatest [1/m^3] times EI's own share left out: k_low, k_high are Q/det alone.
+    the derivatives by ln tau and ln l, ``slope`` of shape (stations, 4), and the range ``low`` … ``high`` of V''.
+    Returns whether the derivatives are bounded (else ``slope`` is invalid), and k/EI at the centre and at the corners
+    of its minimum and maximum [1/m^3], without EI's own variation: k_low, k_high are Q/det alone.
     """
     scale = 12.0 * force / modulus
     middle, _ = curvature_and_stiffness(scale * tau[1], l[1], rod_length, eta, centre)
@@ -142,7 +142,7 @@ def bending_ranges(
     standing = det_least > 0.0 and -scale * tau[2] * l[2] * l[2] < FIRST_ROOT_SQUARED
     if not standing:
         least = -UNKNOWN
-    # At the clamp, corners: C falls with l; with tau it rises in tension and falls in compression.
+    # Corners at the clamp: C decreases with l; with tau it increases in tension and decreases in compression.
     clamp_low, clamp_high = corner_low if standing else -UNKNOWN, corner_high
     if force > 0.0:
         clamp_low, _, _ = clamp(scale * tau[0], l[2], rod_length)
@@ -152,7 +152,7 @@ def bending_ranges(
         t1, t2 = t2, t1
     if t1 < STRONG or not standing:
         for j in range(eta.size):
-            # In tension V'' has one sign and decays from the clamp; elsewhere nothing is known.
+            # In tension V'' has one sign and decays from the clamp; otherwise nothing is known.
             low[j] = 0.0 if force > 0.0 else -UNKNOWN
             high[j] = clamp_high if force > 0.0 else UNKNOWN
         low[0], high[0] = clamp_low, clamp_high

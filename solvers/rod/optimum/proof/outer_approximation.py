@@ -1,9 +1,8 @@
-"""The global optimum of a rod's design, and how it is known to be that.
+"""Global optimum of a rod's design by outer approximation.
 
-A relaxation (few angles, few sections) is searched exhaustively by branch and bound; its best strip is polished on the
-full cycle; the angles and sections that govern there join the relaxation; and so on until the relaxation holds nothing
-better than the best strip by more than the gap asked for. Since a relaxation can only promise too much, its bound is a
-bound of the problem itself.
+A relaxation (few angles, few sections) is solved by branch and bound; its best strip is refined on the full cycle; the
+angles and sections that govern there are added to the relaxation; this is iterated until the relaxation's lower bound
+is within the gap of the incumbent. The bound of a relaxation is a bound of the problem itself.
 """
 
 from __future__ import annotations
@@ -31,18 +30,19 @@ _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0
 _FIRST_BOXES = 2000
 _ROUNDS = 16
-_LEAST_GAP = 5e-9
-_MOST_ANGLES = 48
+_MIN_GAP = 5e-9
+_MAX_ANGLES = 48
 _NEARLY, _TIED = 0.9, 1e-3
-_DOUBTFUL, _LOOSE = 3.0, 1e-4
-"""Times the error of a mean over few angles: a promise that may be no more than that; gaps for which few angles do."""
+_COARSE_ERROR_FACTOR, _COARSE_GAP = 3.0, 1e-4
+"""Factor on the error of a mean over few angles below which an improvement is not significant; gap down to which few
+angles suffice."""
 _GREATEST = (rows.UTILISATION, 1e300), (rows.STRESS, math.inf), (rows.PRESSURE, math.inf), (rows.POWER, math.inf)
-"""The limits of a relaxation in its order, and what stands for none."""
+"""The limits of a relaxation in order, and the value that denotes none."""
 
 
 @dataclass(frozen=True)
 class Sizes:
-    """The bounds, and what may be had within them: thicknesses of a stock, steps of width and length [m]."""
+    """The bounds and the available sizes within them: stock thicknesses, steps of width and length [m]."""
 
     bounds: Bounds
     stock_h: tuple[float, ...] | None = None
@@ -51,18 +51,18 @@ class Sizes:
 
     @property
     def discrete(self) -> bool:
-        """Whether some size may not be chosen at will."""
+        """Whether any size is discrete."""
         return self.stock_h is not None or self.step_b is not None or self.step_l is not None
 
     def slices(self) -> Array:
-        """The boxes (b1, b2, h1, h2) that together hold every size; one per thickness of the stock."""
+        """The boxes (b1, b2, h1, h2) that together contain all sizes; one per stock thickness."""
         (b1, b2), (h1, h2) = self.bounds.b, self.bounds.h
         if self.stock_h is not None:
             return np.array([[b1, b2, h, h] for h in sorted(set(self.stock_h)) if h1 <= h <= h2])
         return np.array([[b1, b2, h1, h2]])
 
     def around(self, d: Dimensions) -> Bounds:
-        """The bounds of what stays continuous when the sizes nearest to a strip are taken."""
+        """The bounds of the continuous dimensions, with the sizes nearest to a strip fixed."""
         b, h, l = self.bounds.b, self.bounds.h, self.bounds.l
         if self.stock_h is not None:
             nearest = min((s for s in self.stock_h if h[0] <= s <= h[1]), key=lambda s: abs(s - d.h))
@@ -76,15 +76,15 @@ class Sizes:
 
 def _to_step(value: float, step: float, within: tuple[float, float]) -> float:
     first, last = math.ceil(within[0] / step * (1 - 1e-12)), math.floor(within[1] / step * (1 + 1e-12))
-    # n step may exceed a bound by one unit in the last place.
+    # A multiple of the step may exceed a bound by one unit in the last place.
     return min(max(min(max(round(value / step), first), last) * step, within[0]), within[1])
 
 
 @dataclass(frozen=True)
 class Proof:
-    """The best strip found, a lower bound of ln objective over everything admissible, and what it took.
+    """The best strip found, a lower bound of ln objective over all admissible strips, and the search statistics.
 
-    ``best`` is None where none was found; the bound is then inf if it is proven that there is none.
+    ``best`` is None if none was found; the bound is then inf if infeasibility is proven.
     """
 
     best: Polished | None
@@ -96,7 +96,7 @@ class Proof:
 
 @dataclass
 class _View:
-    """The angles and sections that a relaxation looks at; grows from round to round."""
+    """The angles and sections of a relaxation; extended in each iteration."""
 
     angles: list[float]
     sections: list[float]
@@ -109,10 +109,10 @@ class _View:
 
 
 def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
-    """The global optimum with its bound: as close as ``gap`` (in ln objective) or as ``boxes`` boxes come.
+    """Global optimum with its bound: to ``gap`` (in ln objective), or as far as ``boxes`` boxes suffice.
 
-    Widths in steps are branched on beside a thickness that is free: a range of them is searched as if all were to be
-    had, and halved at its best strip's width if the sizes next to that strip are not as good as its bound.
+    Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
+    the width of its best strip if the neighbouring available widths do not reach its bound.
     """
     view = _View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS))
     if sizes.step_b is None or sizes.stock_h is not None:
@@ -152,17 +152,17 @@ def _search(
     cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, view: _View,
     incumbent: Polished | None,
 ) -> Proof:  # fmt: skip
-    """The same over every width within the bounds; ``incumbent`` if nothing is better by more than ``gap``."""
+    """``search`` over all widths within the bounds; ``incumbent`` if it is optimal within ``gap``."""
     slices, length = sizes.slices(), np.array(_length_range(cycle, sizes))
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     looked_at = wanted_of(objective, limits)
-    # Half of the gap is left to the relaxation's own best strip, which may lie a little below the best of all.
-    gap = max(0.45 * gap, _LEAST_GAP)
+    # Half of the gap is left for the relaxation's own best strip, which may be slightly suboptimal.
+    gap = max(0.45 * gap, _MIN_GAP)
     coarse = looked_at.power
-    enough = coarse and gap > _LOOSE
+    enough = coarse and gap > _COARSE_GAP
     if enough:
-        gap = max(gap, _DOUBTFUL * COARSE_ERROR)
-    # Relaxations measure stability by its limit.
+        gap = max(gap, _COARSE_ERROR_FACTOR * COARSE_ERROR)
+    # Relaxations measure stability relative to its limit.
     by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
@@ -177,11 +177,11 @@ def _search(
         if not math.isfinite(best[0]):
             if left == 0 or incumbent is not None:
                 break
-            # The boxes ran out before any centre was admissible: nothing to start from.
+            # Node limit reached before an admissible centre was found: no starting point.
             return Proof(None, bound, looked, turn + 1, len(view.angles))
         if incumbent is not None and best[0] >= known - gap:
             break
-        if coarse and not enough and incumbent is not None and best[0] >= known - _DOUBTFUL * COARSE_ERROR:
+        if coarse and not enough and incumbent is not None and best[0] >= known - _COARSE_ERROR_FACTOR * COARSE_ERROR:
             coarse = False
             continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
@@ -189,7 +189,7 @@ def _search(
         found = _polished(cycle, objective, limits, sizes.around(candidate), candidate, looked_at.power)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
-            if turn == 0 or len(view.angles) > _MOST_ANGLES:
+            if turn == 0 or len(view.angles) > _MAX_ANGLES:
                 view = _View([0.0, cycle.hardest], [1.0])
         if looked >= boxes or (key in tried and found is None):
             break
@@ -197,7 +197,7 @@ def _search(
         better = found is not None and found is incumbent
         strip = found.dimensions if better else candidate
         seen = found.peaks if better else cycle.peaks(strip, looked_at)
-        # What a second relaxation still believes in misses an angle, maybe one that only ties.
+        # From the second iteration on, an angle is missing, possibly one of equal severity.
         view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
@@ -207,7 +207,7 @@ def _search(
 def _polished(
     cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions, power: bool
 ) -> Polished | None:
-    """The best strip near ``start``; where power counts, first with its mean over few angles."""
+    """The best strip near ``start``; if power is relevant, first with its mean over few angles."""
     if power:
         near = polish(cycle.coarse, objective, limits, bounds, start)
         start = start if near is None else near.dimensions
@@ -217,11 +217,11 @@ def _polished(
 def governing(
     cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted, tied: float = 0.0
 ) -> tuple[Array, Array]:
-    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as bad as the worst.
+    """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as severe as the worst.
 
-    Where the greatest stress matters beside the utilisation, at the sections of both; where reactions do, the angles
-    of greatest side force and contact pressure too. ``tied`` is the share of its range by which a stress may miss its
-    extreme at an angle that is named as well.
+    If the maximum stress is relevant besides the utilisation, at the sections of both; if reactions are, including the
+    angles of maximum side force and contact pressure. ``tied`` is the fraction of its range by which a stress may miss
+    its extremum at further angles that are included.
     """
     eta, angles = peaks.stations(), peaks.angles
     table = cycle.strip(d).stresses(angles, eta)
@@ -245,7 +245,7 @@ def governing(
 
 
 def _vertex(left: float, middle: float, right: float) -> float:
-    """Where the parabola through three samples peaks, in steps from the middle one, at most one."""
+    """Vertex of the parabola through three samples, in steps from the middle one, at most one."""
     bend = 2.0 * middle - left - right
     return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
@@ -257,13 +257,13 @@ def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
 def _relaxation(
     cycle: CoreCycle, objective: Objective, limits: Limits, view: _View, coarse: bool = False, first: bool = True
 ) -> Relaxation:
-    """The problem at the angles and sections in view; ``coarse`` with power less what few angles may make of it."""
+    """The problem at the view's angles and sections; ``coarse`` with power reduced by the error of few angles."""
     angles = np.array(view.angles)
     force, stroke = cycle.axial_force(angles), cycle.crank_radius * np.sin(angles)
     react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
     looked_at = wanted_of(objective, limits)
     if looked_at.power:
-        # Power is a mean: it needs the whole cycle.
+        # Power is a mean: it requires the whole cycle.
         whole_force, whole_stroke, whole_speed = cycle.coarse.whole if coarse else cycle.whole
         most = 1.0 - COARSE_ERROR if coarse else 1.0
         react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)

@@ -1,4 +1,4 @@
-"""Side force, contact pressure and friction power over a box of designs, to the square of the box's size.
+"""Ranges of side force, contact pressure and friction power over a box of designs, to second order in its size.
 
 Per unit stroke the side force is k = (EI C + P)/L, C = V''(0) per unit stroke, because C + L D + q = 0 for the two
 constants of the beam; the moment that tilts the piston is (L + e) k - P. With EI = E/(12 tau),
@@ -6,7 +6,7 @@ constants of the beam; the moment that tilts the piston is (L + e) k - P. With E
     dk/dX = EI (dC/dX - C)/L,    dk/dY = EI (dC/dY)/L,    X = ln tau, Y = ln l,
 
 and the ranges of C's derivatives over the box are those of ``solvers.rod.optimum.proof.intervals``. A magnitude has a
-corner where its argument changes sign: there its derivative ranges over both signs, and the mean value theorem still
+kink where its argument changes sign: there its derivative ranges over both signs, and the mean value theorem still
 holds.
 """
 
@@ -38,7 +38,7 @@ def magnitude(low: float, high: float, slope: Array) -> tuple[float, float]:
 
 @kernel
 def force_and_couple(p: Relaxation, work: Work, i: int, tau1: float, tau2: float, force: Array, couple: Array) -> None:
-    """|T| and 6 |M0 + T e|/Lp [N] at one angle: value at the centre, range, ranges of derivatives by X and by Y."""
+    """|T| and 6 |M0 + T e|/Lp [N] at one angle: value at the centre, range, ranges of derivatives by X and Y."""
     s, arm, per_length = abs(p.react_stroke[i]), p.rod_length + p.guide[0], 6.0 / p.guide[2]
     ei1, ei2 = p.modulus / (12.0 * tau2), p.modulus / (12.0 * tau1)
     slope = work.clamp.slope[i, 0]
@@ -60,10 +60,10 @@ def force_and_couple(p: Relaxation, work: Work, i: int, tau1: float, tau2: float
 
 @kernel
 def add_wall(force: Array, couple: Array, speed: float, total: Array) -> None:
-    """Add speed times the force on the walls, (c + T^2/c)/2 or T where T exceeds c, to ``total``, all as above."""
+    """Add speed times the wall force, (c + T^2/c)/2, or T where T exceeds c, to ``total``; layout as above."""
     T, c = force[0], couple[0]
     total[0] += speed * (0.5 * (c + T * T / c) if c > T else T)
-    # By T: min(1, T/c); by c: half of 1 less that squared.
+    # By T: min(1, T/c); by c: (1 - min(1, T/c)^2)/2.
     by1 = 1.0 if force[1] >= couple[2] else force[1] / couple[2]
     by2 = 1.0 if force[2] >= couple[1] else force[2] / couple[1]
     low = 0.5 * (couple[1] + force[1] * force[1] / couple[1]) if couple[1] > force[1] else force[1]
@@ -79,9 +79,9 @@ def add_wall(force: Array, couple: Array, speed: float, total: Array) -> None:
 
 @kernel
 def reaction_row(p: Relaxation, work: Work, which: int, tau1: float, tau2: float, out: Array) -> bool:
-    """ln of the greatest side force or contact pressure, or of power: value at the centre, ranges of derivatives.
+    """ln of the maximum side force or contact pressure, or of power: value at the centre, ranges of derivatives.
 
-    Of a greatest value, the angle that has it at the box's centre: a lower bound. False where no range is known.
+    A maximum is represented by its angle at the box's centre: a lower bound. False if no range is known.
     """
     force, couple, total = np.empty(7), np.empty(7), np.zeros(7)
     if which == POWER:

@@ -1,4 +1,4 @@
-"""Forms say of a request what it says, take what people type, and put faults where they are."""
+"""Form nodes: round trip of requests, parsing of user input, placement of errors."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def asked(slug: str, mode: Mode, texts: dict[str, str]):
 
 
 def without_nothing(value):
-    """A request without what is null: a group of nulls is the same as none."""
+    """A request without nulls; a group of nulls only is dropped."""
     if isinstance(value, dict):
         found = {name: without_nothing(inner) for name, inner in value.items()}
         return {name: inner for name, inner in found.items() if inner not in (None, {})}
@@ -41,7 +41,7 @@ def without_nothing(value):
 
 @pytest.mark.parametrize("units", System)
 @pytest.mark.parametrize(("slug", "mode"), JOBS)
-def test_a_form_filled_with_the_example_means_the_example(slug, mode, units):
+def test_the_example_round_trips(slug, mode, units):
     example = KINDS[slug].jobs[mode].request.model_validate_json(json.dumps(KINDS[slug].example(mode)))
     with measuring(units):
         back = asked(slug, mode, texts_of(slug, mode))
@@ -49,8 +49,8 @@ def test_a_form_filled_with_the_example_means_the_example(slug, mode, units):
 
 
 @pytest.mark.parametrize(("slug", "mode"), JOBS)
-def test_every_field_of_the_contract_has_a_place(slug, mode):
-    """Fields by their pointers, without those that the service fills in and those that a rule leaves out."""
+def test_every_field_of_the_contract_has_an_input(slug, mode):
+    """Compared by pointer, without fields filled by the service or excluded by a rule."""
     kind = KINDS[slug]
     schema = kind.jobs[mode].request.model_json_schema()
     placed_at = set()
@@ -82,7 +82,7 @@ def test_every_field_of_the_contract_has_a_place(slug, mode):
     assert not set(pointers(schema)) - placed_at
 
 
-def test_both_a_comma_and_a_point_are_decimal():
+def test_decimal_comma_and_point_are_accepted():
     assert number("1,5") == number("1.5") == 1.5
     assert number("\u22122,5e-3") == -2.5e-3
 
@@ -96,28 +96,28 @@ def test_another_unit_behind_the_number_is_converted(typed, unit, meant):
 
 
 @pytest.mark.parametrize("typed", ["fast", "1.2.3", "1 furlong", "nan", "1e999", "1 000", ""])
-def test_what_is_no_number_stays_as_it_was_typed(typed):
+def test_invalid_numbers_stay_as_typed(typed):
     assert number(typed, "mm") == typed
 
 
-def test_rows_come_from_spreadsheets_of_any_country():
+def test_rows_of_any_spreadsheet_locale_are_parsed():
     assert cells_of("10\t1,5") == cells_of("10;1,5") == cells_of("10 1,5") == ["10", "1,5"]
     assert cells_of("10,1.5", 2) == cells_of("10, 1.5") == ["10", "1.5"]
 
 
-def test_conditions_know_and_and_or():
+def test_conditions_support_and_and_or():
     assert applies("a=1,2&b=3|c=4", {"a": "2", "b": "3"})
     assert applies("a=1,2&b=3|c=4", {"c": "4"})
     assert not applies("a=1,2&b=3|c=4", {"a": "2"})
 
 
-def test_the_chosen_member_alone_counts():
+def test_only_the_selected_member_is_submitted():
     texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table", "load.schmidt.delta": "nonsense"}
     load = asked("flexible-rod", Mode.CHECK, texts).load
     assert (load.kind, len(load.angle_deg)) == ("table", 6)
 
 
-def test_what_is_added_and_not_filled_in_is_a_fault_not_nothing():
+def test_an_enabled_empty_field_is_an_error():
     texts = texts_of("pin-profile", Mode.DESIGN) | {"limits.max_deflection_um.on": "on"}
     assert form_of(KINDS["pin-profile"], Mode.DESIGN).value(texts)["limits"]["max_deflection_um"] == ""
 
@@ -133,14 +133,14 @@ def test_a_pin_checked_by_points_and_a_bushing():
     assert (bushing.variable, bushing.bore_mm, bushing.profile) == ("outer", 10, None)
 
 
-def test_effects_of_ones_own_choice():
+def test_individual_selection_of_effects():
     texts = texts_of("flexible-rod", Mode.CHECK) | {"effects": "choice", "effects.shear": "include"}
     texts["effects.friction"] = "exclude"
     effects = asked("flexible-rod", Mode.CHECK, texts).effects
     assert (effects.include, effects.exclude) == (["shear"], ["friction"])
 
 
-def test_a_fault_is_told_at_the_field_that_is_to_be_seen():
+def test_an_error_is_placed_at_a_visible_field():
     form = form_of(KINDS["flexible-rod"], Mode.CHECK)
     entry = {"detail": "is missing", "allowed": REQUIRED}
     errors = [
@@ -155,14 +155,14 @@ def test_a_fault_is_told_at_the_field_that_is_to_be_seen():
     assert faults.elsewhere == ("nowhere is missing",)
 
 
-def test_a_fault_names_other_fields_by_their_labels():
+def test_an_error_names_other_fields_by_their_labels():
     form, texts = form_of(KINDS["flexible-rod"], Mode.CHECK), texts_of("flexible-rod", Mode.CHECK)
     entry = {"pointer": "/dimensions/l_mm", "detail": "is too long", "allowed": "at most mechanism.rod_length_mm"}
     faults = placed(form, texts, Problem(422, "no", "no", [entry]))
     assert faults.at["dimensions.l_mm"] == "is too long (allowed: at most “Rod length L”)"
 
 
-def test_inches_and_psi_are_typed_and_millimetres_and_megapascals_are_meant():
+def test_inches_and_psi_are_converted_to_metric_units():
     with measuring(System.INCH):
         texts = texts_of("pin-profile", Mode.CHECK)
         assert float(texts["geometry.boss_length_mm"]) == pytest.approx(24.0 / 25.4, rel=1e-11)

@@ -144,6 +144,8 @@ def iterate(
     The check is exact, but where limits are likely to be far (``far``) and are.
     """
     outcome, x = model.check(d, max(_ROUGH, model.accuracy) if far else None), logarithms(d)
+    if outcome.value.stresses is None:
+        return None
     if far and excess_of(task, outcome.value, model.scene) <= _FAR:
         outcome = model.check(d)
     check = outcome.value

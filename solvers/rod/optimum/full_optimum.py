@@ -45,7 +45,7 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_ROUNDS, _GAP_RADIUS = 3, 0.03
+_GAP_ROUNDS, _GAP_RADIUS = 4, 0.03
 """Rounds of searches, each in the gaps around the best strip so far; the first radius of one, in ln b, ln h, ln l."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
@@ -103,11 +103,11 @@ class Context:
         return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
 
     def search_from(
-        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS, known: float = math.inf
     ) -> Local | None:
         """One local search, kept among the ends."""
         self.started.append(logarithms(start))
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds)
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known)
         if local is not None:
             self.ends.append(local)
         return local
@@ -237,23 +237,28 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
-    gaps, best = explored.bent(), None
+    gaps, best, known, left = explored.bent(), None, math.inf, 0.0
     starts = [explored.best().best.outcome.value.dimensions]
     for _ in range(_GAP_ROUNDS):
         for strip in starts:
-            gaps.search_from(strip, context.bounds, _GAP_RADIUS)
-        found = gaps.best()
+            gaps.search_from(strip, context.bounds, _GAP_RADIUS, known=known)
+        found, left = gaps.best(), 0.0
         if found is None or found.found is None or found is best:
             break
+        # Where there is no time for the gaps around the last strip, as much as the last round gained may be left.
+        left, known = known - found.best.log_cost if best else 0.0, found.best.log_cost
         best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
         valleys = other_gaps(gaps.model, gaps.task, context.bounds, best.best, conditions)
         starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME)]
+        if not starts:
+            left = 0.0
+            break
     start = (best or explored.best()).best.outcome.value.dimensions
     best, ends = context.finer().search_from(start, context.bounds, FINE_RADIUS), _different(gaps.ends)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
-    return Optimum(best, conditions, None, context.starts, ends)
+    return Optimum(best, conditions, None, context.starts, ends, left)
 
 
 def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:

@@ -34,6 +34,8 @@ _STRAY = 1e-3
 _LEAST_EXCESS = 1e-16
 _STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
+_CATCHES_UP = 4.0
+"""Times what a step promises: what all that follow are expected to gain at most."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
 
@@ -85,9 +87,18 @@ class Local:
 
 
 def local_search(
-    model: FullModel, task: Task, bounds: Bounds, start: Array, radius: float = _FIRST_RADIUS, rounds: int = ROUNDS
+    model: FullModel,
+    task: Task,
+    bounds: Bounds,
+    start: Array,
+    radius: float = _FIRST_RADIUS,
+    rounds: int = ROUNDS,
+    known: float = math.inf,
 ) -> Local | None:
-    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up."""
+    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up.
+
+    A search that is not going to come below a ``known`` ln objective is given up.
+    """
     box = np.log([bounds.b, bounds.h, bounds.l])
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
@@ -100,6 +111,8 @@ def local_search(
             if gain <= task.enough:
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
+            break
+        if at.admissible and at.log_cost - _CATCHES_UP * max(promised, task.enough) > known:
             break
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < model.closest:
@@ -131,6 +144,8 @@ def iterate(
     The check is exact, but where limits are likely to be far (``far``) and are.
     """
     outcome, x = model.check(d, max(_ROUGH, model.accuracy) if far else None), logarithms(d)
+    if outcome.value.stresses is None:
+        return None
     if far and excess_of(task, outcome.value, model.scene) <= _FAR:
         outcome = model.check(d)
     check = outcome.value

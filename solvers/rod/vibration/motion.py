@@ -30,6 +30,8 @@ _TERMS = 9
 MOST_RINGING = 16
 """No more modes are made to ring."""
 
+_ALGEBRAIC = 2.0
+"""Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
 _LOOSEST = 1e-4
@@ -261,7 +263,8 @@ def _space(equation: StripEquation, d: Array, greatest: Array) -> float:
     combined = equation.basis.combination @ equation.modes
     series = np.abs(d.reshape(-1, d.shape[2]) @ combined.T).max(axis=0)
     ends = np.stack([equation.basis.polynomials(0.0, order) * series for order in (2, 3)], axis=1)
-    return float(np.max(left_by_series(ends[-4:]) / greatest))
+    margin = _ALGEBRAIC if equation.loss else 1.0
+    return margin * float(np.max(left_by_series(ends[-4:]) / greatest))
 
 
 def _parted(whole: Array, speed: Array) -> Array:

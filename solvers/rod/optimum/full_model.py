@@ -35,8 +35,8 @@ _WHOLE = periodic.grid(256)
 """Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
 _STEP, _CORRECTION_STEP = 1e-6, 2e-3
 """Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
-_CHECKED = 0.7
-"""Share of the accuracy that is asked of a check: the rest is for what a search leaves."""
+_CHECKED, _CLOSEST_CHECK = 0.7, 1e-12
+"""Share of the accuracy that is asked of a check, as the rest is for what a search leaves; the least that may be."""
 _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
@@ -141,7 +141,12 @@ class FullModel:
         self.watch()
         self.checks += 1
         found = check(
-            self.scene, d, self.effects, self.effect_tolerance, accuracy or _CHECKED * self.accuracy, self.criterion
+            self.scene,
+            d,
+            self.effects,
+            self.effect_tolerance,
+            accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK),
+            self.criterion,
         )
         if accuracy is None or accuracy <= self.accuracy:
             self._checks[d] = found

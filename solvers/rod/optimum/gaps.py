@@ -16,7 +16,7 @@ from solvers.rod import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
 from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
-from solvers.rod.optimum.local_search import Iterate, Task
+from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
 from solvers.rod.optimum.ripples import of_whole_rows
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
@@ -40,15 +40,15 @@ def other_gaps(
     """Strips in other gaps from where a search may find a better one, the most promising first."""
     weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
     ways, pace = _ways(model, bounds, best, conditions)
-    found = [one for way in ways for one in _valleys(bounds, best, weights, task.enough, way, pace)]
+    found = [one for way in ways for one in _valleys(task, bounds, best, weights, way, pace)]
     return [strip for _, strip in sorted(found, key=lambda one: one[0])[:_STARTS]]
 
 
 def _valleys(
-    bounds: Bounds, best: Iterate, weights: Array, least: float, way: Array, pace: float
+    task: Task, bounds: Bounds, best: Iterate, weights: Array, way: Array, pace: float
 ) -> list[tuple[float, Dimensions]]:
-    """The Lagrangian's valleys along a way that lie beyond a resonance or deeper by ``least``, by how much dearer they
-    are."""
+    """The Lagrangian's valleys along a way that lie beyond a resonance or deeper than the strip's own, by how much
+    dearer they are."""
     places = np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1) / (_STEPS * pace)
     strips, home, own = [], 0, float(weights @ best.memory.active.corrected_values(best.x))
     for place in places:
@@ -56,11 +56,11 @@ def _valleys(
         if np.max(np.abs(place * way)) < _FARTHEST and (not strips or strip != strips[-1]):
             home = len(strips) if place <= 0.0 else home
             strips.append(strip)
-    merits = np.minimum([_merit(best, weights, strip) - own for strip in strips], _STEEPEST)
+    merits = np.minimum([_merit(task, best, weights, strip) - own for strip in strips], _STEEPEST)
     around = np.concatenate([[math.inf], merits, [math.inf]])
     valleys = [n for n in range(merits.size) if merits[n] <= min(around[n], around[n + 2]) and merits[n] < _DEARER]
     # What parts a strip from a better one may be narrower than the steps.
-    apart = [n for n in valleys if n != home and (merits[n] < -least or _barrier(merits, n, home) > 0.0)]
+    apart = [n for n in valleys if n != home and (merits[n] < -task.enough or _barrier(merits, n, home) > 0.0)]
     return [(merits[n], strips[n]) for n in apart]
 
 
@@ -70,9 +70,14 @@ def _barrier(merits: Array, n: int, home: int) -> float:
     return float(np.max(merits[low : high + 1]) - max(merits[n], merits[home]))
 
 
-def _merit(best: Iterate, weights: Array, strip: Dimensions) -> float:
+def _merit(task: Task, best: Iterate, weights: Array, strip: Dimensions) -> float:
+    """The Lagrangian, and what limits that do not hold the best strip are missed by."""
     values = best.memory.active.corrected_values(np.log([strip.b, strip.h, strip.l]))
-    return math.inf if values[rows.UTILISATION] == rows.BUCKLED else float(weights @ values)
+    if values[rows.UTILISATION] == rows.BUCKLED:
+        return math.inf
+    idle = [row for row in best.limits if weights[row] == 0.0]
+    missed = sum(max(values[row] - best.limits[row], 0.0) for row in idle)
+    return float(weights @ values) + PENALTY * missed
 
 
 def _ways(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[list[Array], float]:

@@ -25,7 +25,7 @@ from solvers.rod.scene import Dimensions, Scene
 ROUNDS = 10
 _FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD = 0.1, 0.75
-_PENALTY = 10.0
+PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
 """Beyond this excess a strip is first made admissible; to this share of the excess."""
@@ -110,7 +110,7 @@ def local_search(
             gain = max(promised, 0.0) if at.admissible else math.inf
             if gain <= task.enough:
                 return Local(best, gain, turn)
-        if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
+        if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
         if at.admissible and at.log_cost - _CATCHES_UP * max(promised, task.enough) > known:
             break
@@ -210,18 +210,18 @@ def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: flo
         step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
         x = step.x
         if step.cost > 0.0:
-            return x, _PENALTY * (p.violation(values) - step.cost)
+            return x, PENALTY * (p.violation(values) - step.cost)
     step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
     if step.violation > 0.1 * task.guard:
         step = restored(at.memory, p, near, step.x, 3)
     gain = p.cost(values) - step.cost
     if not at.admissible:
-        gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
+        gain += PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
     return step.x, gain
 
 
 def _merit(at: Iterate) -> float:
-    return at.log_cost + _PENALTY * at.excess
+    return at.log_cost + PENALTY * at.excess
 
 
 def _better(trial: Iterate, best: Iterate) -> bool:

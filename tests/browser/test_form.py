@@ -16,9 +16,9 @@ def test_a_person_checks_his_machine(browser, address):
     assert page.locator("h1").inner_text() == "mine"
     assert page.get_by_role("row", name="fatigue safety").locator("td").first.inner_text().startswith("2.70")
     page.wait_for_load_state("networkidle")
-    for picture in page.locator("figure img").all():
+    pictures = page.locator("figure img").all()
+    assert len(pictures) == 5
+    for picture in pictures:  # each is loaded when it comes into view
         picture.scroll_into_view_if_needed()
-    page.wait_for_load_state("networkidle")
-    drawn = page.locator("figure img").evaluate_all("images => images.map(i => i.complete && i.naturalWidth > 0)")
-    assert len(drawn) == 5 and all(drawn)
+        page.wait_for_function("i => i.complete && i.naturalWidth > 0", arg=picture.element_handle(), timeout=30_000)
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth"), "the page is wider than a phone"

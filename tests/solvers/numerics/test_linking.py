@@ -41,8 +41,9 @@ def test_an_inner_kernel_is_linked_into_its_caller_only(tmp_path: Path) -> None:
         spec.loader.exec_module(module)
         assert module.outer(np.array([1.0, 4.0, 0.25])) == 5.25
         assert _library() is not None, "numba looks otherwise than linking.py expects"
-        taken_in = module.inner
-        assert [result.library._inner for result in taken_in.inner.overloads.values()] == [True]
+        dispatcher = module.inner.inner
+        (linked_in,) = (result.library for result in dispatcher.overloads.values())
+        assert linked_in._inner is True
         (compiled,) = module.outer.compiled.overloads.values()
         assert len(compiled._find_referenced_environments()) <= 1, "each is looked up again wherever it is loaded"
         # Called from Python after all, it is compiled for that.

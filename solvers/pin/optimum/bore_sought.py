@@ -127,8 +127,7 @@ class BoreSought:
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         m = scene.material
         of_pin = scene.force, self.diameter, scene.geometry.length, m.elastic_modulus, m.poisson
-        widest = min(1.0 - float(walls.min()), 1.0 - 1e-6)
-        ratio = ovalization.ratio_at_stress(allowable, *of_pin, most=max(widest, 0.3))
+        ratio = ovalization.ratio_within_stress(allowable, *of_pin) or ovalization.MIN_HOOP_RATIO
         return 1.0 - walls > ratio, f"the bore is wider than {ratio * self.diameter * 1e3:.4g} mm"
 
     def with_wall(self, size: float, share: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,6 +19,8 @@ from solvers.pin.stations.opening import opening_stations
 Array = NDArray[np.float64]
 _MAX_PASSES = 60
 _EDGE_BISECTIONS = 60
+_ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
+"""Added to the ends of the interval of log D that holds the root, and the root's tolerance."""
 
 
 @dataclass(frozen=True)
@@ -99,22 +102,18 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
 
 def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
     """Return the least outer diameter [m] whose solid pin carries the loads, all else equal; 0 without a load."""
+    from scipy.optimize import brentq
 
     def worst(diameter: float) -> float:
         return greatest_utilisation(
             replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)), criterion
         )[0]
 
-    high = scene.geometry.outer_diameter
-    if worst(high) == 0.0:
+    own = scene.geometry.outer_diameter
+    now = worst(own)
+    if now == 0.0:
         return 0.0
     # Utilisation falls at least with 1/D, at most with 1/D^3.
-    while worst(high) > 1.0:
-        high *= 2.0
-    low = high
-    while worst(low) <= 1.0:
-        low *= 0.5
-    for _ in range(44):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if worst(middle) > 1.0 else (low, middle)
-    return high
+    least, most = sorted((math.log(now) / 3.0, math.log(now)))
+    found = brentq(lambda x: math.log(worst(own * math.exp(x))), least - _ROOM, most + _ROOM, xtol=_DIAMETER_TOLERANCE)
+    return own * math.exp(found + _DIAMETER_TOLERANCE)

@@ -87,7 +87,7 @@ class ExactMotion:
     def displacement(self, angle: ArrayLike) -> Array:
         """x [m] from the upper dead centre toward the crank."""
         phi = np.asarray(angle, dtype=float)
-        return _displacements(phi.ravel(), self.frame).reshape(phi.shape)
+        return displacements(phi.ravel(), self.frame).reshape(phi.shape)
 
     def posture(self, angle: ArrayLike) -> Posture:
         """tan beta = sin beta/cos beta; d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
@@ -156,7 +156,8 @@ def turning_of(at: Stand, frame: Frame) -> float:
 
 
 @kernel
-def _displacements(phi: Array, frame: Frame) -> Array:
+def displacements(phi: Array, frame: Frame) -> Array:
+    """``ExactMotion.displacement`` at angles (n,)."""
     out = np.empty(phi.size)
     for i in range(phi.size):
         out[i] = displacement_of(stand_at(phi[i], frame), frame)

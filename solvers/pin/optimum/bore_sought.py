@@ -20,11 +20,12 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import monotone_bound_around, pointwise_bound
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, densities
+from solvers.pin.section.flexibility import ShearFlexibility
 from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
 from solvers.pin.section.variables import solidity_of, wall_of
 
@@ -83,7 +84,7 @@ class BoreSought:
         return uses(constraints, walls)
 
     def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        return densities(u, bending, shear, law.a, law.b)
+        return densities(u, bending, shear, self.kappa, law.a, law.b)
 
     def solidity_of(self, walls: Array) -> Array:
         return solidity_of(walls)

@@ -13,6 +13,7 @@ from solvers.pin.optimum.discretised import constraints_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.strength import uses
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
 
@@ -34,11 +35,7 @@ class WeakSpan:
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
     """Return the maximum utilisation of the solid section over all constraints at stations; feasible if F(1) <= 1."""
-    full = np.ones_like(x)
-    out = np.zeros_like(x)
-    for constraint in constraints_at(scene, criterion, x, side):
-        out = np.maximum(out, constraint.value(full))
-    return out
+    return uses(constraints_at(scene, criterion, x, side), np.ones_like(x)).max(axis=0)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
@@ -63,8 +60,7 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
 
 def force_limit_of(program: Program) -> float:
     """``force_limit`` evaluated from a program's stations if they resolve the maximum."""
-    solid = np.ones_like(program.stations.x)
-    values = np.max([constraint.value(solid) for constraint in program.constraints], axis=0)
+    values = program.uses(np.ones_like(program.stations.x)).max(axis=0)
     greatest = float(values.max())
     if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():
         return force_limit(program.scene, program.criterion)

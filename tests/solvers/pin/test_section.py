@@ -12,7 +12,7 @@ from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
-from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints
+from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
 from solvers.pin.section.variables import v_of, wall_of
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
@@ -86,7 +86,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
     demands = strength_constraints(pin.CRITERIA[criterion], forces(**loads), GEOMETRY.outer_diameter, STEEL)
-    return max(float(d.stress * d.value(wall)[0] / v_of(wall)[0]) for d in demands)
+    return max(float(d.stress * uses([d], wall).max()) for d in demands)
 
 
 def test_stresses_are_the_textbooks():

@@ -79,7 +79,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.section.least_wall.least_walls", "f1 f1 f f f f f f1"),
         ("solvers.pin.section.least_wall.raise_uses", "f1 f1 f f f f f f1 f1"),
         ("solvers.pin.section.outside_wall._least_gap", "f2 f f f f f1"),
-        ("solvers.pin.shapes.break_points.bar._evaluate", "f1 f1 f3A f1 f2"),
+        ("solvers.pin.shapes.break_points.bar._evaluate", "f1 f1 f3 f1 f2"),
         ("solvers.pin.shapes.break_points.paths.backward", "f4 f2 f2"),
         ("solvers.pin.shapes.break_points.paths.costs", "f f2 f2 f f f f4"),
         ("solvers.pin.shapes.break_points.paths.forward", "f4 f2 f2 i2"),

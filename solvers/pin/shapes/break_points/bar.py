@@ -81,7 +81,8 @@ class Sums:
         series = values @ np.linalg.inv(legendre.legvander(NODE_PLACES, NODES - 1)).T
         sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * wide)[:, None, None]
         sums[1:, :, 0] += np.cumsum(sums.sum(axis=2), axis=0)[:-1]
-        return left, wide, np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2), sums
+        padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
+        return left, wide, np.ascontiguousarray(padded), np.ascontiguousarray(sums)
 
     def upto(self, t: Array) -> Array:
         """Return both integrals up to positions t, shape (2, n)."""

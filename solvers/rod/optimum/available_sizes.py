@@ -19,8 +19,8 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.full_model import logarithms
 from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
+from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.local_search import Local, local_search
 from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds

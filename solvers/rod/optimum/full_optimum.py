@@ -20,7 +20,8 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms, no_watch
+from solvers.rod.optimum.full_model import Array, FullModel, no_watch
+from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import other_gaps
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
@@ -248,7 +249,7 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
         # Where there is no time for the gaps around the last strip, as much as the last round gained may be left.
         left, known = known - found.best.log_cost if best else 0.0, found.best.log_cost
         best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
-        valleys = other_gaps(gaps.model, gaps.task, context.bounds, best.best, conditions)
+        valleys = other_gaps(gaps.task, context.bounds, best.best, conditions)
         starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME)]
         if not starts:
             left = 0.0

@@ -15,12 +15,12 @@ import numpy as np
 from solvers.rod import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
+from solvers.rod.optimum.corrections import log_frequency_ratio
+from solvers.rod.optimum.full_model import Array
 from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
 from solvers.rod.optimum.ripples import of_whole_rows
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
-from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _GAPS, _STEPS = 2, 6
 """So many gaps are looked at to each side, in so many steps each."""
@@ -30,16 +30,14 @@ _STARTS, _DEARER = 2, 0.01
 """So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
 _STEEPEST = 1e3
 """Where strips buckle, in ln objective."""
-_STEEP, _STEP = 0.05, 1e-4
-"""Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
+_STEEP = 0.05
+"""Change of ln Omega per unit of the way, under which there are no gaps on it."""
 
 
-def other_gaps(
-    model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity
-) -> list[Dimensions]:
+def other_gaps(task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity) -> list[Dimensions]:
     """Strips in other gaps from where a search may find a better one, the most promising first."""
     weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
-    ways, pace = _ways(model, bounds, best, conditions)
+    ways, pace = _ways(bounds, best, conditions)
     found = [one for way in ways for one in _valleys(task, bounds, best, weights, way, pace)]
     return [strip for _, strip in sorted(found, key=lambda one: one[0])[:_STARTS]]
 
@@ -80,17 +78,10 @@ def _merit(task: Task, best: Iterate, weights: Array, strip: Dimensions) -> floa
     return float(weights @ values) + PENALTY * missed
 
 
-def _ways(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[list[Array], float]:
+def _ways(bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[list[Array], float]:
     """Steps in ln(b, h, l) per ln Omega, and Omega: along what limits leave free; where that is more than one
     direction, or none, thickness and length each by itself."""
-    scene = model.scene
-    mean = float(np.mean(best.memory.active.home_cycle.axial_force(2.0 * math.pi * np.arange(128) / 128)))
-
-    def log_pace(x: Array) -> float:
-        return math.log(natural_frequency(scene, dimensions_of(x, scene), mean) / scene.mechanism.speed)
-
-    here = log_pace(best.x)
-    slope = np.array([(here - log_pace(best.x - _STEP * unit)) / _STEP for unit in np.eye(3)])
+    here, slope = log_frequency_ratio(best.memory.active.home_cycle)
     tangent, ranges = conditions.tangent, (bounds.b, bounds.h, bounds.l)
     free = [np.eye(3)[v] for v in (1, 2) if ranges[v][0] < ranges[v][1]]
     units = [tangent[0]] if len(tangent) == 1 else free

@@ -32,6 +32,13 @@ _FREQUENCY_STEP = 1e-4
 """Of differences of ln Omega, in ln b, ln h, ln l."""
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
+import os
+
+_PAIRS = {
+    "d": ((0, 0), (1, 1), (2, 2)),
+    "f": ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)),
+    "g": ((0, 0), (0, 1), (0, 2)),
+}[os.environ.get("BEND", "d")]
 _CENTRE = (0.0, 0.0, 0.0)
 
 
@@ -51,7 +58,13 @@ class Stencil:
     def around(centre: FullStrip, step: float, curved: bool, watch: Callable[[], None]) -> Stencil:
         """The stencil of a strip: ``curved`` ones look along the direction in which the frequency ratio changes.
         ``watch`` is called before each strip."""
-        return Stencil(centre, step, _frequency_first(centre.cycle) if curved else np.eye(3), curved, watch)
+        return Stencil(
+            centre,
+            step,
+            _frequency_first(centre.cycle) if curved and not os.environ.get("AXES") else np.eye(3),
+            curved,
+            watch,
+        )
 
     def serves(self, d: Dimensions) -> bool:
         """Whether the polynomial holds near a strip."""
@@ -89,6 +102,7 @@ class Added:
     at_home: Array
     _slopes: dict[int, Array] = field(default_factory=dict)
     _beside: dict[tuple[float, ...], Array] = field(default_factory=dict)
+    _bends: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     @staticmethod
     def near(home: FullStrip, stencil: Stencil, rows_of: Callable[[FullStrip], Array]) -> Added:
@@ -103,15 +117,23 @@ class Added:
         out = self.at_home.copy()
         for k in np.flatnonzero(new - old).tolist():
             out += (new[k] - old[k]) * self._slope(k)
-        bend = new[0] ** 2 - old[0] ** 2
-        return out + 0.5 * bend * self._curvature() if s.curved and bend != 0.0 else out
+        if s.curved:
+            for v, w in _PAIRS:
+                change = new[v] * new[w] - old[v] * old[w]
+                if change != 0.0:
+                    out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
+        return out
+
+    def slopes_at_ratio(self) -> Array:
+        """Derivatives by ln(b, h, l) at a constant frequency ratio, (rows, 3): nothing across it."""
+        return sum(np.outer(self._slope(k), self.stencil.directions[k]) for k in (1, 2))
 
     def _slope(self, k: int) -> Array:
         """The derivative by y_k at the centre; to one side at the rod's end."""
         if k not in self._slopes:
             ahead, behind = self._step(k, 1.0), self._step(k, -1.0)
             ended = self.stencil.ends(ahead), self.stencil.ends(behind)
-            if k == 0 and self.stencil.curved and not any(ended):
+            if self.stencil.curved and not any(ended):
                 slope = 0.5 * (self._around(ahead) - self._around(behind))
             else:
                 side = -1.0 if ended[0] else 1.0
@@ -119,12 +141,27 @@ class Added:
             self._slopes[k] = slope / self.stencil.step
         return self._slopes[k]
 
-    def _curvature(self) -> Array:
-        """The second derivative by y_0 at the centre; zero at the rod's end."""
-        ahead, behind = self._step(0, 1.0), self._step(0, -1.0)
-        if self.stencil.ends(ahead) or self.stencil.ends(behind):
-            return np.zeros_like(self.at_home)
-        return (self._around(ahead) + self._around(behind) - 2.0 * self._around(_CENTRE)) / self.stencil.step**2
+    def _bend(self, v: int, w: int) -> Array:
+        """The second derivative by y_v and y_w at the centre; zero at the rod's end."""
+        if (v, w) not in self._bends:
+            if v == w:
+                places = self._step(v, 1.0), self._step(v, -1.0)
+            else:
+                places = (
+                    self._step(v, 1.0),
+                    self._step(w, 1.0),
+                    tuple(np.add(self._step(v, 1.0), self._step(w, 1.0)).tolist()),
+                )
+            if any(self.stencil.ends(y) for y in places):
+                bend = np.zeros_like(self.at_home)
+            elif v == w:
+                bend = self._around(places[0]) + self._around(places[1]) - 2.0 * self._around(_CENTRE)
+            else:
+                bend = (
+                    self._around(places[2]) + self._around(_CENTRE) - self._around(places[0]) - self._around(places[1])
+                )
+            self._bends[v, w] = bend / self.stencil.step**2
+        return self._bends[v, w]
 
     def _step(self, k: int, side: float) -> tuple[float, ...]:
         return tuple((side * self.stencil.step * np.eye(3)[k]).tolist())

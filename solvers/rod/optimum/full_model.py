@@ -212,8 +212,7 @@ class FullRows:
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        d = self._dimensions(x)
-        out = self._rows(self.model.strip(d, corrected=False))
+        d, out = self._dimensions(x), self.plain_values(x)
         if self._added is not None and (out[rows.STABILITY] < 0.0 or d is self.home):
             out += self._added.at_home if d is self.home else self._added.at(x)
         return out
@@ -266,12 +265,27 @@ class FullRows:
 
     def slopes(self, x: Array, free: Array = ALL) -> Array:
         """Their derivatives by x, shape (rows, 3), by differences to one side; those with other indices are zero."""
-        here, out = self.values(x), np.zeros((self.layout.size, 3))
+        return self._slopes(self.values, x, free)
+
+    def plain_values(self, x: Array) -> Array:
+        """The rows without corrections."""
+        return self._rows(self.model.strip(self._dimensions(x), corrected=False))
+
+    def plain_slopes(self, x: Array) -> Array:
+        """Their derivatives."""
+        return self._slopes(self.plain_values, x, ALL)
+
+    def slopes_at_ratio(self, x: Array) -> Array:
+        """The same with what corrections add at a constant frequency ratio: nothing across it."""
+        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
+
+    def _slopes(self, values: Callable[[Array], Array], x: Array, free: Array) -> Array:
+        here, out = values(x), np.zeros((self.layout.size, 3))
         for v in free:
             unit = np.eye(3)[v]
             for step in (_STEP, -_STEP):
                 # Beside buckling, and at the rod's end, only the other side has strips.
-                beside = None if v == 2 and self._ends(x + step * unit) else self.values(x + step * unit)
+                beside = None if v == 2 and self._ends(x + step * unit) else values(x + step * unit)
                 if beside is not None and beside[rows.UTILISATION] != rows.BUCKLED:
                     out[:, v] = (beside - here) / step
                     break

@@ -22,7 +22,7 @@ from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
-from solvers.rod.optimum.gaps import other_gaps
+from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
@@ -46,8 +46,8 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_ROUNDS, _GAP_RADIUS = 4, 0.03
-"""Rounds of searches, each in the gaps around the best strip so far; the first radius of one, in ln b, ln h, ln l."""
+_GAP_STARTS, _GAP_RADIUS = 8, 0.03
+"""Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -238,24 +238,22 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
-    gaps, best, known, left = explored.bent(), None, math.inf, 0.0
-    starts = [explored.best().best.outcome.value.dimensions]
-    for _ in range(_GAP_ROUNDS):
-        for strip in starts:
-            gaps.search_from(strip, context.bounds, _GAP_RADIUS, known=known)
-        found, left = gaps.best(), 0.0
-        if found is None or found.found is None or found is best:
-            break
-        # Where there is no time for the gaps around the last strip, as much as the last round gained may be left.
-        left, known = known - found.best.log_cost if best else 0.0, found.best.log_cost
-        best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
-        valleys = other_gaps(gaps.task, context.bounds, best.best, conditions)
-        starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME)]
-        if not starts:
+    rough, left = explored.bent(), 0.0
+    gaps = Gaps(rough.task, context.bounds)
+    rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
+    for _ in range(_GAP_STARTS):
+        best = rough.best()
+        start = None if best is None or best.found is None else gaps.next(best.best)
+        if start is None:
             left = 0.0
             break
-    start = (best or explored.best()).best.outcome.value.dimensions
-    best, ends = context.finer().search_from(start, context.bounds, FINE_RADIUS), _different(gaps.ends)
+        if not near(logarithms(start), rough.ends, _SAME):
+            end = rough.search_from(start, context.bounds, _GAP_RADIUS, known=best.best.log_cost)
+            # Where there is no time for further gaps, as much as the last search gained may be left.
+            left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+    best = rough.best() or explored.best()
+    best = context.finer().search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
+    ends = _different(rough.ends)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)

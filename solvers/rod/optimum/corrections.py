@@ -32,14 +32,8 @@ _FREQUENCY_STEP = 1e-4
 """Of differences of ln Omega, in ln b, ln h, ln l."""
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
-import os
-
-_PAIRS = {
-    "d": ((0, 0), (1, 1), (2, 2)),
-    "f": ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)),
-    "g": ((0, 0), (0, 1), (0, 2)),
-}[os.environ.get("BEND", "d")]
 _CENTRE = (0.0, 0.0, 0.0)
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True)
@@ -61,7 +55,7 @@ class Stencil:
         return Stencil(
             centre,
             step,
-            _frequency_first(centre.cycle) if curved and not os.environ.get("AXES") else np.eye(3),
+            _frequency_first(centre.cycle) if curved else np.eye(3),
             curved,
             watch,
         )
@@ -117,11 +111,10 @@ class Added:
         out = self.at_home.copy()
         for k in np.flatnonzero(new - old).tolist():
             out += (new[k] - old[k]) * self._slope(k)
-        if s.curved:
-            for v, w in _PAIRS:
-                change = new[v] * new[w] - old[v] * old[w]
-                if change != 0.0:
-                    out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
+        for v, w in _PAIRS if s.curved else ():
+            change = new[v] * new[w] - old[v] * old[w]
+            if change != 0.0:
+                out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
         return out
 
     def slopes_at_ratio(self) -> Array:
@@ -144,23 +137,13 @@ class Added:
     def _bend(self, v: int, w: int) -> Array:
         """The second derivative by y_v and y_w at the centre; zero at the rod's end."""
         if (v, w) not in self._bends:
-            if v == w:
-                places = self._step(v, 1.0), self._step(v, -1.0)
-            else:
-                places = (
-                    self._step(v, 1.0),
-                    self._step(w, 1.0),
-                    tuple(np.add(self._step(v, 1.0), self._step(w, 1.0)).tolist()),
-                )
-            if any(self.stencil.ends(y) for y in places):
+            first, second = self._step(v, 1.0), self._step(w, -1.0 if v == w else 1.0)
+            both = _CENTRE if v == w else tuple(np.add(first, second).tolist())
+            if any(self.stencil.ends(y) for y in (first, second, both)):
                 bend = np.zeros_like(self.at_home)
-            elif v == w:
-                bend = self._around(places[0]) + self._around(places[1]) - 2.0 * self._around(_CENTRE)
             else:
-                bend = (
-                    self._around(places[2]) + self._around(_CENTRE) - self._around(places[0]) - self._around(places[1])
-                )
-            self._bends[v, w] = bend / self.stencil.step**2
+                bend = self._around(both) + self._around(_CENTRE) - self._around(first) - self._around(second)
+            self._bends[v, w] = (-bend if v == w else bend) / self.stencil.step**2
         return self._bends[v, w]
 
     def _step(self, k: int, side: float) -> tuple[float, ...]:

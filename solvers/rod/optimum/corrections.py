@@ -3,12 +3,12 @@
 The strip's inertia and large displacements cost far more than the rest of the physics. What they add to every row is
 expanded about the centre of a stencil, in y = U (x - centre), x = ln(b, h, l), with orthonormal directions U:
 
-    added(x) = added(centre) + slope . y + curvature y_0^2/2
+    added(x) = added(centre) + slopes . y + y' curvatures y/2
 
 Near a damped resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which
-ln Omega changes, with central differences; the others have differences to one side. Among undamped resonances no
-curvature is to be had, and all differences are to one side, along the axes. A stencil serves all strips close to its
-centre: at the one in question the polynomial is shifted to what was solved there.
+ln Omega changes, and curvatures mixed with the others are small. Among undamped resonances no curvature is to be had,
+and all differences are to one side, along the axes. A stencil serves all strips close to its centre: at the one in
+question the polynomial is shifted to what was solved there. All its strips have the centre's resolution.
 """
 
 from __future__ import annotations
@@ -34,12 +34,13 @@ _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
 _CENTRE = (0.0, 0.0, 0.0)
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Of the directions whose curvatures are looked at."""
 
 
 @dataclass(frozen=True)
 class Stencil:
     """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
-    and kept; ``curved`` if curvature along the first direction is looked at."""
+    and kept; ``curved`` if curvatures are looked at."""
 
     centre: FullStrip
     step: float
@@ -50,8 +51,7 @@ class Stencil:
 
     @staticmethod
     def around(centre: FullStrip, step: float, curved: bool, watch: Callable[[], None]) -> Stencil:
-        """The stencil of a strip: ``curved`` ones look along the direction in which the frequency ratio changes.
-        ``watch`` is called before each strip."""
+        """The stencil of a strip, which has been solved; ``watch`` is called before each other one."""
         return Stencil(
             centre,
             step,
@@ -119,7 +119,9 @@ class Added:
 
     def slopes_at_ratio(self) -> Array:
         """Derivatives by ln(b, h, l) at a constant frequency ratio, (rows, 3): nothing across it."""
-        return sum(np.outer(self._slope(k), self.stencil.directions[k]) for k in (1, 2))
+        return np.outer(self._slope(1), self.stencil.directions[1]) + np.outer(
+            self._slope(2), self.stencil.directions[2]
+        )
 
     def _slope(self, k: int) -> Array:
         """The derivative by y_k at the centre; to one side at the rod's end."""

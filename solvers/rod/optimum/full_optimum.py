@@ -46,7 +46,7 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_STARTS, _GAP_RADIUS = 8, 0.03
+_GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""

@@ -19,10 +19,10 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
+from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at, search_other_gaps
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.local_search import Local, local_search
-from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
+from solvers.rod.optimum.ripples import FINE_RADIUS, RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -41,12 +41,15 @@ _RIPPLING_WRONG, _RIPPLING_STEPS = 1.0, 8
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
     explored = context.explored()
+    if _among_gaps(context):
+        explored = explored.bent()
     optimum = _optimum(explored, start)
     if explored is context or optimum is None:
         return optimum
     context.ends = []
     strip = optimum.local.best.outcome.value.dimensions
-    local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
+    last = context.finer() if _among_gaps(context) else context
+    local = last.search_from(strip, _within(context, strip), FINE_RADIUS if _among_gaps(context) else RIPPLE_RADIUS)
     if local is None:
         return None
     conditions = None if local.found is None else _conditions(context, local)
@@ -76,7 +79,9 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
     ripple = 0.0
-    if context.model.rings:
+    if _among_gaps(context):
+        ripple = search_other_gaps(context, _within(context, best.best.outcome.value.dimensions))
+    elif context.model.rings:
         found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
         ripple = _uncovered(context, best, found.height)
         for strip in found.promising:
@@ -84,6 +89,11 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
                 _at(context, strip, tried)
         best = context.best()
     return Optimum(best, _conditions(context, best), starts=context.starts, ends=len(context.ends), ripple=ripple)
+
+
+def _among_gaps(context: Context) -> bool:
+    """Whether resonances are damped, so that there are gaps between them to be searched."""
+    return context.model.rings and not context.model.ripples
 
 
 def _uncovered(context: Context, best: Local, height: float) -> float:

@@ -238,19 +238,9 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
-    rough, left = explored.bent(), 0.0
-    gaps = Gaps(rough.task, context.bounds)
+    rough = explored.bent()
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
-    for _ in range(_GAP_STARTS):
-        best = rough.best()
-        start = None if best is None or best.found is None else gaps.next(best.best)
-        if start is None:
-            left = 0.0
-            break
-        if not near(logarithms(start), rough.ends, _SAME):
-            end = rough.search_from(start, context.bounds, _GAP_RADIUS, known=best.best.log_cost)
-            # Where there is no time for further gaps, as much as the last search gained may be left.
-            left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+    left = search_other_gaps(rough, context.bounds)
     best = rough.best() or explored.best()
     best = context.finer().search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
     ends = _different(rough.ends)
@@ -258,6 +248,21 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     return Optimum(best, conditions, None, context.starts, ends, left)
+
+
+def search_other_gaps(context: Context, bounds: Bounds) -> float:
+    """Searches from other gaps between damped resonances than the best strip's, as long as they are promising; what may
+    be left to gain in ln objective where there is no time for all."""
+    gaps, left = Gaps(context.task, bounds), 0.0
+    for _ in range(_GAP_STARTS):
+        best = context.best()
+        start = None if best is None or best.found is None else gaps.next(best.best)
+        if start is None:
+            return 0.0
+        if not near(logarithms(start), context.ends, _SAME):
+            end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
+            left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+    return left
 
 
 def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:

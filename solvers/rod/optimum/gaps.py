@@ -34,7 +34,7 @@ _FARTHEST, _NEAREST = 0.2, 0.05
 """In ln b, ln h, ln l: of a path, and of the strip that holds its limits from the one on the path."""
 _PACE = 2.0
 """In ln b, ln h, ln l: what a strip moves aside for a unit of change of ln Omega, at most."""
-_DEARER, _LOST = 0.004, 0.1
+_DEARER, _LOST = 0.008, 0.1
 """In ln objective: valleys dearer than the best strip by more are no starts; a path is not followed where a whole gap
 is dearer by more."""
 _UNSTEADY = 2e-3
@@ -91,8 +91,11 @@ class Gaps:
         for n, place in enumerate(path, start=1):
             parted = float(np.max(costs[: n + 1])) > max(costs[0], place.cost)
             better = place.cost < costs[0] - self.task.enough
-            if place.cost <= min(costs[n - 1], costs[n + 1]) and (parted or better):
-                self.waiting.append(self._closer(best, place))
+            least = place.cost <= min(costs[n - 1], costs[n + 1]) and place.cost < best.log_cost + _DEARER
+            if least and (parted or better):
+                beside = [0.5 * (place.x + other.x) for other in path[max(n - 2, 0) : n + 1]]
+                tried = [self._closer(best, place, x) for x in beside]
+                self.waiting.append(min(tried, key=lambda one: one.cost))
         self.low, self.high = (self.low, end) if side > 0.0 else (end, self.high)
 
     def _path(self, best: Iterate, side: float, until: float) -> tuple[list[Place], float]:
@@ -124,10 +127,10 @@ class Gaps:
                 return out, ended
         return out, ratio
 
-    def _closer(self, best: Iterate, place: Place) -> Place:
-        """The same by the strip's own peaks, and with its corrections where the linear programme led to."""
+    def _closer(self, best: Iterate, place: Place, near: Array) -> Place:
+        """A place in a valley by a strip's own peaks and corrections, there or half-way to the next on the path."""
         before = best.memory.active
-        d = dimensions_of(place.x, before.model.scene)
+        d = dimensions_of(near, before.model.scene)
         x = logarithms(d)
         if rows.BUCKLED in (before.plain_values(x)[rows.UTILISATION], before.corrected_values(x)[rows.UTILISATION]):
             return place

@@ -169,9 +169,12 @@ class _Design:
         context = Context(p, self.cycle, model, task, self.sizes)
 
         def watch() -> None:
-            # Beyond the time limit, still wait for the first admissible strip, up to _MAX_STRIPS.
-            if model.strips > _MAX_STRIPS or context.known():
+            try:
                 self.watch()
+            except OutOfTime:
+                # Still wait for the first admissible strip, up to _MAX_STRIPS.
+                if model.strips > _MAX_STRIPS or context.known():
+                    raise
 
         model.watch = watch
         return context

@@ -16,9 +16,9 @@ from solvers.rod.optimum.sqp import Program
 
 Array = NDArray[np.float64]
 
-_GRID, _ZOOMS, _CLOSER = np.linspace(-1.0, 1.0, 17), 5, 0.2
+_GRID, _ZOOMS, _CLOSER = np.linspace(-1.0, 1.0, 13), 12, 0.5
 """In each direction; so many times, each about the least of the one before and smaller by so much."""
-_WALL = 1e3
+_WALL = 100.0
 """The penalty for sizes out of bounds: what rows change by is less."""
 
 

@@ -48,6 +48,8 @@ _NEWTON_STEPS = 4
 _SHIFTS = 3
 _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
+_LAST_SEARCHES = 2
+"""At full accuracy between damped resonances: a second one where the first has not come to its end."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -241,11 +243,13 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     rough = explored.bent()
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
     left = search_other_gaps(rough, context.bounds)
-    best = rough.best() or explored.best()
-    best = context.finer().search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
-    ends = _different(rough.ends)
-    if best is None or best.found is None:
-        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
+    best, last, ends = rough.best() or explored.best(), context.finer(), _different(rough.ends)
+    for _ in range(_LAST_SEARCHES):
+        best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
+        if best is None or best.found is None:
+            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
+        if best.gain <= context.model.accuracy:
+            break
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     return Optimum(best, conditions, None, context.starts, ends, left)
 

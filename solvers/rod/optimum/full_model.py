@@ -21,7 +21,7 @@ from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.optimum.corrections import Added, Stencil, difference
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peak_model import buckled_rows
-from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
+from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.smooth_parts import Parts, vertex
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.piston.skirt import pressure_per_load
@@ -41,6 +41,7 @@ _CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
 """Of differences to both sides, where what corrections add is taken as quadratic."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
+_FINE_ANGLE_STEP = 1e-3
 _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
 _KEPT, _STENCILS = 16, 3
@@ -101,6 +102,12 @@ class FullModel:
         if self.curved:
             return _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
         return _FINE_STEP if self.fine else _CORRECTION_STEP
+
+    @property
+    def angle_step(self) -> float:
+        """Between the three angles through which a peak is followed [rad]: close ones, where friction's corners lie
+        beside peaks and the last digits count."""
+        return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
         """The same, less accurate; its checks are its own."""
@@ -166,7 +173,7 @@ class FullModel:
 
     def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one, which has these peaks, maybe with those of others."""
-        stresses = self.strip(d).stresses(peaks.threes(), peaks.stations())
+        stresses = self.strip(d).stresses(peaks.threes(self.angle_step), peaks.stations())
         parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
         return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 
@@ -230,22 +237,25 @@ class FullRows:
     def _rows(self, strip: FullStrip) -> Array:
         out = np.zeros(self.layout.size)
         scene, diagram, d = self.model.scene, self.model.criterion.diagram(), strip.dimensions
+        apart = self.model.angle_step
         piston = scene.piston
         out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
         out[rows.THICKNESS] = math.log(d.h)
-        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes()).reshape(-1, 3).T)))
+        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes(apart)).reshape(-1, 3).T)))
         out[[rows.STABILITY, rows.SIDEWAYS]] = (
             np.log(pushed / np.array(strip.critical)) if pushed > 0.0 else rows.NEVER_COMPRESSED
         )
         if out[rows.STABILITY] >= 0.0:
             buckled_rows(out)
             return out
-        stresses = strip.stresses(self.peaks.threes(), self.peaks.stations())
+        stresses = strip.stresses(self.peaks.threes(apart), self.peaks.stations())
         used, strained = self.parts.values(stresses, diagram)
         self._put(out, rows.UTILISATION, used)
         self._put(out, rows.STRESS, strained)
         if self.peaks.reactions.size:
-            side, contact = (vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes()))
+            side, contact = (
+                vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes(apart))
+            )
             self._put(out, rows.SIDE, side)
             self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
         if self.model.wanted.power:

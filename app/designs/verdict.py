@@ -14,7 +14,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from app.designs.schema import Strict
-from app.designs.units import figures
+from app.designs.units import figures, power, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
@@ -182,7 +182,7 @@ def _wanted(criterion: CriterionJson, digits: int, texts: NullTranslations) -> s
 
 
 def _figure(criterion: CriterionJson, name: str, digits: int) -> str:
-    return f"{figures(criterion[name], digits)} {criterion['unit']}".rstrip()
+    return with_unit(figures(criterion[name], digits), criterion["unit"])
 
 
 def _spare(margin: float | None, texts: NullTranslations) -> str:
@@ -195,7 +195,7 @@ def _spare(margin: float | None, texts: NullTranslations) -> str:
 def _missed(
     governing: CriterionJson | None, verdict: CriterionJson, accuracy: CriterionJson, texts: NullTranslations
 ) -> str:
-    figures = {"requested": f"{accuracy['requested']:.0e}", "estimated": f"{accuracy['estimated']:.0e}"}
+    figures = {name: power(accuracy[name]) for name in ("requested", "estimated")}
     if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
         return (
             texts.gettext(

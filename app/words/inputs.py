@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from app.designs.form import COMMON, FormWords, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
-from app.designs.units import split_unit
+from app.designs.units import split_unit, tidy, with_unit
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
 
@@ -120,7 +120,7 @@ def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
     return Input(
         ".".join(path),
         " ".join([_(words.label(full_name)), *numbered]),
-        f"{_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        with_unit(_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit), unit_shown(unit)),
         _(own.replace("null:", "empty:") if help is None else help),
     )
 
@@ -129,7 +129,7 @@ def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
     if isinstance(value, bool):
         return _("yes") if value else _("no")
     if isinstance(value, float):
-        return f"{value:.10g}" if unit_shown(unit) == unit else f"{told(value, unit):.6g}"
+        return tidy(f"{value:.10g}" if unit_shown(unit) == unit else f"{told(value, unit):.6g}")
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
             return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"

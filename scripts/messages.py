@@ -142,7 +142,7 @@ def registered() -> set[str]:
                         with measuring(units):
                             in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
-    found |= {text for kind in KINDS.values() for word in kind.criteria.values() for text in (word.label, word.no)}
+    found |= {text for kind in KINDS.values() for texts in (kind.labels, kind.denials) for text in texts.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
     found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}

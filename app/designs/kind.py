@@ -20,7 +20,6 @@ from app.designs.form import FormWords
 from app.designs.part import Part
 from app.designs.pictures.chart import Say
 from app.designs.progress import Report, ignore_progress
-from app.designs.verdict import Words
 from solvers.accuracy import Reference
 from solvers.effects import Effect
 
@@ -142,7 +141,8 @@ class Kind:
     form          wording of the forms
     drawing       dimensioned drawing from a possibly incomplete request; None if nothing can be drawn yet
     part          the part of a run for which ``has_part`` holds, at a crank angle [deg] if it has one
-    criteria      wording of the verdict's criteria
+    labels        labels of the verdict's criteria, by name
+    denials       wording of failed yes/no criteria, by name
     calculation   fills a chain with the hand calculation of a succeeded run; raises NotANumber if that is impossible
     followed      effects covered by the hand calculation
     """
@@ -163,7 +163,8 @@ class Kind:
     followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
     has_part: Callable[[Mapping[str, Any]], bool] = _no_part
-    criteria: Words = field(default_factory=dict)
+    labels: Mapping[str, str] = field(default_factory=dict)
+    denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """Names of the results judged in a mode."""
@@ -178,10 +179,6 @@ class Kind:
             if holder is None or inner in holder:
                 found[name] = None if holder is None else holder[inner]
         return found
-
-    def labels(self) -> dict[str, str]:
-        """Labels of the verdict's criteria by their names in the API."""
-        return {word.name: word.label for word in self.criteria.values()}
 
     def effects(self) -> list[dict[str, Any]]:
         """The kind's effects as JSON."""

@@ -88,6 +88,11 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
     return {**result, "summary": summary_of(result, denials(words), reached, NullTranslations())}
 
 
+def labels(words: Words) -> dict[str, str]:
+    """Labels of the criteria, by API name."""
+    return {word.name: word.label for word in words.values()}
+
+
 def denials(words: Words) -> dict[str, str]:
     """Wording of failed yes/no criteria, by API name."""
     return {word.name: word.no for word in words.values() if word.no}

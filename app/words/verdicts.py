@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from app.designs.registry import KINDS
-from app.designs.verdict import denials, summary_of
+from app.designs.verdict import summary_of
 from app.words.languages import catalogue, language
 from app.words.languages import gettext as _
 from app.words.units import System, quantity, system, told, unit_shown
@@ -29,7 +29,7 @@ def summary(verdict: Mapping[str, Any], kind: str, accuracy: Mapping[str, Any] |
     if language() == "en" and system() is System.METRIC:
         return verdict["summary"]
     shown = {**verdict, "criteria": [_measured(criterion) for criterion in verdict["criteria"]]}
-    return summary_of(shown, denials(KINDS[kind].criteria) if kind in KINDS else {}, accuracy, catalogue())
+    return summary_of(shown, KINDS[kind].denials if kind in KINDS else {}, accuracy, catalogue())
 
 
 def _measured(criterion: dict[str, Any]) -> dict[str, Any]:

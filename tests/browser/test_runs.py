@@ -94,7 +94,7 @@ def test_the_mechanism_is_paused_and_scrubbed(sound, address):
     figure.get_by_role("slider").fill("90")
     assert figure.locator("output").inner_text() == "90°"
     cursor = sound.locator('figure[data-plot="transfer"] .cursor')
-    assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 470 / 4, abs=1)
+    assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 390 / 4, abs=1)
     assert no_wider_than(sound, 390)
     sound.set_viewport_size({"width": 1200, "height": 900})
 

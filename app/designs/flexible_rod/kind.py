@@ -38,7 +38,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -254,5 +254,6 @@ FLEXIBLE_ROD = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
-    criteria=WORDS,
+    labels=labels(WORDS),
+    denials=denials(WORDS),
 )

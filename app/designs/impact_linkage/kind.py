@@ -48,7 +48,7 @@ from app.designs.schema import (
     refused,
     scaled,
 )
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -315,5 +315,6 @@ IMPACT_LINKAGE = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
-    criteria=WORDS,
+    labels=labels(WORDS),
+    denials=denials(WORDS),
 )

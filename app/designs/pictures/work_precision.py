@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import groupby
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around, factors_around
 from app.designs.units import power
 
 MIN_ERROR = 1e-17
@@ -23,7 +23,7 @@ def work_precision(run: dict[str, Any], say: Say = str) -> str:
     there = [level for level in levels if level["error"] is not None]
     wanted = run["accuracy"]["requested"]
     chosen, proven = (result[name] and result[name]["accuracy"] for name in ("recommended", "certified"))
-    across = decades_around([_time(level) for level in there] or [1.0])
+    across = factors_around([_time(level) for level in there] or [1.0])
     down = decades_around([*map(_error, there), wanted])
     chart = Chart(
         say("Error against computing time"),

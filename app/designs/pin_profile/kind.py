@@ -33,7 +33,7 @@ from app.designs.pin_profile.result import (
 )
 from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, bulk_answers, envelope, refused
-from app.designs.verdict import verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -156,5 +156,6 @@ PIN_PROFILE = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
-    criteria=WORDS,
+    labels=labels(WORDS),
+    denials=denials(WORDS),
 )

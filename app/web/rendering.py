@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -41,6 +42,13 @@ def figure(value: Any, unit: str = "", digits: int = 6) -> str:
     return tidy(f"{units.told(value, unit):.{digits}g}") if isinstance(value, float) else str(value)
 
 
+def uncertain(value: float, spread: float, unit: str = "") -> str:
+    """A value and its standard uncertainty: two digits of it, and the value to the same place."""
+    value, spread = units.told(value, unit), units.told(spread, unit)
+    places = max(0, 1 - math.floor(math.log10(spread)))
+    return f"{value:.{places}f}\u00a0±\u00a0{spread:.{places}f}"
+
+
 def short(value: float, unit: str = "") -> str:
     """Four significant digits, without an exponent below 1e7."""
     value = units.told(value, unit)
@@ -70,6 +78,7 @@ def back_of(request: Request) -> str:
 
 templates.env.filters["figure"] = figure
 templates.env.filters["figures"] = figures
+templates.env.filters["uncertain"] = uncertain
 templates.env.filters["met"] = met
 templates.env.filters["power"] = power
 templates.env.filters["quantity"] = units.quantity

@@ -55,8 +55,10 @@ MORE = "More"
 
 
 def _section(words: FormWords, name: str) -> str:
+    """The section of a field; fields of a method are in the section that selects the method."""
     sections = {**words.sections, **COMMON.sections}
-    return next((title for title, names in sections.items() if name in names), MORE)
+    found = (title for wanted in (name, *_TAGS) for title, names in sections.items() if wanted in names)
+    return next(found, MORE)
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:

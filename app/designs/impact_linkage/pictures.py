@@ -43,7 +43,7 @@ def transfer_picture(run: dict[str, Any], say: Say = str) -> str:
         if phi[run_of]:
             chart.line(phi[run_of], shown[run_of])
     chart.mark(0.0, u[0], "", BLUE)
-    below = u[0] + (-0.08 if u[0] > 0 else 0.1) * (scale.high - scale.low)
+    below = u[0] + (-0.13 if u[0] > 0 else 0.13) * (scale.high - scale.low)
     chart.words(8.0, below, say("after the blow {}").format(f"{u[0]:.4g}"), BLUE)
     chart.mark(360.0, u[-1], say("before the blow {}").format(f"{u[-1]:.4g}"), RED)
     return chart.svg()

@@ -15,7 +15,7 @@ from solvers import pin
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.shapes.load_family import load_sweep
 
-_WIDTH = 500.0
+_WIDTH = 520.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
 _OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
 
@@ -82,7 +82,7 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
             f'<path d="M{middle[0]:.0f},{begin:.0f}V{end:.0f}m-6,{8 * down:.0f}l6,{-8 * down:.0f}l6,{8 * down:.0f}" '
             f'fill="none" stroke="{RED}" stroke-width="2.5"/>'
         )
-    right = middle[0] + 118.0
+    right = middle[0] + 124.0
     fibres = (
         (say("under the load"), "outer_top", "inner_top", 40.0),
         (say("at the side"), "outer_side", "inner_side", 152.0),

@@ -8,7 +8,7 @@ from typing import Any
 
 from app.designs.form import COMMON, look_up
 from app.designs.kind import Kind, Mode
-from app.designs.units import split_unit
+from app.designs.units import split_unit, tidy
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
 from app.web.forms.tables import Column, Numbers, Table
@@ -332,14 +332,18 @@ def _allowed(schema: Schema, unit: str) -> str:
     if low == _WIDE[0]:
         low, above = None, 0
     if low is not None and high is not None:
-        return f"{told(low, unit):g} … {told(high, unit):g}"
+        return f"{_bound(low, unit)} … {_bound(high, unit)}"
     found = []
     if low is not None:
-        found.append(_("at least %(x)s") % {"x": f"{told(low, unit):g}"})
+        found.append(_("at least %(x)s") % {"x": _bound(low, unit)})
     elif above is not None:
-        found.append(_("more than %(x)s") % {"x": f"{told(above, unit):g}"})
+        found.append(_("more than %(x)s") % {"x": _bound(above, unit)})
     if high is not None:
-        found.append(_("at most %(x)s") % {"x": f"{told(high, unit):g}"})
+        found.append(_("at most %(x)s") % {"x": _bound(high, unit)})
     elif below is not None:
-        found.append(_("less than %(x)s") % {"x": f"{told(below, unit):g}"})
+        found.append(_("less than %(x)s") % {"x": _bound(below, unit)})
     return ", ".join(found)
+
+
+def _bound(value: float, unit: str) -> str:
+    return tidy(f"{told(value, unit):g}")

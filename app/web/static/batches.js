@@ -117,7 +117,7 @@ const fails = (point) => point[3] === false;
 const painted = (point, colour) => (fails(point) ? { class: "fails", fill: "transparent", stroke: colour } : { fill: colour });
 
 // More than two varied fields: an axis for each and for a result, and every item as a line across them.
-const ALONG = { left: 75, top: 40, bottom: 300, most: 1500 };
+const ALONG = { left: 50, top: 44, bottom: 300, most: 1500 };
 
 function drawBeside(told, names, colour) {
   const place = map.querySelector("#beside"), picture = place.querySelector("svg");
@@ -142,9 +142,14 @@ function drawBeside(told, names, colour) {
     picture.append(made("line", { class: "frame", x1: at(k), x2: at(k), y1: ALONG.top, y2: ALONG.bottom }));
     const words = [[axis.low, ALONG.bottom + 16], [axis.high, ALONG.top - 8]];
     for (const [value, y] of words) picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, +value.toPrecision(5)));
-    const name = worded(told, names[k]), y = k % 2 ? 16 : ALONG.bottom + 30;
-    picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, name));
+    picture.append(made("text", { x: at(k), y: 16, "text-anchor": "middle", class: "number" }, k + 1));
   });
+  // The names of many axes would run into each other.
+  place.querySelector("ol").replaceChildren(...names.map((name) => {
+    const item = document.createElement("li");
+    item.textContent = worded(told, name);
+    return item;
+  }));
 }
 
 let busy = false, again = false;

@@ -65,13 +65,10 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
 
 
 def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
-    """The headline number of the result, for listings: of a study its recommendation; empty without a result."""
+    """The headline number of the result, for listings; empty without a result."""
     if answer.status != RunStatus.SUCCEEDED or answer.result is None:
         return {}
-    if run.mode == Mode.ACCURACY:
-        name, value = "recommended_accuracy", (answer.result["recommended"] or {}).get("accuracy")
-    else:
-        name, value = KINDS[run.kind].figure(Mode(run.mode), answer.result)
+    name, value = KINDS[run.kind].headline(Mode(run.mode), answer.result)
     return {} if value is None else {"figure_name": name, "figure": float(value)}
 
 

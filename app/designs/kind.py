@@ -180,6 +180,12 @@ class Kind:
                 found[name] = None if holder is None else holder[inner]
         return found
 
+    def headline(self, mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+        """The headline number of a result by name and value; of an accuracy study its recommendation."""
+        if mode is Mode.ACCURACY:
+            return "recommended_accuracy", (result["recommended"] or {}).get("accuracy")
+        return self.figure(mode, result)
+
     def effects(self) -> list[dict[str, Any]]:
         """The kind's effects as JSON."""
         return [{"name": e.name, "summary": e.summary, "measure": e.measure} for e in self.known_effects]

@@ -16,6 +16,8 @@ WIDTH, HEIGHT = 480, 360
 """So narrow that the words are readable on a phone."""
 LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
 _LEGEND_ROW = 20
+_LETTER = 7.2
+"""Width of a letter, on average."""
 
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
 _ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
@@ -208,7 +210,7 @@ class Chart:
 
     def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
         """Add a marker with a label on the side that has room."""
-        left = self._x.place(x) > 0.72
+        left = not self._has_room(x, words)
         at = self._across(x) + (-12 if left else 12)
         self._layers.append(
             f'<circle cx="{self._across(x):.1f}" cy="{self._up(y):.1f}" r="5" fill="{color}"/>'
@@ -217,8 +219,12 @@ class Chart:
 
     def words(self, x: float, y: float, words: str, color: str = GREY) -> None:
         """Add text on the side that has room."""
-        side = "end" if self._x.place(x) > 0.6 else "start"
+        side = "start" if self._has_room(x, words) else "end"
         self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, side, color))
+
+    def _has_room(self, x: float, words: str) -> bool:
+        """Whether words fit to the right of a value."""
+        return self._across(x) + 12 + _LETTER * len(words) < WIDTH
 
     def svg(self) -> str:
         """The chart as SVG."""

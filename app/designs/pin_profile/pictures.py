@@ -11,6 +11,7 @@ from app.designs.pictures.drawing_svg import drawing_alone
 from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
 from app.designs.schema import MEGA
+from app.designs.units import figures
 from solvers import pin
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.shapes.load_family import load_sweep
@@ -90,8 +91,8 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
     for words, outside, inside, top in fibres:
         lines = (
             words,
-            say("outside {} MPa").format(f"{stresses[outside]:+.4g}"),
-            say("inside {} MPa").format(f"{stresses[inside]:+.4g}"),
+            say("outside {} MPa").format(_signed(stresses[outside])),
+            say("inside {} MPa").format(_signed(stresses[inside])),
         )
         for row, line in enumerate(lines):
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
@@ -103,6 +104,10 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
             f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
         )
     return "".join(out) + "</svg>"
+
+
+def _signed(value: float) -> str:
+    return ("+" if value > 0.0 else "") + figures(value)
 
 
 def stress_picture(run: dict[str, Any], say: Say = str) -> str:

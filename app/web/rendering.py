@@ -46,7 +46,7 @@ def uncertain(value: float, spread: float, unit: str = "") -> str:
     """A value and its standard uncertainty: two digits of it, and the value to the same place."""
     value, spread = units.told(value, unit), units.told(spread, unit)
     places = max(0, 1 - math.floor(math.log10(spread)))
-    return f"{value:.{places}f}\u00a0±\u00a0{spread:.{places}f}"
+    return f"{value:.{places}f} ±\u00a0{spread:.{places}f}"
 
 
 def short(value: float, unit: str = "") -> str:

@@ -19,7 +19,7 @@ from app.words.solver_texts import spoken
     [
         ("axial_force_max_n", "greatest axial force", "N"),
         ("torque_min_nm", "least torque", "N·m"),
-        ("max_shear_n", "greatest shear", "N"),
+        ("max_shear_n", "greatest shear force", "N"),
         ("stability_safety", "safety against buckling", ""),
         ("rod_mass_at_pin_kg_u", "± rod's mass at the wrist pin", "kg"),
         ("mass_g", "mass", "g"),
@@ -62,8 +62,8 @@ def test_field_names_in_a_sentence_become_words():
         (with_unit("90", "°"), "90°"),
         (with_unit("90", "mm"), "90 mm"),
         (with_unit("90", ""), "90"),
-        (uncertain(0.174375, 0.00225), "0.1744\u00a0±\u00a00.0022"),
-        (uncertain(11512.3, 34.0), "11512\u00a0±\u00a034"),
+        (uncertain(0.174375, 0.00225), "0.1744 ±\u00a00.0022"),
+        (uncertain(11512.3, 34.0), "11512 ±\u00a034"),
     ],
 )
 def test_figures_are_as_one_writes_them(shown, expected):

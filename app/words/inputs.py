@@ -117,11 +117,12 @@ def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
         # The discriminator of a union is labelled as the union itself.
         full_name = ".".join(plain[:-1])
     unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
+    sign = "± " if "uncertainty" in plain[:-1] else ""
     numbered = [part for part in path[1:] if part.isdigit()]
     help = look_up(words.helps, COMMON.helps, full_name)
     return Input(
         ".".join(path),
-        " ".join([_(words.label(full_name)), *numbered]),
+        sign + " ".join([_(words.label(full_name)), *numbered]),
         with_unit(_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit), unit_shown(unit)),
         _(own.replace("null:", "empty:") if help is None else help),
     )

@@ -68,7 +68,7 @@ def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
     """The headline number of the result, for listings; empty without a result."""
     if answer.status != RunStatus.SUCCEEDED or answer.result is None:
         return {}
-    name, value = KINDS[run.kind].figure(Mode(run.mode), answer.result)
+    name, value = KINDS[run.kind].headline(Mode(run.mode), answer.result)
     return {} if value is None else {"figure_name": name, "figure": float(value)}
 
 
@@ -123,7 +123,7 @@ def complete(run: RunRecord) -> bool:
     return run.verdict is not None or not judged
 
 
-def met(run: RunRecord) -> bool:
+def met(run: RunRecord | RunSummary) -> bool:
     """Whether the run met its requested accuracy."""
     return run.accuracy is not None and json.loads(run.accuracy).get("met", False)
 

@@ -26,13 +26,11 @@ from pydantic import BaseModel
 
 from app.designs import claims
 from app.designs.drawing import sentences_of
-from app.designs.flexible_rod.verdict import WORDS as ROD
-from app.designs.impact_linkage.verdict import WORDS as LINKAGE
 from app.designs.kind import Kind, Mode
-from app.designs.pin_profile.verdict import WORDS as PIN
 from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
 from app.exports.registry import EXPORTS
+from app.store.batch_records import BatchStatus
 from app.store.record import RunStatus
 from app.web import listing
 from app.web.forms.faults import SAYS
@@ -73,6 +71,10 @@ _ELSEWHERE = (
     "there is no such kind or mode",
     claims.NOT_IN_THE_GAP,
     "one unknown",
+    "recommended accuracy",
+    "governed by",
+    "status",
+    "holds",
     "thin ring with load factor",
     "the solid section",
     "linear",
@@ -143,8 +145,7 @@ def registered() -> set[str]:
                         with measuring(units):
                             in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
-    found |= {word.label for words in (ROD, PIN, LINKAGE) for word in words.values()}
-    found |= {denial for kind in KINDS.values() for denial in kind.denials.values()}
+    found |= {text for kind in KINDS.values() for texts in (kind.labels, kind.denials) for text in texts.values()}
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
     found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}
@@ -152,7 +153,7 @@ def registered() -> set[str]:
     found |= {sentence for caption in captions.PARTS.values() for sentence in sentences_of(caption)}
     found |= {*SAYS.values(), *ALLOWED_BY_TYPE.values(), *(text for text in LIMITS.values() if text != "{}")}
     found |= {words for choices in listing.CHOICES.values() for words in choices.values()}
-    found |= {_plain(each) for values in (RunStatus, EffectState, Mode) for each in values}
+    found |= {_plain(each) for values in (RunStatus, BatchStatus, EffectState, Mode) for each in values}
     return {text for text in found if _WORD.search(text)}
 
 

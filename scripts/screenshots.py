@@ -87,7 +87,7 @@ def main() -> None:
     with service() as base, sync_playwright() as playwright:
         rod = solved(base, "designs/flexible-rod", KINDS["flexible-rod"].example(Mode.DESIGN))
         pin = KINDS["pin-profile"].example(Mode.DESIGN)
-        best = solved(base, "designs/pin-profile", {**pin, "name": "Pin, any bore"})
+        best = solved(base, "designs/pin-profile", {**pin, "name": "Pin, any bore", "form": {"kind": "free"}})
         plain = solved(base, "designs/pin-profile", {**pin, "name": "Pin, one bore", "form": {"kind": "constant"}})
         struck = solved(base, "designs/impact-linkage", KINDS["impact-linkage"].example(Mode.DESIGN))
         solved(base, "analyses/crank-dynamics", KINDS["crank-dynamics"].example(Mode.ANALYSIS))

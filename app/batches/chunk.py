@@ -230,7 +230,7 @@ def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
         "timing": {name: round(seconds, _TIMING_DECIMALS) for name, seconds in found.timing.items()} or None,
     }
     if found.status == "succeeded" and found.result is not None:
-        name, value = KINDS[slug].figure(mode, found.result)
+        name, value = KINDS[slug].headline(mode, found.result)
         if value is not None:
             parts |= {"figure_name": name, "figure": float(value)}
     return {name: part for name, part in parts.items() if part is not None}

@@ -141,6 +141,7 @@ class Kind:
     form          wording of the forms
     drawing       dimensioned drawing from a possibly incomplete request; None if nothing can be drawn yet
     part          the part of a run for which ``has_part`` holds, at a crank angle [deg] if it has one
+    labels        labels of the verdict's criteria, by name
     denials       wording of failed yes/no criteria, by name
     calculation   fills a chain with the hand calculation of a succeeded run; raises NotANumber if that is impossible
     followed      effects covered by the hand calculation
@@ -162,6 +163,7 @@ class Kind:
     followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
     has_part: Callable[[Mapping[str, Any]], bool] = _no_part
+    labels: Mapping[str, str] = field(default_factory=dict)
     denials: Mapping[str, str] = field(default_factory=dict)
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
@@ -177,6 +179,12 @@ class Kind:
             if holder is None or inner in holder:
                 found[name] = None if holder is None else holder[inner]
         return found
+
+    def headline(self, mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+        """The headline number of a result by name and value; of an accuracy study its recommendation."""
+        if mode is Mode.ACCURACY:
+            return "recommended_accuracy", (result["recommended"] or {}).get("accuracy")
+        return self.figure(mode, result)
 
     def effects(self) -> list[dict[str, Any]]:
         """The kind's effects as JSON."""

@@ -15,6 +15,7 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
 from app.designs.kind import REFUSED, Answer
 from app.designs.names import Cleaned
 from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
+from app.designs.units import figures
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
@@ -248,7 +249,8 @@ def _with_accuracy_warning(result: dict[str, Any] | None, accuracy: Accuracy) ->
     """The result with a warning prepended if the requested accuracy was missed."""
     if result is None or "warnings" not in result or accuracy.met:
         return result
-    missed = f"the accuracy of {accuracy.requested:g} is not met: the estimated error is {accuracy.estimated:.1g}"
+    requested, estimated = figures(accuracy.requested), figures(accuracy.estimated, 1)
+    missed = f"the accuracy of {requested} is not met: the estimated error is {estimated}"
     return {**result, "warnings": [missed, *result["warnings"]]}
 
 

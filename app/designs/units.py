@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 UNITS = {
     "_m_s2": "m/s²", "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_kg_m2": "kg·m²", "_n_m": "N/m", "_mm2": "mm²", "_cm3": "cm³",
     "_nm": "N·m",
@@ -10,9 +12,28 @@ UNITS = {
 }  # fmt: skip
 
 
+_EXPONENT = re.compile(r"e(?:\+|(-))0*(?=\d)")
+
+
 def figures(value: float, digits: int = 4) -> str:
     """Format with ``digits`` significant digits, without an exponent below 1e7."""
-    return f"{value:.0f}" if 10.0**digits <= abs(value) < 1e7 else f"{value:.{digits}g}"
+    # Rounding may carry: 9.7 to one digit has two.
+    return f"{value:.0f}" if 10.0**digits - 0.5 <= abs(value) < 1e7 else tidy(f"{value:.{digits}g}")
+
+
+def with_unit(text: str, unit: str) -> str:
+    """A figure and its unit; only the sign of degrees follows without a space."""
+    return text + unit if unit == "°" else f"{text} {unit}".rstrip()
+
+
+def power(value: float, digits: int = 0) -> str:
+    """Format as a power of ten with ``digits`` decimals: 1e-6."""
+    return tidy(f"{value:.{digits}e}")
+
+
+def tidy(text: str) -> str:
+    """The exponents in a text without plus sign and leading zeros: 1e-06 → 1e-6, 2e+07 → 2e7."""
+    return _EXPONENT.sub(r"e\1", text)
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -14,7 +14,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from app.designs.schema import Strict
-from app.designs.units import figures
+from app.designs.units import figures, power, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
@@ -86,6 +86,11 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
     return {**result, "summary": summary_of(result, denials(words), reached, NullTranslations())}
+
+
+def labels(words: Words) -> dict[str, str]:
+    """Labels of the criteria, by API name."""
+    return {word.name: word.label for word in words.values()}
 
 
 def denials(words: Words) -> dict[str, str]:
@@ -182,7 +187,7 @@ def _wanted(criterion: CriterionJson, digits: int, texts: NullTranslations) -> s
 
 
 def _figure(criterion: CriterionJson, name: str, digits: int) -> str:
-    return f"{figures(criterion[name], digits)} {criterion['unit']}".rstrip()
+    return with_unit(figures(criterion[name], digits), criterion["unit"])
 
 
 def _spare(margin: float | None, texts: NullTranslations) -> str:
@@ -195,7 +200,7 @@ def _spare(margin: float | None, texts: NullTranslations) -> str:
 def _missed(
     governing: CriterionJson | None, verdict: CriterionJson, accuracy: CriterionJson, texts: NullTranslations
 ) -> str:
-    figures = {"requested": f"{accuracy['requested']:.0e}", "estimated": f"{accuracy['estimated']:.0e}"}
+    figures = {name: power(accuracy[name]) for name in ("requested", "estimated")}
     if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
         return (
             texts.gettext(

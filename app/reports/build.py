@@ -13,6 +13,7 @@ from typing import Any
 from app.designs.kind import Kind, Mode
 from app.designs.pictures.chart import STYLE
 from app.designs.registry import KINDS, plots_for
+from app.designs.units import figures, power
 from app.reports.calculation import blocks_of, chain_of, compared
 from app.reports.content import (
     Banner,
@@ -172,8 +173,8 @@ def _results(run: Mapping[str, Any]) -> Iterator[Block]:
 def _levels(levels: list[Mapping[str, Any]]) -> Table:
     rows = tuple(
         (
-            f"{level['accuracy']:g}",
-            _("failed") if level["error"] is None else f"{'≤ ' if level['at_most'] else ''}{level['error']:.1e}",
+            power(level["accuracy"]),
+            _("failed") if level["error"] is None else f"{'≤ ' if level['at_most'] else ''}{power(level['error'], 1)}",
             "—" if level["time_median_s"] is None else f"{1e3 * level['time_median_s']:.3g} ms",
             str(level["runs"]),
         )
@@ -217,8 +218,8 @@ def _accuracy(run: Mapping[str, Any]) -> Iterator[Block]:
     told = run["accuracy"]
     if told:
         asked = _("Asked for %(requested)s, estimated %(estimated)s:") % {
-            "requested": f"{told['requested']:.0e}",
-            "estimated": f"{told['estimated']:.1g}",
+            "requested": power(told["requested"]),
+            "estimated": power(told["estimated"]),
         }
         settings = ", ".join(f"{plain(name)} {_number(value)}" for name, value in told["settings"].items())
         met = _("met") if told["met"] else _("not met")
@@ -233,7 +234,7 @@ def _proof(run: Mapping[str, Any]) -> Iterator[Block]:
     if gap is None:
         told = _("no gap is known")
     else:
-        told = _("to the last digits") if gap < 1e-9 else _("gap %(share)s %%") % {"share": f"{100 * gap:.1g}"}
+        told = _("to the last digits") if gap < 1e-9 else _("gap %(share)s %%") % {"share": figures(100 * gap, 1)}
     rows = [(_("method"), f"{spoken(certificate['method'])}; {told}")]
     if certificate.get("bound") is not None:
         rows.append((_("bound"), _number(certificate["bound"])))

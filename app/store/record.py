@@ -77,7 +77,7 @@ class Finish:
 
 @dataclass(frozen=True)
 class RunSummary:
-    """A run in a listing: without its JSON parts."""
+    """A run in a listing: without its JSON parts, except for its accuracy."""
 
     id: str
     kind: str
@@ -90,6 +90,7 @@ class RunSummary:
     solver_version: str
     cached: bool
     batch_id: str | None
+    accuracy: bytes | None
     holds: bool | None
     figure_name: str | None
     figure: float | None

@@ -235,6 +235,7 @@ def _map_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
     return {
         **words,
         **{str(value).lower() if isinstance(value, bool) else value: _value(value) for value in values},
+        **{name: gettext(label) for name, label in kind.labels.items() if name in values},
         **{name: plain(name) for name in ("governed_by", "status", "holds")},
     }
 

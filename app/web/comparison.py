@@ -7,11 +7,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from app.designs.units import figures, split_unit
+from app.designs.units import split_unit
 from app.words.fields import named
 from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
+from app.words.verdicts import reached, required
 
 _RELATIVE_TOLERANCE = 1e-12
 """Relative tolerance below which two numbers count as equal."""
@@ -92,16 +93,12 @@ def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
         values = [
             None if not side or side["reached"] is None else told(side["reached"], unit) for side in (left, right)
         ]
-        rows.append(Row(_(words), unit_shown(unit), *(_criterion(side) for side in (left, right)), difference(*values)))
+        rows.append(Row(_(words), "", *(_criterion(side) for side in (left, right)), difference(*values)))
     return rows
 
 
 def _criterion(found: Mapping[str, Any] | None) -> str:
     if found is None:
         return _("not judged")
-    unit = found["unit"]
-    reached = _("none") if found["reached"] is None else figures(told(found["reached"], unit))
-    said = (
-        _("%(reached)s of %(required)s, holds") if found["holds"] else _("%(reached)s of %(required)s, does not hold")
-    )
-    return said % {"reached": reached, "required": figures(told(found["required"], unit))}
+    said = _("%(reached)s (%(required)s), holds") if found["holds"] else _("%(reached)s (%(required)s), does not hold")
+    return said % {"reached": reached(found), "required": required(found)}

@@ -204,14 +204,14 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
         "verdict": json.loads(run.verdict) if run.verdict else None,
         "accuracy": json.loads(run.accuracy) if run.accuracy else None,
         "problem": json.loads(run.problem) if run.problem else None,
-        "figures": _figures(kind, result),
+        "figures": _figures(kind, chosen, result),
     }
     return page(request, "live.html", **told)
 
 
-def _figures(kind: Kind, result: Mapping[str, Any]) -> dict[str, float]:
-    """The main numeric results: those by which accuracy is judged, else the first ones."""
-    names = [name for name in kind.main_results if "." not in name] or list(result)
+def _figures(kind: Kind, mode: Mode, result: Mapping[str, Any]) -> dict[str, float]:
+    """The main numeric results: those by which accuracy is judged, else the first ones of the model."""
+    names = [name for name in kind.main_results if "." not in name] or [*kind.jobs[mode].result.model_fields]
     found = {name: result.get(name) for name in names if not name.endswith("_u")}
     numbers = {n: v for n, v in found.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
     return dict(list(numbers.items())[:_KEY_FIGURES])

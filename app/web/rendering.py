@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,8 @@ from markupsafe import Markup
 from app.access.csrf import FIELD
 from app.access.sessions import session
 from app.designs.registry import KINDS
+from app.designs.units import figures, power, tidy
+from app.runs import met
 from app.words import units, verdicts
 from app.words.fields import named, plain
 from app.words.languages import LANGUAGES, gettext, language, ngettext
@@ -36,13 +39,20 @@ def figure(value: Any, unit: str = "", digits: int = 6) -> str:
     """A value to ``digits`` significant digits in the selected units."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
-    return f"{units.told(value, unit):.{digits}g}" if isinstance(value, float) else str(value)
+    return tidy(f"{units.told(value, unit):.{digits}g}") if isinstance(value, float) else str(value)
+
+
+def uncertain(value: float, spread: float, unit: str = "") -> str:
+    """A value and its standard uncertainty: two digits of it, and the value to the same place."""
+    value, spread = units.told(value, unit), units.told(spread, unit)
+    places = max(0, 1 - math.floor(math.log10(spread)))
+    return f"{value:.{places}f} ±\u00a0{spread:.{places}f}"
 
 
 def short(value: float, unit: str = "") -> str:
     """Four significant digits, without an exponent below 1e7."""
     value = units.told(value, unit)
-    return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else f"{value:.4g}"
+    return f"{value:,.0f}".replace(",", "\u202f") if 9999.5 <= abs(value) < 1e7 else tidy(f"{value:.4g}")
 
 
 def label(name: str) -> dict[str, str]:
@@ -67,6 +77,10 @@ def back_of(request: Request) -> str:
 
 
 templates.env.filters["figure"] = figure
+templates.env.filters["figures"] = figures
+templates.env.filters["uncertain"] = uncertain
+templates.env.filters["met"] = met
+templates.env.filters["power"] = power
 templates.env.filters["quantity"] = units.quantity
 templates.env.filters["unit"] = units.unit_shown
 templates.env.globals["SYSTEMS"] = units.SYSTEMS

@@ -9,7 +9,8 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
 from app.designs.accuracy import STEPS
-from app.designs.kind import Mode
+from app.designs.form import COMMON, look_up
+from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, modes_of, plots_for
 from app.store.errors import UnknownRun
 from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
@@ -89,6 +90,19 @@ async def comparison(
     )
 
 
+def _numbers(kind: Kind, mode: str, result: dict[str, Any]) -> dict[str, Any]:
+    """The scalars of a result in the order of its model, choices as the form words them; without standard
+    uncertainties, which are shown beside their results."""
+    names = [*kind.jobs[Mode(mode)].result.model_fields] if mode in kind.jobs else []
+    found = {}
+    for name in [*names, *(other for other in result if other not in names)]:
+        value, uncertainty = result.get(name), name.endswith("_u") and name.removesuffix("_u") in result
+        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and not uncertainty:
+            words = (look_up(kind.form.options, COMMON.options, name) or {}).get(value)
+            found[name] = _(words) if words else value
+    return {name: value for name, value in found.items() if name not in _SHOWN_ELSEWHERE}
+
+
 @router.get("/runs/{run_id}")
 async def run_page(request: Request, run_id: str) -> HTMLResponse:
     """Page of one run: verdict, results, what shaped them, figures and actions."""
@@ -97,11 +111,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     except UnknownRun:
         return page(request, "missing.html", 404)
     kind, result = KINDS[run["kind"]], run["result"] or {}
-    numbers = {
-        name: value
-        for name, value in result.items()
-        if isinstance(value, (int, float, str)) and not isinstance(value, bool) and name not in _SHOWN_ELSEWHERE
-    }
+    numbers = _numbers(kind, run["mode"], result)
     if "worst_fibre" in numbers:
         numbers["worst_fibre"] = _("outer, +h/2") if numbers["worst_fibre"] > 0 else _("inner, −h/2")
     succeeded = run["status"] == RunStatus.SUCCEEDED

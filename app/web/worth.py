@@ -41,7 +41,7 @@ async def _sensitivity(request: Request, slug: str, figure: dict[str, float], ea
         return None
     if again.status != "succeeded" or again.result is None:
         return None
-    value = kind.figure(Mode.DESIGN, json.loads(again.result))[1]
+    value = kind.headline(Mode.DESIGN, json.loads(again.result))[1]
     if not value or not figure["value"]:
         return None
     return math.log(value / figure["value"]) / math.log(each.factor)

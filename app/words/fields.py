@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from app.designs.units import split_unit
-from app.words.languages import gettext
+from app.words.english import in_english
+from app.words.languages import gettext, language
 
 
 def named(name: str) -> tuple[str, str]:
     """Label and unit of a field name: ``crank_radius_mm`` → (crank radius, mm)."""
     words, unit = split_unit(name)
     sign = "± " if words.startswith("± ") else ""
-    return sign + gettext(words.removeprefix("± ")), unit
+    words = words.removeprefix("± ")
+    return sign + (in_english(words) if language() == "en" else gettext(words)), unit
 
 
 def plain(name: object) -> str:

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 from app.designs.form import COMMON, FormWords, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of
-from app.designs.units import split_unit
+from app.designs.units import split_unit, tidy, with_unit
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
 
@@ -55,8 +55,10 @@ MORE = "More"
 
 
 def _section(words: FormWords, name: str) -> str:
+    """The section of a field; fields of a method are in the section that selects the method."""
     sections = {**words.sections, **COMMON.sections}
-    return next((title for title, names in sections.items() if name in names), MORE)
+    found = (title for wanted in (name, *_TAGS) for title, names in sections.items() if wanted in names)
+    return next(found, MORE)
 
 
 def differing(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[tuple[Input, str, str]]:
@@ -115,12 +117,13 @@ def _input(kind: Kind, path: _Path, value: Any, own: str) -> Input:
         # The discriminator of a union is labelled as the union itself.
         full_name = ".".join(plain[:-1])
     unit = split_unit(plain[-1])[1] or split_unit(plain[0])[1]
+    sign = "± " if "uncertainty" in plain[:-1] else ""
     numbered = [part for part in path[1:] if part.isdigit()]
     help = look_up(words.helps, COMMON.helps, full_name)
     return Input(
         ".".join(path),
-        " ".join([_(words.label(full_name)), *numbered]),
-        f"{_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit)} {unit_shown(unit)}".rstrip(),
+        sign + " ".join([_(words.label(full_name)), *numbered]),
+        with_unit(_shown(value, look_up(words.options, COMMON.options, full_name) or {}, unit), unit_shown(unit)),
         _(own.replace("null:", "empty:") if help is None else help),
     )
 
@@ -129,7 +132,7 @@ def _shown(value: Any, options: Mapping[str, str], unit: str = "") -> str:
     if isinstance(value, bool):
         return _("yes") if value else _("no")
     if isinstance(value, float):
-        return f"{value:.10g}" if unit_shown(unit) == unit else f"{told(value, unit):.6g}"
+        return tidy(f"{value:.10g}" if unit_shown(unit) == unit else f"{told(value, unit):.6g}")
     if isinstance(value, list):
         if len(value) == 2 and all(isinstance(item, (int, float)) for item in value):
             return f"{_shown(value[0], options, unit)} … {_shown(value[1], options, unit)}"

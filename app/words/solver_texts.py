@@ -15,12 +15,17 @@ from app.words.languages import LOCALE, gettext, language
 PATTERNS_FILE = LOCALE / "patterns.txt"
 """One pattern per line, the most specific first, with ``{}`` as placeholder. Written by ``make messages``."""
 _NAME = re.compile(r"[a-z]\w*(?:[._]\w+)+")
+_NAME_INSIDE = re.compile(r"(?<![\w./])[a-z]{2}\w*(?:[._][a-z]\w+)+(?![\w/])")
 _ENGLISH = re.compile(r"[A-Za-z]{2}")
 
 
 def spoken(text: str) -> str:
-    """Translate a solver text; unchanged if the catalogue lacks it."""
-    return text if language() == "en" else _spoken(text, language())
+    """Translate a solver text, unchanged if the catalogue lacks it; in English, field names in it become words."""
+    return _NAME_INSIDE.sub(_in_words, text) if language() == "en" else _spoken(text, language())
+
+
+def _in_words(name: re.Match[str]) -> str:
+    return named(name[0].rpartition(".")[2])[0]
 
 
 def is_foreign(text: str) -> bool:
@@ -31,8 +36,8 @@ def is_foreign(text: str) -> bool:
 @lru_cache(4096)
 def _spoken(text: str, code: str) -> str:
     """Translate by catalogue entry, else by pattern, else item by item if the text is a list."""
-    if _NAME.fullmatch(text):
-        return named(text.rpartition(".")[2])[0]
+    if (name := _NAME.fullmatch(text)) is not None:
+        return _in_words(name)
     said = gettext(text)
     if said != text:
         return said

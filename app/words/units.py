@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import StrEnum
 
-from app.designs.units import figures
+from app.designs.units import figures, with_unit
 
 
 class System(StrEnum):
@@ -71,4 +71,4 @@ def _size(unit: str) -> float:
 
 def quantity(value: float, unit: str, digits: int = 6) -> str:
     """A metric value formatted with its displayed unit."""
-    return f"{figures(told(value, unit), digits)} {unit_shown(unit)}".rstrip()
+    return with_unit(figures(told(value, unit), digits), unit_shown(unit))

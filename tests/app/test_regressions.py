@@ -263,8 +263,8 @@ def test_where_there_is_no_design_none_is_the_best(pages):
 
 def test_an_uncertainty_has_the_name_and_unit_of_its_number(pages):
     page = words(pages["crank-masses", "analysis"])
-    assert re.search(r"± rod cg from pin [\d.]+ mm", page)
-    assert re.search(r"± rod inertia [\d.e-]+ kg·m²", page)
+    assert re.search(r"centre of mass 115\.00 ±\s0\.56 mm", page)
+    assert re.search(r"moment of inertia [\d.]+ ±\s[\d.]+ kg·m²", page)
 
 
 def test_a_kind_without_effects_has_no_empty_table_of_them(pages):

@@ -189,9 +189,41 @@ def test_crank_masses_by_weighing(page, address):
     page.goto(f"{address}/designs/crank-masses?mode=analysis")
     page.get_by_label("weighing both ends").check()
     fill(page, "Scale under the big end", "0,45")
-    expect(page.locator("#the-answer")).to_contain_text("rod mass")
+    expect(page.locator("#the-answer")).to_contain_text("mass of the rod")
     send(page, "Analyse")
-    assert "rod mass at crank" in page.locator("main").inner_text()
+    assert "rod's mass at the crank pin" in page.locator("main").inner_text()
+
+
+@pytest.mark.parametrize(
+    ("slug", "mode", "label", "typed", "path", "drawn", "button"),
+    [
+        ("flexible-rod", "design", "Crank radius r", "1.4", "mechanism.crank_radius_mm", "r 1.4", "Design"),
+        ("flexible-rod", "check", "Free length l", "22", "dimensions.l_mm", "l 22", "Check"),
+        ("pin-profile", "design", "Outer diameter D", "22.5", "geometry.outer_diameter_mm", "ø 22.5", "Design"),
+        ("pin-profile", "check", "Bore", "13", "bore_mm", "ø 13", "Check"),
+        ("impact-linkage", "design", "Height of the box, at most", "140", "limits.height_mm", "≤ 140", "Design"),
+        ("impact-linkage", "check", "Base/crank λ₀", "3.2", "ratios.lambda0", "base 74.075", "Check"),
+        ("crank-dynamics", "analysis", "Rod length L", "150", "mechanism.rod_length_mm", "L 150", "Analyse"),
+        ("crank-masses", "analysis", "Distance of the knife edges", "161", "pivot_distance_mm", "161", "Analyse"),
+    ],
+)
+def test_a_value_is_changed_drawn_judged_and_changed_again(
+    page, address, slug, mode, label, typed, path, drawn, button
+):
+    page.goto(f"{address}/designs/{slug}?mode={mode}")
+    fill(page, label, typed)
+    expect(page.locator(f'#the-drawing [data-for="{path}"]').first).to_contain_text(drawn)
+    summary = send(page, button)
+    assert mode == "analysis" or "It holds" in summary
+    expect(page.locator("figure.drawing svg")).to_be_visible()
+    expect(page.locator(f'.inputs div:has(dt:text-is("{label}")) dd')).to_contain_text(typed)
+    first = page.url
+    page.get_by_role("link", name=f"{button} again with changes").click()
+    expect(box(page, label)).to_have_value(typed)
+    fill(page, "Name of this run", "again")
+    send(page, button)
+    assert page.url != first
+    expect(page.locator("h1")).to_have_text("again")
 
 
 @pytest.mark.parametrize("slug", ["flexible-rod", "pin-profile", "impact-linkage", "crank-dynamics", "crank-masses"])

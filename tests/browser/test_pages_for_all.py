@@ -10,7 +10,7 @@ from pathlib import Path
 
 import axe_core_python
 import pytest
-from playwright.sync_api import Page, Response
+from playwright.sync_api import Page, Response, expect
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -81,7 +81,7 @@ def stored(address: str, path: str, body: object, **headers: str) -> str:
     ("path", "status"),
     [
         ("/", 200), ("/docs", 200), ("/runs", 200), ("/runs?status=done", 422), ("/runs/compare", 200),
-        ("/runs/none", 404), ("/nowhere", 404),
+        ("/runs/none", 404), ("/nowhere", 404), ("/batches", 200), ("/login", 200),
     ],
 )  # fmt: skip
 def test_pages(desk, address, path, status):
@@ -110,6 +110,19 @@ def test_two_runs_side_by_side_and_what_cannot_be(desk, address):
     first, second = (stored(address, "designs/pin-profile", {**each, "name": "side"}) for each in (pin, narrow))
     for path in (f"/runs/{second}", f"/runs/compare?a={first}&b={second}", f"/runs/compare?a={first}"):
         look_at(desk, address + path)
+
+
+def test_a_batch_with_its_map(desk, address):
+    vary = {"bore_mm": [10, 14, 20], "load.force_n": [9000, 15000], "accuracy": [1e-6]}
+    vary = {name: {"values": values} for name, values in vary.items()}
+    sweep = {"kind": "pin-profile", "mode": "check", "base": KINDS["pin-profile"].example(Mode.CHECK), "vary": vary}
+    batch = stored(address, "batches", sweep)
+    desk.heard.clear()
+    desk.goto(f"{address}/batches/{batch}")
+    expect(desk.locator("#map > svg circle")).to_have_count(6)
+    expect(desk.locator("#map > svg circle.fails")).to_have_count(3)
+    expect(desk.locator(".legend")).to_contain_text("hollow: does not hold")
+    judge(desk)
 
 
 def test_a_study_under_way_and_done(desk, address):

@@ -65,7 +65,7 @@ def test_runs_are_filtered_and_two_of_them_compared(sound, address):
     expect(sound.locator("h1")).to_have_text("Two runs side by side")
     row = sound.get_by_role("row", name="Greatest force on the piston")
     assert row.locator("td").all_inner_texts() == ["15000 N", "9000 N"]
-    moment = sound.get_by_role("row", name="max moment, N·mm").locator("td").last.inner_text()
+    moment = sound.get_by_role("row", name="greatest bending moment, N·mm").locator("td").last.inner_text()
     assert moment.endswith("(-40 %)")
     assert no_wider_than(sound, 390)
     sound.set_viewport_size({"width": 1200, "height": 900})
@@ -94,7 +94,7 @@ def test_the_mechanism_is_paused_and_scrubbed(sound, address):
     figure.get_by_role("slider").fill("90")
     assert figure.locator("output").inner_text() == "90°"
     cursor = sound.locator('figure[data-plot="transfer"] .cursor')
-    assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 470 / 4, abs=1)
+    assert float(cursor.get_attribute("x1")) == pytest.approx(70 + 390 / 4, abs=1)
     assert no_wider_than(sound, 390)
     sound.set_viewport_size({"width": 1200, "height": 900})
 

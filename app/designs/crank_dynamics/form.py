@@ -39,6 +39,8 @@ FORM = FormWords(
         "series_angles": "Angles in the results",
     },
     helps={
+        "mechanism.crank_radius_mm": "less than the rod's length",
+        "mechanism.rod_length_mm": "from the wrist pin to the crank pin",
         "mechanism.offset_mm": "positive toward the side to which the crank turns from the top",
         "pressure.strokes": "strokes 1 to 4: intake, compression, expansion, exhaust; with two: expansion, compression",
         "engine.phases_deg": "by how much each cylinder's cycle follows the first one's, such as 0; 540; 180; 360",

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -258,11 +258,6 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
     }
 
 
-def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The indicated power; none for a study."""
-    return "indicated_power_w", None if mode is Mode.ACCURACY else result["indicated_power_w"]
-
-
 CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
@@ -279,7 +274,7 @@ CRANK_DYNAMICS = Kind(
     },
     known_effects=crank.EFFECTS,
     plots=PLOTS,
-    figure=figure,
+    figure=lambda _mode, result: ("indicated_power_w", result["indicated_power_w"]),
     main_results=(
         "mean_torque_nm",
         "indicated_power_w",

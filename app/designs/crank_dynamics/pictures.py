@@ -8,7 +8,24 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around, noted
+from app.designs.pictures.chart import (
+    BLUE,
+    BOTTOM,
+    GREEN,
+    GREY,
+    HEIGHT,
+    LEFT,
+    RED,
+    RIGHT,
+    TOP,
+    WIDTH,
+    Chart,
+    Degrees,
+    Linear,
+    Say,
+    around,
+    noted,
+)
 from solvers.crank.motion import in_line as kinematics
 from solvers.crank.motion.slider_crank import ExactMotion
 
@@ -27,16 +44,14 @@ def pressure_over_angle(run: dict[str, Any], say: Say = str) -> str:
     series, (angles, period) = run["result"]["series"], _angles(run)
     pressure, brix = _closed(series["pressure_mpa"]), series["brix_pressure_mpa"]
     scale = around(pressure)
-    chart = Chart(
-        say("Pressure over the crank angle"), Linear(0.0, period), scale, say("crank angle, °"), say("pressure, MPa")
-    )
+    legend = [(say("exact"), BLUE), *([(say("by Brix's construction"), RED)] if brix is not None else [])]
+    title, x_label, y_label = say("Pressure over the crank angle"), say("crank angle, °"), say("pressure, MPa")
+    chart = Chart(title, Degrees(0.0, period), scale, x_label, y_label, legend=legend)
     for jump in run["result"]["dead_centre_jumps"]:
         chart.line([jump["angle_deg"]] * 2, [scale.low, scale.high], GREY, dashes="2 4")
     if brix is not None:
         chart.line(angles, _closed(brix), RED, dashes="5 3")
-        chart.words(0.04 * period, scale.low + 0.86 * (scale.high - scale.low), say("by Brix's construction"), RED)
     chart.line(angles, pressure, BLUE)
-    chart.words(0.04 * period, scale.low + 0.93 * (scale.high - scale.low), say("exact"), BLUE)
     return chart.svg()
 
 
@@ -66,7 +81,7 @@ def torque_over_angle(run: dict[str, Any], say: Say = str) -> str:
     mean = run["result"]["mean_torque_nm"]
     chart = Chart(
         say("Torque over the crank angle"),
-        Linear(0.0, period),
+        Degrees(0.0, period),
         around([*torque, 0.0]),
         say("crank angle, °"),
         say("torque, N·m"),
@@ -91,12 +106,11 @@ def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
     series, (angles, period) = run["result"]["series"], _angles(run)
     columns = [[value / 1e3 for value in _closed(series[name])] for name, _, _ in _FORCES]
     scale = around(value for column in columns for value in column)
-    chart = Chart(
-        say("Forces over the crank angle"), Linear(0.0, period), scale, say("crank angle, °"), say("force, kN")
-    )
-    for row, (column, (_, words, color)) in enumerate(zip(columns, _FORCES, strict=True)):
+    legend = [(say(words), color) for _, words, color in _FORCES]
+    title, x_label, y_label = say("Forces over the crank angle"), say("crank angle, °"), say("force, kN")
+    chart = Chart(title, Degrees(0.0, period), scale, x_label, y_label, legend=legend)
+    for column, (_, _, color) in zip(columns, _FORCES, strict=True):
         chart.line(angles, column, color)
-        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), say(words), color)
     return chart.svg()
 
 
@@ -108,12 +122,14 @@ def crank_pin_polar(run: dict[str, Any], say: Say = str) -> str:
     outward = result["rod_mass_at_crank_kg"] * mechanism["crank_radius_mm"] / 1e3 * speed**2
     across = [value / 1e3 for value in _closed(series["tangential_force_n"])]
     up = [(outward - value) / 1e3 for value in _closed(series["radial_force_n"])]
-    # Equal scales on both axes, so that directions are true: the plot area is 470 by 308.
+    # Equal scales on both axes, so that directions are true.
+    plot_width, plot_height = WIDTH - LEFT - RIGHT, HEIGHT - TOP - BOTTOM
     tall = around([*up, 0.0])
     wide = around([*across, 0.0])
-    step = max((tall.high - tall.low) / 308.0, (wide.high - wide.low) / 470.0)
+    step = max((tall.high - tall.low) / plot_height, (wide.high - wide.low) / plot_width)
     x_mid, y_mid = 0.5 * (wide.low + wide.high), 0.5 * (tall.low + tall.high)
-    x, y = (Linear(mid - half * step, mid + half * step) for mid, half in ((x_mid, 235.0), (y_mid, 154.0)))
+    halves = ((x_mid, 0.5 * plot_width * step), (y_mid, 0.5 * plot_height * step))
+    x, y = (Linear(mid - half, mid + half) for mid, half in halves)
     chart = Chart(
         say("Load on the crank pin, turning with the crank"),
         x,
@@ -154,13 +170,11 @@ def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
         greatest = max(abs(p) for p in series["pressure_mpa"]) or 1.0
         pairs = zip(series["brix_pressure_mpa"], series["pressure_mpa"], strict=True)
         columns.append((noted("pressure"), RED, _closed([100.0 * (brix - exact) / greatest for brix, exact in pairs])))
-    fitted = around(value for _, _, column in columns for value in column)
-    scale = Linear(fitted.low, fitted.high + 0.35 * (fitted.high - fitted.low))  # room for labels
-    title = say("Error of the two-harmonic formulas")
-    chart = Chart(title, Linear(0.0, period), scale, say("crank angle, °"), say("error, %"))
-    for row, (words, color, column) in enumerate(columns):
+    scale = around(value for _, _, column in columns for value in column)
+    title, legend = say("Error of the two-harmonic formulas"), [(say(words), color) for words, color, _ in columns]
+    chart = Chart(title, Degrees(0.0, period), scale, say("crank angle, °"), say("error, %"), legend=legend)
+    for _, color, column in columns:
         chart.line(angles, column, color)
-        chart.words(0.04 * period, scale.low + (0.93 - 0.07 * row) * (scale.high - scale.low), say(words), color)
     return chart.svg()
 
 

@@ -242,6 +242,12 @@ def run_masses(request: MassesRequest) -> Answer:
     return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
 
 
+def figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The rod's mass that goes with the piston; of an estimate, which does not divide it, all of the rod's mass."""
+    name = "rod_mass_kg" if result["rod_mass_at_pin_kg"] is None else "rod_mass_at_pin_kg"
+    return name, result[name]
+
+
 CRANK_MASSES = Kind(
     slug="crank-masses",
     title="Crank masses",
@@ -250,7 +256,7 @@ CRANK_MASSES = Kind(
     known_effects=(),
     plots={},
     main_results=(),
-    figure=lambda _mode, result: ("rod_mass_at_pin_kg", result["rod_mass_at_pin_kg"]),
+    figure=figure,
     form=FORM,
     drawing=drawing,
     calculation=calculation,

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from app.designs.flexible_rod.request import CheckRequest
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Linear, Say, around
 from app.designs.schema import MEGA, MILLI
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Cycle, Instants
 from solvers.rod.effects import choose_for, compose
 
-_TURN = Linear(0.0, 360.0)
+_TURN = Degrees(0.0, 360.0)
 _ANGLES, _STATIONS = 361, 61
 
 
@@ -117,5 +117,5 @@ def stress_along_strip(run: dict[str, Any], say: Say = str) -> str:
         chart.line(places, high, color)
     worst = run["result"]["worst_section_mm"]
     chart.line([worst, worst], [scale.low, scale.high], RED, dashes="4 3")
-    chart.words(min(worst + 0.01 * places[-1], 0.7 * places[-1]), scale.low, say("fatigue governs here"), RED)
+    chart.words(worst + 0.01 * places[-1], scale.low, say("fatigue governs here"), RED)
     return chart.svg()

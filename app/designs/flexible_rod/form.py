@@ -61,6 +61,11 @@ FORM = FormWords(
         "fatigue_criterion": "Fatigue criterion",
     },
     helps={
+        "mechanism.crank_radius_mm": "less than the rod's length",
+        "mechanism.rod_length_mm": "from the clamp in the piston to the crank pin",
+        "piston.clamp_offset_mm": "from mid-skirt toward the crank",
+        "dimensions.h_mm": "the strip bends about it",
+        "dimensions.l_mm": "at most the rod's length",
         "requirements.min_fatigue_safety": "",
         "requirements.min_stability_safety": "",
         "requirements.min_yield_safety": "empty: 1, and only judged, not required",

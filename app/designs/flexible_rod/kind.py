@@ -38,7 +38,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.verdict import denials, verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
@@ -218,10 +218,10 @@ _FIGURES = {
 """Result names of the objectives."""
 
 
-def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The objective of a design, the mass of a check; none for a study."""
+def figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
+    """The objective of a design, the mass of a check."""
     name = _FIGURES[result.get("objective", "mass")]
-    return name, None if mode is Mode.ACCURACY else result[name]
+    return name, result[name]
 
 
 FLEXIBLE_ROD = Kind(
@@ -254,5 +254,6 @@ FLEXIBLE_ROD = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
+    labels=labels(WORDS),
     denials=denials(WORDS),
 )

@@ -66,7 +66,9 @@ def _drawing(face: Outline, b: float, h: float, l: float) -> Drawing:
         Dimension((-held, -0.5 * b), (-held, 0.5 * b), words_of("b", b), "y", -held, -1, "b_mm"),
         Dimension((l + held, below - 0.5 * h), (l + held, below + 0.5 * h), words_of("h", h), "y", l + held, 1, "h_mm"),
     )
-    notes = (Note((-0.5 * held, 0.18 * b), "clamp"), Note((l + 0.5 * held, 0.18 * b), "head"))
+    # Below the ends, where a longer word in another language crosses no line.
+    under = -0.5 * b - 0.06 * size
+    notes = (Note((-0.5 * held, under), "clamp"), Note((l + 0.5 * held, under), "head"))
     return Drawing(
         "The strip, to scale", tuple(shapes), dimensions, notes,
         "The free strip from its broad face and from its edge; dashed, the ends by which clamp and head hold it. "

@@ -63,7 +63,7 @@ class _Load(Strict):
 
 
 class SchmidtLoad(_Load):
-    """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
+    """p = p_min (1 + δ)/(1 − δ cos(φ − θ)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
     p_min_mpa: NotNegative

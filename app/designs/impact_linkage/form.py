@@ -35,8 +35,8 @@ FORM = FormWords(
     },
     labels={
         "restitution": "Restitution of what is struck",
-        "restitution.low": "Least",
-        "restitution.high": "Greatest",
+        "restitution.low": "Restitution, least",
+        "restitution.high": "Restitution, greatest",
         "blow_frequency_hz": "Blows per second",
         "impact_speed_m_s": "Speed of the tool at the blow",
         "impact_energy_j": "Energy of a blow",
@@ -67,6 +67,7 @@ FORM = FormWords(
         "length_tolerance_mm": "The lengths may be off by",
     },
     helps={
+        "blow_frequency_hz": "one a turn of the crank",
         "restitution": "0.05 is nearly dead, 0.95 nearly elastic",
         "limits.width_mm": "of all that is swept",
         "limits.height_mm": "of all that is swept",

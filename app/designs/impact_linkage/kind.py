@@ -48,7 +48,7 @@ from app.designs.schema import (
     refused,
     scaled,
 )
-from app.designs.verdict import denials, verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -271,10 +271,10 @@ _FIGURES = {
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The objective of a design, the longest link of a check if lengths are known; none for a study."""
+    """The objective of a design, the longest link of a check if lengths are known."""
     if mode is Mode.DESIGN:
         return _FIGURES[result["objective"]], result["value"]
-    return "longest_link_mm", result.get("longest_link_mm")
+    return "longest_link_mm", result["longest_link_mm"]
 
 
 IMPACT_LINKAGE = Kind(
@@ -315,5 +315,6 @@ IMPACT_LINKAGE = Kind(
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
+    labels=labels(WORDS),
     denials=denials(WORDS),
 )

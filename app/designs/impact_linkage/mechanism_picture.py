@@ -16,7 +16,7 @@ from app.designs.impact_linkage.pictures import bar_of
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
 
 Array = NDArray[np.float64]
-_WIDE, _HIGH, _MARGIN, _TEXT = 560.0, 420.0, 18.0, 26.0
+_WIDE, _HIGH, _MARGIN, _TEXT = 480.0, 380.0, 16.0, 26.0
 _FRAMES, _STILL, _SECONDS = 90, 14, 4
 _LETTER = 0.56
 """Of the size of a line: how wide a letter is at most, on average."""

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Say, around
 from app.designs.schema import MILLI
 from solvers.linkage import KINDS
 from solvers.linkage.loads.torque_and_pin_force import series
 from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
 
-_CYCLE = Linear(0.0, 360.0)
+_CYCLE = Degrees(0.0, 360.0)
 _CLIP = 4.0
 """u31 is unbounded near a dead point; it is clipped at this multiple of its value at the blow."""
 
@@ -43,7 +43,7 @@ def transfer_picture(run: dict[str, Any], say: Say = str) -> str:
         if phi[run_of]:
             chart.line(phi[run_of], shown[run_of])
     chart.mark(0.0, u[0], "", BLUE)
-    below = u[0] + (-0.08 if u[0] > 0 else 0.1) * (scale.high - scale.low)
+    below = u[0] + (-0.13 if u[0] > 0 else 0.13) * (scale.high - scale.low)
     chart.words(8.0, below, say("after the blow {}").format(f"{u[0]:.4g}"), BLUE)
     chart.mark(360.0, u[-1], say("before the blow {}").format(f"{u[-1]:.4g}"), RED)
     return chart.svg()
@@ -59,18 +59,21 @@ def loads_picture(run: dict[str, Any], say: Say = str) -> str:
     bar, crank = bar_of(result), result["lengths_mm"]["crank"] * MILLI
     degrees = np.linspace(0.0, 360.0, 241)
     torque, force = series(bar, crank, run["spec"]["impact_energy_j"], np.radians(degrees))
+    shares = [(torque / result["peak_torque_nm"]).tolist(), (force / result["pin_force_n"]).tolist()]
     chart = Chart(
         say("Loads over the cycle"),
         _CYCLE,
-        Linear(-1.15, 1.15),
+        around([0.0, *shares[0], *shares[1]]),
         say("crank angle from the blow, °"),
         say("share of the peak"),
+        legend=[
+            (say("crank torque, peak {} N·m").format(f"{result['peak_torque_nm']:.4g}"), BLUE),
+            (say("pin force, peak {} N").format(f"{result['pin_force_n']:.4g}"), RED),
+        ],
     )
     chart.line([0.0, 360.0], [0.0, 0.0], GREY, dashes="2 4")
-    chart.line(degrees.tolist(), (torque / result["peak_torque_nm"]).tolist(), BLUE)
-    chart.line(degrees.tolist(), (force / result["pin_force_n"]).tolist(), RED)
-    chart.words(12.0, -0.92, say("crank torque, peak {} N·m").format(f"{result['peak_torque_nm']:.4g}"), BLUE)
-    chart.words(12.0, -1.07, say("pin force, peak {} N").format(f"{result['pin_force_n']:.4g}"), RED)
+    for share, color in zip(shares, (BLUE, RED), strict=True):
+        chart.line(degrees.tolist(), share, color)
     return chart.svg()
 
 
@@ -87,14 +90,11 @@ def front_picture(run: dict[str, Any], say: Say = str) -> str:
     found = run["result"]["front"]
     across = [point["against"] for point in found["points"]]
     up = [point["objective"] for point in found["points"]]
-    x, y = around(across), around(up)
     labels = [f"{say(found[name].replace('_', ' '))}, {found[name + '_unit']}" for name in ("against", "objective")]
-    chart = Chart(say("Pareto front"), x, y, *labels)
+    present = [name for name in _COLORS if any(point["type"] == name for point in found["points"])]
+    legend = [(say(name.replace("_", " ")), _COLORS[name]) for name in present]
+    chart = Chart(say("Pareto front"), around(across), around(up), *labels, legend=legend)
     chart.line(across, up, GREY, dashes="2 4")
     for point in found["points"]:
         chart.mark(point["against"], point["objective"], "", _COLORS[point["type"]])
-    present = [name for name in _COLORS if any(point["type"] == name for point in found["points"])]
-    for row, name in enumerate(present):
-        at = y.high - (0.07 + 0.07 * row) * (y.high - y.low)
-        chart.words(x.low + 0.6 * (x.high - x.low), at, say(name.replace("_", " ")), _COLORS[name])
     return chart.svg()

@@ -12,9 +12,12 @@ from dataclasses import dataclass
 from html import escape
 from typing import Protocol
 
-WIDTH, HEIGHT = 560, 380
+WIDTH, HEIGHT = 480, 360
+"""So narrow that the words are readable on a phone."""
 LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
 _LEGEND_ROW = 20
+_LETTER = 7.2
+"""Width of a letter, on average."""
 
 BLUE, RED, GREEN, GREY = "#1a5fb4", "#b3261e", "#1c7c54", "#5b6472"
 _ON_DARK = {BLUE: "#7fb2f0", RED: "#f2958c", GREEN: "#72cfa4", GREY: "#a3abb8"}
@@ -30,8 +33,13 @@ def noted(words: str) -> str:
     return words
 
 
-STYLE = f"<style>svg{{color:#1d2430}}@media (prefers-color-scheme:dark){{svg{{color:#e7e9ee}}{_DARK}}}</style>"
-"""Light and dark colours of a stand-alone picture; programs without CSS support use the light ones."""
+_HALO = "text{paint-order:stroke;stroke-width:3px;stroke-linejoin:round;stroke:#fff}"
+STYLE = (
+    f"<style>svg{{color:#1d2430;background:#fff}}{_HALO}@media (prefers-color-scheme:dark)"
+    f"{{svg{{color:#e7e9ee;background:#1d2128}}text{{stroke:#1d2128}}{_DARK}}}</style>"
+)
+"""Light and dark colours of a stand-alone picture, and a halo that keeps words readable on lines; programs without CSS
+support use the light ones without it."""
 
 
 def opening(title: str, width: float, height: float, attributes: str = "") -> str:
@@ -61,10 +69,20 @@ class Linear:
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
     def ticks(self) -> list[tuple[float, str]]:
-        step = _round_step((self.high - self.low) / 6)
+        step = self._step()
         digits = max(0, -math.floor(math.log10(step) + 1e-9))
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [(n * step, f"{n * step:.{digits}f}") for n in range(first, last + 1)]
+
+    def _step(self) -> float:
+        return _round_step((self.high - self.low) / 6)
+
+
+class Degrees(Linear):
+    """Linear scale of an angle [deg], with ticks at parts of the circle."""
+
+    def _step(self) -> float:
+        return next((step for step in (15.0, 30.0, 45.0, 90.0) if 6 * step >= self.high - self.low), 180.0)
 
 
 @dataclass(frozen=True)
@@ -80,8 +98,15 @@ class Logarithmic:
 
     def ticks(self) -> list[tuple[float, str]]:
         first, last = math.ceil(math.log10(self.low) - 1e-9), math.floor(math.log10(self.high) + 1e-9)
+        if last - first < 2:
+            return self._between(first, (1, 2, 5)) if self.high > 5.0 * self.low else self._between(first, range(1, 10))
         every = max(1, (last - first) // 7 + 1)
         return [(10.0**n, f"1e{n}") for n in range(first, last + 1, every)]
+
+    def _between(self, first: int, digits: Iterable[int]) -> list[tuple[float, str]]:
+        """Ticks at multiples of powers of ten, for an axis of few decades."""
+        values = [digit * 10.0**n for n in (first - 1, first, first + 1) for digit in digits]
+        return [(value, f"{value:g}") for value in values if self.low <= value * (1 + 1e-9) <= self.high * (1 + 2e-9)]
 
 
 @dataclass(frozen=True)
@@ -103,6 +128,12 @@ def around(values: Iterable[float], margin: float = 0.06) -> Linear:
     low, high = min(found), max(found)
     pad = margin * (high - low) or 0.5 * abs(high) or 1.0
     return Linear(low - pad, high + pad)
+
+
+def factors_around(values: Iterable[float], margin: float = 1.3) -> Logarithmic:
+    """A logarithmic scale with a margin around all (positive) values."""
+    found = list(values)
+    return Logarithmic(min(found) / margin, max(found) * margin)
 
 
 def decades_around(values: Iterable[float]) -> Logarithmic:
@@ -169,17 +200,17 @@ class Chart:
         """Add a filled polygon."""
         self._layers.append(f'<path d="{self._path(xs, ys)}Z" fill="{color}" fill-opacity="0.10"/>')
 
-    def bar(self, x: float, y: float, color: str = BLUE) -> None:
-        """Add a bar from the vertical axis to a value."""
+    def bar(self, x: float, y: float, color: str = BLUE, words: str = "") -> None:
+        """Add a bar from the vertical axis to a value, with words above it."""
         width = self._across(x) - self._left
         self._layers.append(
             f'<rect x="{self._left}" y="{self._up(y) - 7:.1f}" width="{width:.1f}" height="14" fill="{color}" '
-            'fill-opacity="0.45"/>'
+            'fill-opacity="0.45"/>' + _words(self._left, f"{self._up(y) - 11:.1f}", words, "start")
         )
 
     def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
         """Add a marker with a label on the side that has room."""
-        left = self._x.place(x) > 0.72
+        left = not self._has_room(x, words)
         at = self._across(x) + (-12 if left else 12)
         self._layers.append(
             f'<circle cx="{self._across(x):.1f}" cy="{self._up(y):.1f}" r="5" fill="{color}"/>'
@@ -187,8 +218,13 @@ class Chart:
         )
 
     def words(self, x: float, y: float, words: str, color: str = GREY) -> None:
-        """Add text."""
-        self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, "start", color))
+        """Add text on the side that has room."""
+        side = "start" if self._has_room(x, words) else "end"
+        self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, side, color))
+
+    def _has_room(self, x: float, words: str) -> bool:
+        """Whether words fit to the right of a value."""
+        return self._across(x) + 12 + _LETTER * len(words) < WIDTH
 
     def svg(self) -> str:
         """The chart as SVG."""

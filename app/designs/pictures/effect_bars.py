@@ -8,7 +8,7 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Categories, Chart
 
 _MIN_BOUND, _MAX_BOUND = 1e-9, 1e1
 """Range of the axis; a bar that reaches the right edge is larger or unbounded."""
-_LABEL_WIDTH = 165
+_LEFT = 24
 
 
 def effect_bars(run: dict[str, Any], say: Say = str) -> str:
@@ -22,16 +22,17 @@ def effect_bars(run: dict[str, Any], say: Say = str) -> str:
     chart = Chart(
         say("Effects: what each may change at most"),
         decades_around([*bounds, 0.1 * _tolerance(run), 1.0]),
-        Categories([say(effect["name"].replace("_", " ")) for effect in effects]),
+        Categories([""] * len(effects)),
         say("bound on the relative change of the results (dot: measured)")
         if costs
         else say("bound on the relative change of the results"),
         "",
-        left=_LABEL_WIDTH,
+        left=_LEFT,
     )
     tolerance = _tolerance(run)
     for number, (effect, bound) in enumerate(zip(effects, bounds, strict=True)):
-        chart.bar(bound, number, BLUE if effect["state"] == "active" else GREY)
+        name = say(effect["name"].replace("_", " "))
+        chart.bar(bound, number, BLUE if effect["state"] == "active" else GREY, name)
         cost = costs.get(effect["name"])
         if cost and cost["change"] is not None:
             chart.mark(_drawn(cost["change"]), number, _price(cost), GREEN)

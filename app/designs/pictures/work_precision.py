@@ -5,7 +5,8 @@ from __future__ import annotations
 from itertools import groupby
 from typing import Any
 
-from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around
+from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Say, Scale, decades_around, factors_around
+from app.designs.units import power
 
 MIN_ERROR = 1e-17
 """Position of a zero error, below the rounding error of any result."""
@@ -22,7 +23,7 @@ def work_precision(run: dict[str, Any], say: Say = str) -> str:
     there = [level for level in levels if level["error"] is not None]
     wanted = run["accuracy"]["requested"]
     chosen, proven = (result[name] and result[name]["accuracy"] for name in ("recommended", "certified"))
-    across = decades_around([_time(level) for level in there] or [1.0])
+    across = factors_around([_time(level) for level in there] or [1.0])
     down = decades_around([*map(_error, there), wanted])
     chart = Chart(
         say("Error against computing time"),
@@ -62,11 +63,11 @@ def _groups(levels: list[dict[str, Any]], across: Scale, down: Scale) -> list[li
 def _name(levels: list[dict[str, Any]], proven: float | None, say: Say) -> str:
     """Label of a group: its accuracies and tightest proof."""
     asked = [level["accuracy"] for level in levels]
-    name = f"{max(asked):.0e}" if len(asked) == 1 else f"{max(asked):.0e} … {min(asked):.0e}"
+    name = power(max(asked)) if len(asked) == 1 else f"{power(max(asked))} … {power(min(asked))}"
     if all(level["at_most"] for level in levels):
         name = f"≤ {name}"
     gaps = [level["proven_gap"] for level in levels if level["accuracy"] == proven]
-    return say("{}, {} proven to {}").format(name, f"{proven:.0e}", f"{gaps[0]:.0e}") if gaps else name
+    return say("{}, {} proven to {}").format(name, power(proven), power(gaps[0])) if gaps else name
 
 
 def _time(level: dict[str, Any]) -> float:

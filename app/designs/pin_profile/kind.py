@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import partial
 from typing import Any
 
@@ -33,7 +33,7 @@ from app.designs.pin_profile.result import (
 )
 from app.designs.pin_profile.verdict import WORDS
 from app.designs.schema import MILLI, bulk_answers, envelope, refused
-from app.designs.verdict import denials, verdict_json
+from app.designs.verdict import denials, labels, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -116,11 +116,6 @@ GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresse
 """Results determined by the bore in the middle."""
 
 
-def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The mass; none for a study."""
-    return "mass_g", None if mode is Mode.ACCURACY else result["mass_g"]
-
-
 PIN_PROFILE = Kind(
     slug="pin-profile",
     title="Piston pin",
@@ -154,12 +149,13 @@ PIN_PROFILE = Kind(
     drawn_if={"ring": has_ring},
     main_results=MAIN_RESULTS,
     given_results=GIVEN_RESULTS,
-    figure=figure,
+    figure=lambda _mode, result: ("mass_g", result["mass_g"]),
     form=FORM,
     drawing=drawing,
     calculation=calculation,
     followed=frozenset(FOLLOWED),
     part=part,
     has_part=has_part,
+    labels=labels(WORDS),
     denials=denials(WORDS),
 )

@@ -11,11 +11,12 @@ from app.designs.pictures.drawing_svg import drawing_alone
 from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
 from app.designs.schema import MEGA
+from app.designs.units import figures
 from solvers import pin
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.shapes.load_family import load_sweep
 
-_WIDTH = 560.0
+_WIDTH = 520.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
 _OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
 
@@ -58,8 +59,8 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
     result = run["result"]
     stresses = result["ring_stresses_mpa"]
     outer, bore = result["outer_mid_mm"], result["bore_mid_mm"]
-    wide, high, middle = _WIDTH, 380.0, (0.5 * _WIDTH, 190.0)
-    scale = 120.0 / (0.5 * outer)
+    wide, high, middle = _WIDTH, 340.0, (0.5 * _WIDTH, 170.0)
+    scale = 100.0 / (0.5 * outer)
     squeeze = 12.0 / scale  # exaggerated change of radius, the same for every pin
     out = [opening(say("Hoop stress of the ring in the middle of the pin"), wide, high)]
     turn = [2.0 * math.pi * n / 120 for n in range(120)]
@@ -77,21 +78,21 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
     for radius in (0.5 * outer, 0.5 * bore):
         out.append(f'<path d="{ring(radius, 0.0)}" fill="none" stroke="{GREY}" stroke-dasharray="4 4"/>')
     for down in (-1.0, 1.0):
-        begin, end = middle[1] + down * 172.0, middle[1] + down * 126.0
+        begin, end = middle[1] + down * 152.0, middle[1] + down * 106.0
         out.append(
             f'<path d="M{middle[0]:.0f},{begin:.0f}V{end:.0f}m-6,{8 * down:.0f}l6,{-8 * down:.0f}l6,{8 * down:.0f}" '
             f'fill="none" stroke="{RED}" stroke-width="2.5"/>'
         )
-    right = middle[0] + 140.0
+    right = middle[0] + 124.0
     fibres = (
         (say("under the load"), "outer_top", "inner_top", 40.0),
-        (say("at the side"), "outer_side", "inner_side", 182.0),
+        (say("at the side"), "outer_side", "inner_side", 152.0),
     )
     for words, outside, inside, top in fibres:
         lines = (
             words,
-            say("outside {} MPa").format(f"{stresses[outside]:+.4g}"),
-            say("inside {} MPa").format(f"{stresses[inside]:+.4g}"),
+            say("outside {} MPa").format(_signed(stresses[outside])),
+            say("inside {} MPa").format(_signed(stresses[inside])),
         )
         for row, line in enumerate(lines):
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
@@ -103,6 +104,10 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
             f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
         )
     return "".join(out) + "</svg>"
+
+
+def _signed(value: float) -> str:
+    return ("+" if value > 0.0 else "") + figures(value)
 
 
 def stress_picture(run: dict[str, Any], say: Say = str) -> str:

@@ -11,15 +11,11 @@ from app.designs.kind import Kind, Mode
 from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
+from app.web.forms.schemas import TAGS, Schema, allowed, first_sentence, help_of, is_numbers, tag_of
 from app.web.forms.tables import Column, Numbers, Table
 from app.words.languages import gettext as _
 from app.words.languages import language
-from app.words.units import system, told
-
-Schema = Mapping[str, Any]
-_WIDE = (1e-6, 1e6)
-"""Limits at least this wide are numerical safeguards and are not shown."""
-_TAGS = ("kind", "method")
+from app.words.units import system
 
 
 def form_of(kind: Kind, mode: Mode) -> Group:
@@ -54,14 +50,20 @@ class _Builder:
         shared = set.intersection(*(set(m["properties"]) for m in models))
         shared = {n for n in shared if all(m["properties"][n] == models[0]["properties"][n] for m in models)}
         common = self._children({"properties": {n: models[0]["properties"][n] for n in shared}}, "", "", "")
-        key = next(tag for tag in _TAGS if tag in models[0]["properties"])
+        key = next(tag for tag in TAGS if tag in models[0]["properties"])
         members = []
         for model in models:
             tag = model["properties"][key]["const"]
             own = {**model, "properties": {n: s for n, s in model["properties"].items() if n not in shared}}
             children = self._children(own, f"{tag}.", "", "")
             part = Group(
-                key="", name=tag, pointer="", path="", help=_(_sentence(model)), when=f"{key}={tag}", children=children
+                key="",
+                name=tag,
+                pointer="",
+                path="",
+                help=_(first_sentence(model)),
+                when=f"{key}={tag}",
+                children=children,
             )
             start = self._words.starts.get(key, {}).get(tag, {})
             members.append(Member(tag, lambda v, t=tag: isinstance(v, Mapping) and v.get(key) == t, start, part))
@@ -132,7 +134,7 @@ class _Builder:
         """Nodes of an object; ``prefix`` is prepended to input names, ``path`` to field paths."""
         required, out = set(model.get("required", ())), []
         properties = {n: self._resolved(s) for n, s in model["properties"].items()}
-        lists = [n for n, s in properties.items() if n in required and _is_numbers(s)]
+        lists = [n for n, s in properties.items() if n in required and is_numbers(s)]
         for key, schema in properties.items():
             here = f"{path}.{key}" if path else key
             if schema.get("description", "").startswith("filled in") or not self._only(here):
@@ -151,7 +153,7 @@ class _Builder:
             nullable = len(members) < len(schema["anyOf"])
             schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
         unit = split_unit(key)[1] or unit
-        own = _help(schema, nullable)
+        own = help_of(schema, nullable)
         said = look_up(self._words.helps, COMMON.helps, path)
         shared: dict[str, Any] = {
             "key": key,
@@ -212,7 +214,7 @@ class _Builder:
             Number(
                 **shared,
                 unit=unit,
-                allowed=_allowed(schema, unit),
+                allowed=allowed(schema, unit),
                 nullable=nullable,
                 whole=whole,
                 start=default,
@@ -230,7 +232,7 @@ class _Builder:
                 path=shared["path"],
                 label=end % {"label": shared["label"]},
                 unit=unit,
-                allowed=_allowed(item, unit),
+                allowed=allowed(item, unit),
             )
             for i, end in enumerate((_("%(label)s, least"), _("%(label)s, greatest")))
         ]
@@ -238,13 +240,13 @@ class _Builder:
 
     def _union(self, schema: Schema, shared: dict[str, Any], prefix: str, path: str, unit: str) -> Node:
         members, key = [], shared["key"]
-        tagged = [(model, *_tag(model, item)) for item in schema["oneOf"] for model in [self._resolved(item)]]
+        tagged = [(model, *tag_of(model, item)) for item in schema["oneOf"] for model in [self._resolved(item)]]
         options = self._options(path, [tag for _, tag, _ in tagged])
         for model, tag, meant in tagged:
             only = {**shared, "name": f"{prefix}{key}.{tag}", "label": "", "help": "", "when": f"{prefix}{key}={tag}"}
             if model.get("type") == "object":
                 children = self._children(model, f"{prefix}{key}.{tag}.", path, unit)
-                part: Node = Group(**{**only, "help": _(_sentence(model))}, children=children)
+                part: Node = Group(**{**only, "help": _(first_sentence(model))}, children=children)
             else:
                 named = {**only, "label": options[tag][:1].upper() + options[tag][1:]}
                 part = self._plain(model, named, False, False, unit, None)[0]
@@ -257,7 +259,7 @@ class _Builder:
 
     def _tables(self, item: Schema, shared: dict[str, Any]) -> list[Node]:
         properties = {n: self._resolved(s) for n, s in item["properties"].items()}
-        if all(_is_numbers(s) for s in properties.values()):
+        if all(is_numbers(s) for s in properties.values()):
             columns = self._columns(properties, list(properties))
             return [Table(**shared, columns=columns, shape="groups", first=_(shared["key"].removesuffix("s")))]
         kinds = self._words.columns.get(shared["path"])
@@ -291,55 +293,3 @@ class _Builder:
     def _options(self, path: str, values: list[str]) -> dict[str, str]:
         words = look_up(self._words.options, COMMON.options, path) or {}
         return {v: _(words.get(v, v.replace("_", " ") if v else "none")) for v in values}
-
-
-def _is_numbers(schema: Schema) -> bool:
-    return schema.get("type") == "array" and schema["items"].get("type") == "number" and schema.get("maxItems") != 2
-
-
-def _tag(model: Schema, item: Schema) -> tuple[str, Any]:
-    """The tag of a union member and the predicate that recognises its values."""
-    for name in _TAGS:
-        constant = model.get("properties", {}).get(name, {}).get("const")
-        if constant is not None:
-            return constant, lambda v, n=name, c=constant: isinstance(v, Mapping) and v.get(n) == c
-    if model["type"] == "object":
-        own = set(model["properties"])
-        title = item.get("$ref", "").rpartition("/")[2]
-        return title.lower(), lambda v: isinstance(v, Mapping) and bool(v) and set(v) <= own
-    if model["type"] == "array":
-        return "list", lambda v: isinstance(v, list)
-    return "number", lambda v: isinstance(v, (int, float))
-
-
-def _sentence(model: Schema) -> str:
-    return model.get("description", "").partition("\n")[0]
-
-
-def _help(schema: Schema, nullable: bool) -> str:
-    """The field's description, with the meaning of null stated for an empty field."""
-    text = schema.get("description", "")
-    return text.replace("null:", "empty:") if nullable else text
-
-
-def _allowed(schema: Schema, unit: str) -> str:
-    """The range as text; limits beyond ``_WIDE`` are omitted."""
-    low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
-    high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
-    high = None if high is not None and high >= _WIDE[1] else high
-    if low is not None and low <= -_WIDE[1]:
-        low = None
-    if low == _WIDE[0]:
-        low, above = None, 0
-    if low is not None and high is not None:
-        return f"{told(low, unit):g} … {told(high, unit):g}"
-    found = []
-    if low is not None:
-        found.append(_("at least %(x)s") % {"x": f"{told(low, unit):g}"})
-    elif above is not None:
-        found.append(_("more than %(x)s") % {"x": f"{told(above, unit):g}"})
-    if high is not None:
-        found.append(_("at most %(x)s") % {"x": f"{told(high, unit):g}"})
-    elif below is not None:
-        found.append(_("less than %(x)s") % {"x": f"{told(below, unit):g}"})
-    return ", ".join(found)

@@ -2,7 +2,9 @@
 const progress = document.querySelector("#progress"), map = document.querySelector("#map");
 const PALETTE = ["#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee", "#aa3377", "#999999"];
 const SVG = "http://www.w3.org/2000/svg";
-const BOX = { left: 78, right: 740, top: 16, bottom: 420 };
+const BOX = { left: 78, top: 16, bottom: 420 };
+// As wide as the page has room, so that words keep their size on a phone.
+const width = () => Math.round(Math.max(340, Math.min(760, map.clientWidth)));
 
 function made(name, attributes, text) {
   const element = document.createElementNS(SVG, name);
@@ -70,17 +72,18 @@ function coloured(told, values) {
 }
 
 function draw(told, names) {
-  const picture = map.querySelector("svg"), column = (name) => told.fields.lastIndexOf(name);
+  const picture = map.querySelector("svg"), column = (name) => told.fields.lastIndexOf(name), right = width() - 20;
+  picture.setAttribute("viewBox", `0 0 ${width()} 470`);
   const [x, y, colour] = names.map(column);
   const there = told.points.filter((p) => typeof p[x] === "number" && typeof p[y] === "number");
   picture.replaceChildren(made("rect", {
-    class: "frame", x: BOX.left, y: BOX.top, width: BOX.right - BOX.left, height: BOX.bottom - BOX.top,
+    class: "frame", x: BOX.left, y: BOX.top, width: right - BOX.left, height: BOX.bottom - BOX.top,
   }));
   if (!there.length) {
-    picture.append(made("text", { x: 300, y: 220 }, map.dataset.none));
+    picture.append(made("text", { x: right / 2, y: 220, "text-anchor": "middle" }, map.dataset.none));
     return;
   }
-  const across = scale(there.map((p) => p[x]), BOX.left + 8, BOX.right - 8);
+  const across = scale(there.map((p) => p[x]), BOX.left + 8, right - 8);
   const up = scale(there.map((p) => p[y]), BOX.bottom - 8, BOX.top + 8);
   for (const value of ticks(across.low, across.high)) {
     picture.append(made("text", { x: across.at(value), y: BOX.bottom + 18, "text-anchor": "middle" }, +value.toPrecision(6)));
@@ -88,27 +91,33 @@ function draw(told, names) {
   for (const value of ticks(up.low, up.high)) {
     picture.append(made("text", { x: BOX.left - 6, y: up.at(value) + 4, "text-anchor": "end" }, +value.toPrecision(6)));
   }
-  picture.append(made("text", { x: (BOX.left + BOX.right) / 2, y: 460, "text-anchor": "middle" }, worded(told, names[0])));
+  picture.append(made("text", { x: (BOX.left + right) / 2, y: 460, "text-anchor": "middle" }, worded(told, names[0])));
   picture.append(made("text", { x: 14, y: 218, transform: "rotate(-90 14 218)", "text-anchor": "middle" }, worded(told, names[1])));
   const paint = coloured(told, there.map((p) => p[colour]));
   const radius = there.length > 1000 ? 2.5 : 4;
   for (const point of there) {
     const link = made("a", { href: `/runs/${point[1]}` });
-    const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, fill: paint.of(point[colour]) });
+    const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, ...painted(point, paint.of(point[colour])) });
     dot.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
     link.append(dot);
     picture.append(link);
   }
-  map.querySelector(".legend").replaceChildren(...paint.legend.map(([word, fillColour]) => {
+  const hollow = there.some(fails) ? [[map.dataset.hollow, { fill: "none", stroke: PALETTE[6] }]] : [];
+  const entries = [...paint.legend.map(([word, fillColour]) => [word, { fill: fillColour }]), ...hollow];
+  map.querySelector(".legend").replaceChildren(...entries.map(([word, look]) => {
     const item = document.createElement("li"), sign = made("svg", { viewBox: "0 0 12 12", "aria-hidden": "true" });
-    sign.append(made("circle", { cx: 6, cy: 6, r: 5, fill: fillColour }));
+    sign.append(made("circle", { cx: 6, cy: 6, r: 4.5, "stroke-width": 1.5, ...look }));
     item.append(sign, ` ${word}`);
     return item;
   }));
 }
 
+// Every point begins with its index, run, status and whether its part holds.
+const fails = (point) => point[3] === false;
+const painted = (point, colour) => (fails(point) ? { class: "fails", fill: "transparent", stroke: colour } : { fill: colour });
+
 // More than two varied fields: an axis for each and for a result, and every item as a line across them.
-const ALONG = { left: 75, right: 680, top: 40, bottom: 300, most: 1500 };
+const ALONG = { left: 50, top: 44, bottom: 300, most: 1500 };
 
 function drawBeside(told, names, colour) {
   const place = map.querySelector("#beside"), picture = place.querySelector("svg");
@@ -116,7 +125,8 @@ function drawBeside(told, names, colour) {
   const there = told.points.filter((p) => columns.every((column) => typeof p[column] === "number"));
   place.hidden = names.length < 3 || !there.length;
   if (place.hidden) return;
-  const at = (k) => ALONG.left + (k * (ALONG.right - ALONG.left)) / (names.length - 1);
+  const at = (k) => ALONG.left + (k * (width() - 2 * ALONG.left)) / (names.length - 1);
+  picture.setAttribute("viewBox", `0 0 ${width()} 345`);
   const axes = columns.map((column) => scale(there.map((p) => p[column]), ALONG.bottom, ALONG.top));
   const paint = coloured(told, there.map((p) => p[painted])), every = Math.ceil(there.length / ALONG.most);
   picture.replaceChildren();
@@ -132,9 +142,14 @@ function drawBeside(told, names, colour) {
     picture.append(made("line", { class: "frame", x1: at(k), x2: at(k), y1: ALONG.top, y2: ALONG.bottom }));
     const words = [[axis.low, ALONG.bottom + 16], [axis.high, ALONG.top - 8]];
     for (const [value, y] of words) picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, +value.toPrecision(5)));
-    const name = worded(told, names[k]), y = k % 2 ? 16 : ALONG.bottom + 30;
-    picture.append(made("text", { x: at(k), y, "text-anchor": "middle" }, name));
+    picture.append(made("text", { x: at(k), y: 16, "text-anchor": "middle", class: "number" }, k + 1));
   });
+  // The names of many axes would run into each other.
+  place.querySelector("ol").replaceChildren(...names.map((name) => {
+    const item = document.createElement("li");
+    item.textContent = worded(told, name);
+    return item;
+  }));
 }
 
 let busy = false, again = false;

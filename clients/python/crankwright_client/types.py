@@ -2578,7 +2578,7 @@ class Sample(TypedDict):
 
 
 class SchmidtLoad(TypedDict):
-    """p = p_min (1 + delta)/(1 - delta cos(phi - theta)): the isothermal Stirling cycle."""
+    """p = p_min (1 + δ)/(1 − δ cos(φ − θ)): the isothermal Stirling cycle."""
 
     kind: Literal["schmidt"]
     """discriminator of the form, or the kind of design"""

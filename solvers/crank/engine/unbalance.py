@@ -18,6 +18,8 @@ from solvers.crank.scene import Engine
 
 ORDERS = (1, 2, 4)
 MOST_SAMPLES = 2**16
+_ROUNDING = 8.0 * np.finfo(float).eps
+"""Relative rounding of the angles and arms of balanced cylinders."""
 
 
 @dataclass(frozen=True)
@@ -64,9 +66,8 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
 
     def greatest(order: int, weight: Array) -> float:
         c = harmonics[order] * masses.reciprocating * speed**2
-        with_shaft = np.sum(weight * np.exp(1j * (axis - order * phase)))
-        against = np.sum(weight * np.exp(1j * (axis + order * phase)))
-        return 0.5 * float(abs(c) * (abs(with_shaft) + abs(against)))
+        with_shaft, against = (_resultant(weight, axis + way * order * phase) for way in (-1, 1))
+        return 0.5 * float(abs(c)) * (with_shaft + against)
 
     one = np.ones_like(phase)
     found = tuple(
@@ -75,6 +76,12 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     # Rods on one pin share one crank.
     sharing = masses.rods_per_pin if phase.size > 1 else 1
     turning = cycle.machine.turning / sharing
-    direction = np.exp(1j * (axis - phase))
-    couple = None if arm is None else float(abs(np.sum(arm * direction))) * abs(turning)
-    return Balance(found, float(abs(np.sum(direction))) * abs(turning), couple)
+    couple = None if arm is None else _resultant(arm, axis - phase) * abs(turning)
+    return Balance(found, _resultant(one, axis - phase) * abs(turning), couple)
+
+
+def _resultant(weight: Array, angle: Array) -> float:
+    """|sum w exp(i angle)|; exactly zero where no more than the rounding of the angles is left of it."""
+    found = float(abs(np.sum(weight * np.exp(1j * angle))))
+    rounding = _ROUNDING * float(np.sum(np.abs(weight) * (1.0 + np.abs(angle))))
+    return found if found > rounding else 0.0

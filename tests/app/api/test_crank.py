@@ -217,13 +217,14 @@ def test_a_runs_page_shows_worst_instants_cylinders_and_repairs(client, dynamics
     dynamics_request["pressure"]["repair"] = True
     run = client.post(DYNAMICS, json=dynamics_request).json()
     page = client.get(f"/runs/{run['id']}").text
-    for words in ("crank pin load max", "unbalance of order 2", "points sorted by volume", "Study the accuracy"):
+    for words in ("greatest crank pin load", "unbalance of order 2", "points sorted by volume", "Study the accuracy"):
         assert words in page, words
     for plot in KINDS["crank-dynamics"].plots:
         assert f"/plots/{plot}" in page
     masses = client.post(MASSES, json=KINDS["crank-masses"].example(Mode.ANALYSIS)).json()
     shown = client.get(f"/runs/{masses['id']}").text
-    assert "rod cg from pin" in shown
+    assert "centre of mass" in shown
+    assert "115.00 ±\u00a00.56" in shown
     assert "Study the accuracy" not in shown
 
 

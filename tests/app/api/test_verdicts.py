@@ -122,6 +122,8 @@ def test_a_pass_with_missed_accuracy_is_not_shown_as_passing(client, check_reque
     page = page_of(client, run)
     assert GOOD not in page and 'class="verdict doubtful"' in page
     assert "The accuracy asked for is not met" in page
+    row = next(row for row in re.findall(r"<tr>.*?</tr>", client.get("/runs").text, re.DOTALL) if run["id"] in row)
+    assert "accuracy not met" in row and 'class="yes"' not in row
 
 
 def test_an_infeasible_design_says_so_first(client, three_steps):

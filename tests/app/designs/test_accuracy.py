@@ -149,7 +149,7 @@ def test_a_failed_level_is_a_gap_in_the_plot():
     assert "proven to 2e-12" in whole
     assert "≤ 1e-12" in picture([*levels[:2], {**levels[2], "at_most": True}])
     # Names of levels that lie together are one.
-    assert "1e-06 … 1e-12" in picture([levels[0], *({**levels[1], "accuracy": a} for a in (1e-6, 1e-12))])
+    assert "1e-6 … 1e-12" in picture([levels[0], *({**levels[1], "accuracy": a} for a in (1e-6, 1e-12))])
 
 
 def test_effects_that_add_results_are_distinguished():

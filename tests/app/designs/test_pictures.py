@@ -44,7 +44,7 @@ def test_the_indicator_diagram_has_the_volumes_of_the_cylinder():
     across = [float(point.split(",")[0]) for point in path.split("L")]
     # The axis reaches from below zero to beyond the greatest volume, a sixteenth more on either side.
     most = cylinder["clearance_volume_cm3"] + swept
-    place = lambda volume: 70 + 470 * (volume + 0.06 * most) / (1.12 * most)  # noqa: E731
+    place = lambda volume: 70 + 390 * (volume + 0.06 * most) / (1.12 * most)  # noqa: E731
     assert min(across) == pytest.approx(place(cylinder["clearance_volume_cm3"]), abs=0.1)
     assert max(across) == pytest.approx(place(most), abs=0.1)
 

@@ -217,7 +217,5 @@ def test_sentences(criteria, sentence):
 
 def test_a_missed_accuracy_that_may_change_the_verdict_is_distinguished():
     close, ample = (said(at_least("n", 2.0, reached, SLACK), accuracy=MISSED) for reached in (2.001, 4.0))
-    assert close.endswith(
-        "The accuracy asked for is not met: 1e-06 asked, 3e-02 estimated, more than there is to spare."
-    )
-    assert ample.endswith("The accuracy asked for is not met: 1e-06 asked, 3e-02 estimated.")
+    assert close.endswith("The accuracy asked for is not met: 1e-6 asked, 3e-2 estimated, more than there is to spare.")
+    assert ample.endswith("The accuracy asked for is not met: 1e-6 asked, 3e-2 estimated.")

@@ -17,7 +17,7 @@ def solved(slug: str, mode: Mode, spec: dict[str, Any]) -> dict[str, Any]:
     request = job.request.model_validate(spec)
     answer = job.solve(request)
     result = None if answer.result is None else json.loads(json.dumps(answer.result))
-    name, value = kind.figure(mode, result) if answer.status == "succeeded" else ("", None)
+    name, value = kind.headline(mode, result) if answer.status == "succeeded" else ("", None)
     return {
         "id": "0190c0de-0000-7000-8000-000000000001",
         "kind": slug,

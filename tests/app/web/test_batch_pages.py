@@ -108,8 +108,12 @@ def test_every_kind_has_variable_fields() -> None:
 
 
 def test_axes_of_the_map_are_named_as_in_the_form_and_in_its_language():
-    told = {"varied": ["load.force_n"], "results": ["mass_g"], "points": [[0, "id", "succeeded", True]]}
+    point = [0, "id", "succeeded", True, "min_wall_mm"]
+    told = {"varied": ["load.force_n"], "results": ["mass_g"], "points": [point]}
+    linkage = {"varied": [], "results": [], "points": [[*point[:4], "transmission_angle_deg.1"]]}
+    assert _map_words(KINDS["impact-linkage"], linkage)["transmission_angle_deg.1"] == "greatest transmission angle"
     with speaking("ru"):
         words = _map_words(KINDS["pin-profile"], told)
+    assert (words["governed_by"], words["min_wall_mm"]) == ("что определяет", "наименьшая толщина стенки")
     assert words["load.force_n"] == "Наибольшая сила на поршне, N"
     assert (words["mass_g"], words["true"]) == ("масса, g", "да")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from html import unescape
+from xml.etree import ElementTree
 
 import pytest
 
@@ -58,6 +59,22 @@ def test_no_run_page_mixes_languages(client, run, code):
     page = _LINKS.sub("", page).replace(run["id"], "").replace(' lang="en"', "")
     assert f'<html lang="{code}">' in page
     assert english_in(page) == []
+
+
+_LETTER = 6.4
+"""Mean width of a letter of a picture's 13 px, a little less than any font has."""
+
+
+@pytest.mark.parametrize("code", ["en", *OTHERS])
+def test_no_word_leaves_its_picture(client, run, code):
+    for name, place in run["links"]["plots"].items():
+        picture = ElementTree.fromstring(client.get(place, params={"language": code}).content)
+        left, _, width, _ = map(float, picture.attrib["viewBox"].split())
+        for text in picture.iter("{http://www.w3.org/2000/svg}text"):
+            if "x" in text.attrib and "transform" not in text.attrib and not text.attrib.get("font-size"):
+                begin, size = float(text.attrib["x"]), _LETTER * len("".join(text.itertext()))
+                begin -= {"middle": 0.5, "end": 1.0}.get(text.attrib.get("text-anchor", ""), 0.0) * size
+                assert left <= begin and begin + size <= left + width, (name, "".join(text.itertext()))
 
 
 @pytest.mark.parametrize("code", OTHERS)

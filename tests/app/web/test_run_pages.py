@@ -167,7 +167,8 @@ def test_a_running_run_is_cancelled_once(client):
 def test_missing_resources_give_a_page_or_problem_details(client):
     page = client.get("/no/such/page", headers=HTML)
     assert page.status_code == 404
-    assert "<h1>Not Found</h1>" in page.text and "default-src 'self'" in page.headers["content-security-policy"]
+    assert "<h1>Not Found</h1>" in page.text and "There is no page at this address." in page.text
+    assert "default-src 'self'" in page.headers["content-security-policy"]
     assert client.get("/no/such/page").headers["content-type"] == "application/problem+json"
     at_api = client.get("/api/v1/runs/none", headers=HTML)
     assert at_api.headers["content-type"] == "application/problem+json"

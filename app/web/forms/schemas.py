@@ -1,0 +1,74 @@
+"""What the JSON schema of a field says: its help, its range, the tag of a union's member."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from app.designs.units import tidy
+from app.words.languages import gettext as _
+from app.words.units import told
+
+Schema = Mapping[str, Any]
+TAGS = ("kind", "method")
+"""Fields that tell the members of a union."""
+_WIDE = (1e-6, 1e6)
+"""Limits at least this wide are numerical safeguards and are not shown."""
+
+
+def is_numbers(schema: Schema) -> bool:
+    """Whether the field is a list of numbers that is no range."""
+    return schema.get("type") == "array" and schema["items"].get("type") == "number" and schema.get("maxItems") != 2
+
+
+def tag_of(model: Schema, item: Schema) -> tuple[str, Any]:
+    """The tag of a union member and the predicate that recognises its values."""
+    for name in TAGS:
+        constant = model.get("properties", {}).get(name, {}).get("const")
+        if constant is not None:
+            return constant, lambda v, n=name, c=constant: isinstance(v, Mapping) and v.get(n) == c
+    if model["type"] == "object":
+        own = set(model["properties"])
+        title = item.get("$ref", "").rpartition("/")[2]
+        return title.lower(), lambda v: isinstance(v, Mapping) and bool(v) and set(v) <= own
+    if model["type"] == "array":
+        return "list", lambda v: isinstance(v, list)
+    return "number", lambda v: isinstance(v, (int, float))
+
+
+def first_sentence(model: Schema) -> str:
+    """The first line of a model's description."""
+    return model.get("description", "").partition("\n")[0]
+
+
+def help_of(schema: Schema, nullable: bool) -> str:
+    """The field's description, with the meaning of null stated for an empty field."""
+    text = schema.get("description", "")
+    return text.replace("null:", "empty:") if nullable else text
+
+
+def allowed(schema: Schema, unit: str) -> str:
+    """The range as text; limits beyond ``_WIDE`` are omitted."""
+    low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
+    high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
+    high = None if high is not None and high >= _WIDE[1] else high
+    if low is not None and low <= -_WIDE[1]:
+        low = None
+    if low == _WIDE[0]:
+        low, above = None, 0
+    if low is not None and high is not None:
+        return f"{_bound(low, unit)} … {_bound(high, unit)}"
+    found = []
+    if low is not None:
+        found.append(_("at least %(x)s") % {"x": _bound(low, unit)})
+    elif above is not None:
+        found.append(_("more than %(x)s") % {"x": _bound(above, unit)})
+    if high is not None:
+        found.append(_("at most %(x)s") % {"x": _bound(high, unit)})
+    elif below is not None:
+        found.append(_("less than %(x)s") % {"x": _bound(below, unit)})
+    return ", ".join(found)
+
+
+def _bound(value: float, unit: str) -> str:
+    return tidy(f"{told(value, unit):g}")

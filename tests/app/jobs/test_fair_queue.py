@@ -1,4 +1,4 @@
-"""The fair queue: short before long jobs, round-robin callers, limits, and retry estimates."""
+"""The fair queue: short before long jobs, turns of callers, limits, and retry estimates."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from app.jobs import fair_queue
 from app.jobs.errors import Busy, ShareUsed
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 
@@ -92,7 +93,7 @@ def test_short_jobs_yield_to_waiting_long_jobs():
 
 
 @pytest.mark.parametrize("length", JobLength)
-def test_callers_are_served_round_robin(length):
+def test_the_caller_served_least_recently_is_next(length):
     async def scenario(queue: FairQueue) -> None:
         work = Work(queue)
         names = ["a0", "a1", "a2", "a3", "b0", "b1", "c0"]
@@ -100,7 +101,32 @@ def test_callers_are_served_round_robin(length):
             await work.submit(name, length)
         for k in range(len(names)):
             await work.end(work.order[k])
-        assert work.order == ["a0", "a1", "b0", "c0", "a2", "b1", "a3"]
+        assert work.order == ["a0", "b0", "c0", "a1", "b1", "a2", "a3"]
+
+    run(scenario, workers=1)
+
+
+def test_a_caller_with_one_job_at_a_time_never_waits_for_a_backlog():
+    async def scenario(queue: FairQueue) -> None:
+        work = Work(queue)
+        for k in range(4):
+            await work.submit(f"a{k}", SHORT)
+        for k in range(3):
+            await work.submit(f"b{k}", SHORT)
+            await work.end(f"a{k}")
+            assert work.order[-1] == f"b{k}"
+            await work.end(f"b{k}")
+
+    run(scenario, workers=1)
+
+
+def test_only_so_many_callers_are_remembered(monkeypatch):
+    async def scenario(queue: FairQueue) -> None:
+        monkeypatch.setattr(fair_queue, "_REMEMBERED_CALLERS", 3)
+        for caller in "abcdea":
+            async with queue.slot(SHORT, caller):
+                pass
+        assert list(queue._latest_turns) == ["d", "e", "a"]
 
     run(scenario, workers=1)
 

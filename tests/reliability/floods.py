@@ -1,0 +1,216 @@
+"""Latency of quick checks and of ``/healthz`` while 64 clients flood the service, with each kind of request in turn.
+
+    python -m tests.reliability.floods 60 [FLOOD ...]
+
+Every flood starts a service of its own at default settings. The flooding clients share one address; the checks come from
+another and each is new, so that no cached answer serves it. Floods run in a process of lowest priority: in reality the
+clients' work is done elsewhere.
+"""
+
+from __future__ import annotations
+
+import argparse
+import asyncio
+import json
+import math
+import os
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import httpx
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS, example_of
+from tests.app.running import ROOT, Running, wait_until
+from tests.reliability.worst import dearest, unlike
+
+AT_ONCE = 64
+_PROBE_ADDRESS, _PROBE_INTERVAL_S, _WARM_UP = "127.0.0.2", 0.02, 20
+_BODY_BYTES, _ROWS = 1_000_000, 2_000
+_JSON = {"Content-Type": "application/json"}
+_LATER = {"Prefer": "respond-async"}
+
+
+@dataclass(frozen=True)
+class Sent:
+    """A POST request."""
+
+    path: str
+    body: bytes
+    headers: dict[str, str]
+
+
+Flood = Callable[[int], Sent]
+"""The request of a number, unlike that of any other."""
+
+
+def _dearest(*parts: str, later: bool = False) -> Flood:
+    """The most expensive requests whose names contain one of the parts; ``later``: every other one asks for a 202."""
+    chosen = [each for name, each in dearest().items() if any(part in name for part in parts)]
+
+    def request(number: int) -> Sent:
+        path, body = chosen[number % len(chosen)]
+        return Sent(path, unlike(body, number), _JSON | (_LATER if later and number // len(chosen) % 2 else {}))
+
+    return request
+
+
+def _large_body(number: int) -> Sent:
+    """A body of the maximum size: a long profile, a long table, unknown fields, wrong values, or cut off."""
+    requests = dearest()
+    path, body = requests[("pin check", "rod check")[number % 2]]
+    wrong = {
+        0: lambda: {},
+        1: lambda: {f"x{k}": 0 for k in range(19_000)},
+        2: lambda: {"profile": [{} for _ in range(200_000)]},
+        3: lambda: {"load": body["load"] | {"angle_deg": ["x"] * 100_000}},
+    }[number // 2 % 4]()
+    text = unlike(body | wrong, number)
+    return Sent(path, text[:_BODY_BYTES].ljust(_BODY_BYTES), _JSON)
+
+
+def _rows(number: int) -> Iterator[dict[str, Any]]:
+    example = KINDS["pin-profile"].example(Mode.CHECK)
+    for k in range(_ROWS):
+        yield {**example, "effect_tolerance": 1e-2 * (1.0 + 1e-9 * (number * _ROWS + k))}
+
+
+def _batch(number: int) -> Sent:
+    body = b"".join(json.dumps(row).encode() + b"\n" for row in _rows(number))
+    place = "/api/v1/batches?kind=pin-profile&mode=check"
+    return Sent(place, body, {"Content-Type": "application/x-ndjson"})
+
+
+def _upload(number: int) -> Sent:
+    """A file of rows as the page sends it."""
+    lines = ["geometry.outer_diameter_mm,load.force_n"] + [f"{20 + 1e-6 * k},{1e3 + number}" for k in range(10 * _ROWS)]
+    form = httpx.Request(
+        "POST", "http://x", data={"kind": "pin-profile", "mode": "check"},
+        files={"cases": ("cases.csv", "\n".join(lines).encode(), "text/csv")},
+    )  # fmt: skip
+    form.read()
+    return Sent("/batches/upload", form.content, {"Content-Type": form.headers["Content-Type"]})
+
+
+FLOODS: dict[str, Callable[[], Flood]] = {
+    "everything": lambda: _dearest(""),
+    "checks": lambda: _dearest("check", "crank"),
+    "designs": lambda: _dearest("design", "front", later=True),
+    "studies": lambda: _dearest("study", later=True),
+    "large bodies": lambda: _large_body,
+    "batches": lambda: _batch,
+    "uploads": lambda: _upload,
+}
+
+
+async def send(address: str, name: str, seconds: float) -> Counter[str]:
+    """Run the clients with back-to-back requests; returns the counts of answers."""
+    request, numbers, told = FLOODS[name](), count(1), Counter[str]()
+    end = time.monotonic() + seconds
+    limits = httpx.Limits(max_connections=None)
+    async with httpx.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
+
+        async def one() -> None:
+            for turn in count():
+                if turn and time.monotonic() > end:
+                    return
+                sent = request(next(numbers))
+                try:
+                    status = (await client.post(sent.path, content=sent.body, headers=sent.headers)).status_code
+                except httpx.TransportError:  # refused before all was sent
+                    status = 0
+                told[str(status or "closed")] += 1
+                await asyncio.sleep(0.05 if status in (0, 429, 503) else 0)
+
+        await asyncio.gather(*(one() for _ in range(AT_ONCE)))
+    return told
+
+
+@dataclass(frozen=True)
+class Waits:
+    """Sorted latencies [s]."""
+
+    seconds: list[float]
+
+    def at(self, share: float) -> float:
+        return self.seconds[min(len(self.seconds) - 1, math.ceil(share * len(self.seconds)) - 1)]
+
+    def __str__(self) -> str:
+        p50, p99, most = (1000 * each for each in (self.at(0.5), self.at(0.99), self.seconds[-1]))
+        return f"{len(self.seconds)}: p50 {p50:.1f} ms, p99 {p99:.1f} ms, at most {most:.0f} ms"
+
+
+@dataclass(frozen=True)
+class Latencies:
+    """Latencies of ``/healthz``, each time on a new connection, and of quick checks."""
+
+    health: Waits
+    checks: Waits
+
+    def __str__(self) -> str:
+        return f"healthz {self.health}; checks {self.checks}"
+
+
+def probe(port: int, going_on: Iterator[Any]) -> Latencies:
+    """Ask in turn for the health and a new check of a pin until the iterator ends."""
+    health, checks, example = [], [], example_of(KINDS["pin-profile"], Mode.CHECK)
+    transport = httpx.HTTPTransport(local_address=_PROBE_ADDRESS)
+    with httpx.Client(base_url=f"http://127.0.0.1:{port}", transport=transport, timeout=60) as client:
+        for number, _ in enumerate(going_on):
+            began = time.monotonic()
+            with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
+                connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
+                assert connection.recv(4096).startswith(b"HTTP/1.1 200")
+            health.append(time.monotonic() - began)
+            example["load"]["force_n"] *= 1.0 - 1e-9
+            began = time.monotonic()
+            answer = client.post("/api/v1/checks/pin-profile", json=example)
+            assert answer.status_code == 201 and answer.json()["status"] == "succeeded", (number, answer.text)
+            checks.append(time.monotonic() - began)
+            time.sleep(_PROBE_INTERVAL_S)
+    return Latencies(Waits(sorted(health)), Waits(sorted(checks)))
+
+
+def measure(name: str, seconds: float, folder: Path, **settings: object) -> tuple[Latencies, Latencies, Counter[str]]:
+    """Latencies of an idle and of a flooded service, and the answers to the flood."""
+    with Running(folder, **settings) as running, running.client() as client:
+        wait_until(lambda: running.ready(client), 170.0)
+        address, port = str(client.base_url), client.base_url.port
+        probe(port, iter(range(_WARM_UP)))
+        idle = probe(port, iter(range(100)))
+        words = [sys.executable, "-m", "tests.reliability.floods", "--send", address, str(seconds), name]
+        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+            flooded = probe(port, iter(lambda: process.poll() is None, False))
+            told = Counter(json.loads(process.stdout.read()))
+        assert process.returncode == 0
+        assert "Traceback" not in running.output.read_text(), running.output.read_text()[-3000:]
+    return idle, flooded, told
+
+
+def main() -> None:
+    asked = argparse.ArgumentParser(prog="python -m tests.reliability.floods")
+    asked.add_argument("--send", metavar="ADDRESS", help="only send the flood, and print the counts of answers")
+    asked.add_argument("seconds", type=float)
+    asked.add_argument("floods", nargs="*", default=list(FLOODS), metavar="FLOOD", help=", ".join(FLOODS))
+    given = asked.parse_args()
+    if given.send:
+        os.nice(19)
+        print(json.dumps(asyncio.run(send(given.send, *given.floods, given.seconds))))
+        return
+    for name in given.floods:
+        with tempfile.TemporaryDirectory() as folder:
+            idle, flooded, told = measure(name, given.seconds, Path(folder))
+        print(f"{name}, load {os.getloadavg()[0]:.0f}\n  idle: {idle}\n  flooded: {flooded}\n  {dict(told)}", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -20,6 +20,7 @@ from app.access.quotas import Quotas
 from app.access.sessions import Sessions
 from app.api import batches, catalogue, contract, exports, operation, runs, submissions
 from app.api.head_requests import Heads
+from app.api.turns import Turns
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.edge.asgi import Application, Scope
@@ -149,6 +150,7 @@ def create_app(
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
+    app.state.large_bodies = Turns()
     app.state.keys = keys = KeyCache(lambda: app.state.service.store)
     app.state.sessions = sessions = Sessions(3600.0 * settings.session_hours)
 

@@ -77,7 +77,7 @@ class ServiceLimits:
     """
 
     max_wait_s: float = 30.0
-    short_s: float = 1.0
+    short_s: float = 0.2
     accepted: int = 200
     accepted_per_caller: int = 50
     lease_s: float = LEASE_S

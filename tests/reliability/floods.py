@@ -14,6 +14,7 @@ import asyncio
 import json
 import math
 import os
+import re
 import socket
 import subprocess
 import sys
@@ -31,7 +32,7 @@ import httpx
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of
 from tests.app.running import ROOT, Running, wait_until
-from tests.reliability.worst import dearest, unlike
+from tests.reliability.worst import dearest, template, unlike
 
 AT_ONCE = 64
 _PROBE_ADDRESS, _PROBE_INTERVAL_S, _WARM_UP = "127.0.0.2", 0.02, 20
@@ -55,50 +56,74 @@ Flood = Callable[[int], Sent]
 
 def _dearest(*parts: str, later: bool = False) -> Flood:
     """The most expensive requests whose names contain one of the parts; ``later``: every other one asks for a 202."""
-    chosen = [each for name, each in dearest().items() if any(part in name for part in parts)]
+    chosen = [(path, template(body)) for name, (path, body) in dearest().items() if any(part in name for part in parts)]
 
     def request(number: int) -> Sent:
-        path, body = chosen[number % len(chosen)]
-        return Sent(path, unlike(body, number), _JSON | (_LATER if later and number // len(chosen) % 2 else {}))
+        path, form = chosen[number % len(chosen)]
+        return Sent(path, unlike(form, number), _JSON | (_LATER if later and number // len(chosen) % 2 else {}))
 
     return request
 
 
-def _large_body(number: int) -> Sent:
-    """A body of the maximum size: a long profile, a long table, unknown fields, wrong values, or cut off."""
-    requests = dearest()
-    path, body = requests[("pin check", "rod check")[number % 2]]
-    wrong = {
-        0: lambda: {},
-        1: lambda: {f"x{k}": 0 for k in range(19_000)},
-        2: lambda: {"profile": [{} for _ in range(200_000)]},
-        3: lambda: {"load": body["load"] | {"angle_deg": ["x"] * 100_000}},
-    }[number // 2 % 4]()
-    text = unlike(body | wrong, number)
-    return Sent(path, text[:_BODY_BYTES].ljust(_BODY_BYTES), _JSON)
+def _large_bodies() -> Flood:
+    """Bodies of the maximum size: a long profile or a long table, unknown fields, empty points, wrong values."""
+    (checks, pin), (_, rod) = (dearest()[name] for name in ("pin check", "rod check"))
+    rods = checks.replace("pin-profile", "flexible-rod")
+    bodies = [
+        (checks, pin),
+        (rods, rod),
+        (checks, pin | {f"x{k}": 0 for k in range(1_000)}),
+        (checks, pin | {"profile": [{} for _ in range(200_000)]}),
+        (rods, rod | {"load": rod["load"] | {"angle_deg": ["x"] * 100_000}}),
+    ]
+    forms = [(path, template(body)[:_BODY_BYTES].ljust(_BODY_BYTES)) for path, body in bodies]
+
+    def request(number: int) -> Sent:
+        path, form = forms[number % len(forms)]
+        return Sent(path, unlike(form, number)[:_BODY_BYTES], _JSON)
+
+    return request
 
 
-def _rows(number: int) -> Iterator[dict[str, Any]]:
+def _batches() -> Flood:
+    """Batches of new checks as lines of JSON."""
     example = KINDS["pin-profile"].example(Mode.CHECK)
-    for k in range(_ROWS):
-        yield {**example, "effect_tolerance": 1e-2 * (1.0 + 1e-9 * (number * _ROWS + k))}
-
-
-def _batch(number: int) -> Sent:
-    body = b"".join(json.dumps(row).encode() + b"\n" for row in _rows(number))
+    rows = [{**example, "load": {"force_n": f"<{k}>"}} for k in range(_ROWS)]
+    form = b"".join(json.dumps(row).encode() + b"\n" for row in rows)
+    form = re.sub(rb'"<(\d+)>"', lambda found: b"1%06d.<>" % int(found[1]), form)
     place = "/api/v1/batches?kind=pin-profile&mode=check"
-    return Sent(place, body, {"Content-Type": "application/x-ndjson"})
+
+    def request(number: int) -> Sent:
+        return Sent(place, form.replace(b"<>", b"%06d" % number), {"Content-Type": "application/x-ndjson"})
+
+    return request
 
 
-def _upload(number: int) -> Sent:
-    """A file of rows as the page sends it."""
-    lines = ["geometry.outer_diameter_mm,load.force_n"] + [f"{20 + 1e-6 * k},{1e3 + number}" for k in range(10 * _ROWS)]
+def _uploads() -> Flood:
+    """Tables as the page sends them."""
+    lines = ["geometry.outer_diameter_mm,load.force_n", *(f"2{k:06d}e-5,1000.<>" for k in range(10 * _ROWS))]
     form = httpx.Request(
         "POST", "http://x", data={"kind": "pin-profile", "mode": "check"},
         files={"cases": ("cases.csv", "\n".join(lines).encode(), "text/csv")},
     )  # fmt: skip
-    form.read()
-    return Sent("/batches/upload", form.content, {"Content-Type": form.headers["Content-Type"]})
+    body, kind = form.read(), {"Content-Type": form.headers["Content-Type"]}
+
+    def request(number: int) -> Sent:
+        return Sent("/batches/upload", body.replace(b"<>", b"%06d" % number), kind)
+
+    return request
+
+
+def _sweeps() -> Flood:
+    """Sweeps of 10,000 new checks, listed one by one."""
+    base = KINDS["pin-profile"].example(Mode.CHECK)
+
+    def request(number: int) -> Sent:
+        values = [1000.0 + k + 1e-6 * number for k in range(10_000)]
+        sweep = {"kind": "pin-profile", "mode": "check", "base": base, "vary": {"load.force_n": {"values": values}}}
+        return Sent("/api/v1/batches", json.dumps(sweep).encode(), _JSON)
+
+    return request
 
 
 FLOODS: dict[str, Callable[[], Flood]] = {
@@ -106,9 +131,10 @@ FLOODS: dict[str, Callable[[], Flood]] = {
     "checks": lambda: _dearest("check", "crank"),
     "designs": lambda: _dearest("design", "front", later=True),
     "studies": lambda: _dearest("study", later=True),
-    "large bodies": lambda: _large_body,
-    "batches": lambda: _batch,
-    "uploads": lambda: _upload,
+    "large bodies": _large_bodies,
+    "batches": _batches,
+    "uploads": _uploads,
+    "sweeps": _sweeps,
 }
 
 
@@ -209,7 +235,9 @@ def main() -> None:
     for name in given.floods:
         with tempfile.TemporaryDirectory() as folder:
             idle, flooded, told = measure(name, given.seconds, Path(folder))
-        print(f"{name}, load {os.getloadavg()[0]:.0f}\n  idle: {idle}\n  flooded: {flooded}\n  {dict(told)}", flush=True)
+        print(
+            f"{name}, load {os.getloadavg()[0]:.0f}\n  idle: {idle}\n  flooded: {flooded}\n  {dict(told)}", flush=True
+        )
 
 
 if __name__ == "__main__":

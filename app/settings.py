@@ -44,6 +44,9 @@ class Settings(BaseSettings):
     max_batch_items: int = Field(
         default=10_000_000, ge=1, le=2_000_000_000, description="maximum number of items of a batch"
     )
+    max_batches_of_one: int = Field(
+        default=200, ge=1, le=1_000_000, description="maximum number of unfinished batches of one owner"
+    )
     cluster: str = Field(
         default="", description="address of a Dask scheduler whose workers solve batches; needs [cluster]"
     )

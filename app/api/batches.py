@@ -35,6 +35,7 @@ _REFUSALS: dict[int | str, dict[str, str]] = {
     409: {"description": "the idempotency key was used with another request"},
     413: {"description": "the batch is too large"},
     415: {"description": "unsupported media type"},
+    429: {"description": "too many of the caller's batches have not ended; see Retry-After"},
     422: {"description": "no such kind or mode, columns that are not fields, a contradictory sweep"},
     501: {"description": "Parquet support is not installed"},
     503: {"description": "the database is locked by another process"},

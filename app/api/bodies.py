@@ -48,7 +48,7 @@ async def read_body(request: Request) -> bytes:
 async def parse_in_turn(request: Request, model: type[M], body: bytes) -> M:
     """Like ``parse``; a large body waits for its turn."""
     if len(body) > _LARGE_BYTES:
-        await request.app.state.large_bodies.next()
+        await request.app.state.large_bodies.turn()
     return parse(model, body)
 
 

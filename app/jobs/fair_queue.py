@@ -9,18 +9,18 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections import Counter, OrderedDict, deque
+from collections import Counter, deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
 from app.jobs.errors import Busy, ShareUsed
+from app.jobs.turns import Turns
 
 _SMOOTHING = 0.1
 """Weight of the latest duration in the exponential moving average behind Retry-After."""
 _MAX_RETRY_S = 600
-_REMEMBERED_CALLERS = 10_000
 
 
 class JobLength(StrEnum):
@@ -50,9 +50,7 @@ class FairQueue:
         self.limits = limits
         self._waiting: dict[JobLength, dict[str, deque[asyncio.Future[None]]]] = {length: {} for length in JobLength}
         self._running: Counter[JobLength] = Counter()
-        self._latest_turns: OrderedDict[str, int] = OrderedDict()
-        """Number of the latest turn of each caller, oldest first."""
-        self._turns = 0
+        self._turns: Turns[str] = Turns()
         self._mean_s = {JobLength.SHORT: 0.1, JobLength.LONG: 2.0}
 
     def running(self, length: JobLength) -> int:
@@ -139,7 +137,7 @@ class FairQueue:
         for length in JobLength:
             queues = self._waiting[length]
             while queues and self._is_free(length):
-                caller = min(queues, key=lambda each: self._latest_turns.get(each, 0))
+                caller = self._turns.next(queues)
                 admitted = queues[caller].popleft()
                 if not queues[caller]:
                     del queues[caller]
@@ -148,8 +146,4 @@ class FairQueue:
 
     def _admit(self, length: JobLength, caller: str) -> None:
         self._running[length] += 1
-        self._turns += 1
-        self._latest_turns[caller] = self._turns
-        self._latest_turns.move_to_end(caller)
-        if len(self._latest_turns) > _REMEMBERED_CALLERS:
-            self._latest_turns.popitem(last=False)
+        self._turns.served(caller)

@@ -2,9 +2,9 @@
 
     python -m tests.reliability.floods 60 [FLOOD ...]
 
-Every flood starts a service of its own at default settings. The flooding clients share one address; the checks come from
-another and each is new, so that no cached answer serves it. Floods run in a process of lowest priority: in reality the
-clients' work is done elsewhere.
+Every flood starts a service of its own at default settings. The flooding clients share one address; the checks come
+from another and each is new, so that no cached answer serves it. Floods are sent by a process of lowest priority: in
+reality the clients' work is done elsewhere.
 """
 
 from __future__ import annotations
@@ -101,7 +101,9 @@ def _batches() -> Flood:
 
 def _uploads() -> Flood:
     """Tables as the page sends them."""
-    lines = ["geometry.outer_diameter_mm,load.force_n", *(f"2{k:06d}e-5,1000.<>" for k in range(10 * _ROWS))]
+    names = ("geometry.outer_diameter_mm", "geometry.boss_length_mm", "geometry.small_end_length_mm",
+             "material.allowable_stress_mpa", "bore_mm", "load.force_n")  # fmt: skip
+    lines = [",".join(names), *(f"22,24,30,150,13.9,1{k:06d}.<>" for k in range(5 * _ROWS))]
     form = httpx.Request(
         "POST", "http://x", data={"kind": "pin-profile", "mode": "check"},
         files={"cases": ("cases.csv", "\n".join(lines).encode(), "text/csv")},

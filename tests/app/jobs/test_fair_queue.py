@@ -8,9 +8,9 @@ from typing import Any
 
 import pytest
 
-from app.jobs import fair_queue
 from app.jobs.errors import Busy, ShareUsed
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
+from app.jobs.turns import Turns
 
 SHORT, LONG = JobLength.SHORT, JobLength.LONG
 
@@ -120,15 +120,16 @@ def test_a_caller_with_one_job_at_a_time_never_waits_for_a_backlog():
     run(scenario, workers=1)
 
 
-def test_only_so_many_callers_are_remembered(monkeypatch):
-    async def scenario(queue: FairQueue) -> None:
-        monkeypatch.setattr(fair_queue, "_REMEMBERED_CALLERS", 3)
-        for caller in "abcdea":
-            async with queue.slot(SHORT, caller):
-                pass
-        assert list(queue._latest_turns) == ["d", "e", "a"]
-
-    run(scenario, workers=1)
+def test_turns_go_to_the_one_served_least_recently():
+    turns: Turns[str] = Turns(memory=2)
+    order = []
+    for _ in range(6):
+        order.append(turns.next("cab"))
+        turns.served(order[-1])
+    # Of three with a memory for two, one is always new again.
+    assert order == ["c", "a", "b", "c", "a", "b"]
+    turns.served("x")
+    assert turns.next("bx") == "b" and turns.next("ax") == "a"
 
 
 def test_waiting_is_limited_in_total_and_per_caller():

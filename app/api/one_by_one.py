@@ -1,11 +1,11 @@
-"""Turns of large bodies, so that many at once do not block the event loop."""
+"""Large bodies are validated one by one, so that many at once do not block the event loop."""
 
 from __future__ import annotations
 
 import asyncio
 
 
-class Turns:
+class OneByOne:
     """Lets waiting tasks continue one by one, with a pass of the event loop between them.
 
     To validate and hash a large body takes up to 15 ms, in which nothing else runs. However many arrive at once, other
@@ -15,7 +15,7 @@ class Turns:
     def __init__(self) -> None:
         self._lock = asyncio.Lock()
 
-    async def next(self) -> None:
-        """Wait for a turn; it lasts until the caller waits for anything else."""
+    async def turn(self) -> None:
+        """Wait for one's turn; it lasts until the caller waits for anything else."""
         async with self._lock:
             await asyncio.sleep(0)

@@ -44,7 +44,7 @@ campaign: $(STAMP)  ## hold every promise against thousands of random scenes (ho
 	$(BIN)/python -m tests.reliability.attacks 100000 .campaign/attacks
 	$(BIN)/python -m tests.reliability.document 50000 .campaign/document
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/store/test_steps.py
-	$(BIN)/python -m tests.reliability.worst 60
+	$(BIN)/python -m tests.reliability.floods 60
 	$(BIN)/python -m tests.reliability.kills 1000 .campaign/kills
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.access.caller import Caller, caller
+from app.batches.service import Asked, BatchService
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of, job_of
 from app.edge.stack import edge
@@ -20,6 +21,7 @@ from app.jobs.errors import BudgetExceeded, Busy, ShareUsed
 from app.settings import Settings
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
+from app.store.viewer import seeing_as
 from app.submission import Service, ServiceLimits
 from tests.app.serving import serving
 
@@ -157,6 +159,28 @@ def test_accepted_runs_are_limited_in_total_and_per_caller(store):
         with pytest.raises(Busy):
             await submit_later(service, "c")
         await service.close()
+
+    asyncio.run(story())
+
+
+def test_open_batches_are_limited_per_owner(store):
+    async def submit(service: BatchService, owner: str) -> str:
+        async def body() -> AsyncIterator[bytes]:
+            yield b"{}\n"
+
+        with seeing_as(owner):
+            return json.loads(await service.take_lines(Asked("crank-masses", "analysis"), False, body(), None))["id"]
+
+    async def story() -> None:
+        service = BatchService(store, Endless(), 0.01, most_open=2)
+        first = await submit(service, "a")
+        await submit(service, "a")
+        with pytest.raises(ShareUsed):
+            await submit(service, "a")
+        await submit(service, "b")
+        with seeing_as("a"):
+            await service.cancel(first)
+        await submit(service, "a")
 
     asyncio.run(story())
 

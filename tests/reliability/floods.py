@@ -208,20 +208,25 @@ def probe(port: int, going_on: Iterator[Any]) -> Latencies:
     return Latencies(Waits(sorted(health)), Waits(sorted(checks)))
 
 
+def flooded(name: str, seconds: float, client: httpx.Client) -> tuple[Latencies, Counter[str]]:
+    """Latencies of a running service during a flood, and the answers to the flood."""
+    words = [sys.executable, "-m", "tests.reliability.floods", "--send", str(client.base_url), str(seconds), name]
+    with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
+        found = probe(client.base_url.port, iter(lambda: process.poll() is None, False))
+        told = Counter(json.loads(process.stdout.read()))
+    assert process.returncode == 0
+    return found, told
+
+
 def measure(name: str, seconds: float, folder: Path, **settings: object) -> tuple[Latencies, Latencies, Counter[str]]:
     """Latencies of an idle and of a flooded service, and the answers to the flood."""
     with Running(folder, **settings) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
-        address, port = str(client.base_url), client.base_url.port
-        probe(port, iter(range(_WARM_UP)))
-        idle = probe(port, iter(range(100)))
-        words = [sys.executable, "-m", "tests.reliability.floods", "--send", address, str(seconds), name]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
-            flooded = probe(port, iter(lambda: process.poll() is None, False))
-            told = Counter(json.loads(process.stdout.read()))
-        assert process.returncode == 0
+        probe(client.base_url.port, iter(range(_WARM_UP)))
+        idle = probe(client.base_url.port, iter(range(100)))
+        found, told = flooded(name, seconds, client)
         assert "Traceback" not in running.output.read_text(), running.output.read_text()[-3000:]
-    return idle, flooded, told
+    return idle, found, told
 
 
 def main() -> None:
@@ -236,10 +241,8 @@ def main() -> None:
         return
     for name in given.floods:
         with tempfile.TemporaryDirectory() as folder:
-            idle, flooded, told = measure(name, given.seconds, Path(folder))
-        print(
-            f"{name}, load {os.getloadavg()[0]:.0f}\n  idle: {idle}\n  flooded: {flooded}\n  {dict(told)}", flush=True
-        )
+            idle, busy, told = measure(name, given.seconds, Path(folder))
+        print(f"{name}, load {os.getloadavg()[0]:.0f}\n  idle: {idle}\n  flooded: {busy}\n  {dict(told)}", flush=True)
 
 
 if __name__ == "__main__":

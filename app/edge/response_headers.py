@@ -25,7 +25,6 @@ class SecurityHeaders:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-
         await self._app(scope, receive, watching(send, _missing))
 
 

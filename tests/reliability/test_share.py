@@ -32,7 +32,8 @@ CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running, httpx.Client]]:
     folder = tmp_path_factory.mktemp("attacked")
-    with Running(folder, body_idle_s=1, head_timeout_s=1) as running, running.client() as client:
+    settings = {"body_idle_s": 1, "head_timeout_s": 1, "trusted_proxies": "127.0.0.2", "log_level": "info"}
+    with Running(folder, **settings) as running, running.client() as client:
         # No wait for kernels: pages, refusals and the analyses used here need none, the rest is answered with 503.
         wait_until(lambda: client.get("/healthz").status_code == 200, 170.0)
         yield running, client
@@ -47,6 +48,18 @@ def test_the_service_survives_malformed_requests(service):
     assert not bad, (told(outcomes), bad[:3])
     assert client.get("/healthz").status_code == 200
     assert "Traceback" not in running.output.read_text()
+
+
+def test_addresses_of_clients_are_taken_from_trusted_proxies_only(service):
+    running, client = service
+    for k, source in enumerate(("127.0.0.1", "127.0.0.2")):
+        transport = httpx.HTTPTransport(local_address=source)
+        with httpx.Client(base_url=client.base_url, transport=transport) as proxy:
+            proxy.get("/api/v1/kinds", headers={"X-Forwarded-For": "203.0.113.9", "X-Request-ID": f"proxied-{k}"})
+    lines = running.output.read_text().splitlines()
+    untrusted, trusted = ("".join(line for line in lines if f"proxied-{k}" in line) for k in (0, 1))
+    assert "203.0.113.9" not in untrusted and "127.0.0.1" in untrusted
+    assert "203.0.113.9" in trusted
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)

@@ -94,7 +94,7 @@ class Settings(BaseSettings):
         description="seconds a request waits for a worker",
     )
     short_solve_s: float = Field(
-        default=0.2, ge=0.05, le=600, description="seconds after which a check or an analysis is treated as a long job"
+        default=0.2, ge=0.05, le=600, description="seconds after which a check or an analysis gives way to waiting ones"
     )
     max_waiting: int = Field(
         default=256, ge=1, le=100_000, description="maximum number of waiting short jobs, and of waiting long ones"

@@ -60,6 +60,7 @@ Call = Callable[[float, Report], Awaitable[Any]]
 """``(kill timeout in seconds, report) -> answer``"""
 
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
+_GIVE_WAY_INTERVAL_S = 0.02
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually take less than a second."""
 _MAX_FULL_RESULTS = 64
@@ -67,13 +68,17 @@ _CRASH_RETRIES = 5
 """Retries of an accepted run whose worker crashed, for example killed by the system."""
 
 
+class _GaveWay(Exception):
+    """A short job was cancelled in favour of those that wait."""
+
+
 @dataclass(frozen=True)
 class ServiceLimits:
     """Limits of the service.
 
-    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis is
-    treated as a long job. ``accepted`` and ``accepted_per_caller``: open runs accepted with 202, in total and per
-    caller. ``lease_s``: silence of this process after which another takes those over.
+    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis gives
+    way to those that wait, and continues as a long job. ``accepted`` and ``accepted_per_caller``: open runs accepted
+    with 202, in total and per caller. ``lease_s``: silence of this process after which another takes those over.
     """
 
     max_wait_s: float = 30.0
@@ -186,16 +191,13 @@ class Service:
         """Run a call when the fair queue admits it.
 
         Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
-        ``short_s`` gives its worker back and starts again as a long one.
+        ``short_s`` while others wait gives its worker back and starts again as a long one.
         """
         who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
         if short:
             async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
-                try:
-                    return await call(min(kill_s, self.limits.short_s), report)
-                except BudgetExceeded:
-                    if kill_s <= self.limits.short_s:
-                        raise
+                with contextlib.suppress(_GaveWay):
+                    return await self._giving_way(call(kill_s, report))
         async with self.queue.slot(JobLength.LONG, who, max_wait_s):
             if on_start is not None:
                 await on_start()
@@ -203,6 +205,21 @@ class Service:
                     with contextlib.suppress(WorkerCrashed):
                         return await call(kill_s, report)
             return await call(kill_s, report)
+
+    async def _giving_way(self, solve: Awaitable[Any]) -> Any:
+        """The answer of a short job. Once it has taken ``short_s``, cancels it and raises _GaveWay as soon as others
+        wait."""
+        task = asyncio.ensure_future(solve)
+        try:
+            done, _ = await asyncio.wait({task}, timeout=self.limits.short_s)
+            while not done:
+                if self.queue.waiting(JobLength.SHORT):
+                    raise _GaveWay
+                done, _ = await asyncio.wait({task}, timeout=_GIVE_WAY_INTERVAL_S)
+            return task.result()
+        finally:
+            task.cancel()
+            await asyncio.gather(task, return_exceptions=True)
 
     def _set_progress(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress

@@ -260,20 +260,27 @@ def test_the_wait_for_a_forms_answer(url, takes_s, status):
     assert asyncio.run(story()) == status
 
 
-@pytest.mark.parametrize(("beside", "budgets"), [(-MOMENT, [0.2]), (MOMENT, [0.2, 5.0])])
-def test_the_time_after_which_a_check_is_long_work(beside, budgets):
-    given = []
+@pytest.mark.parametrize(("beside", "waits", "calls"), [(-MOMENT, True, 1), (MOMENT, True, 2), (MOMENT, False, 1)])
+def test_a_short_job_gives_way_to_waiting_ones(beside, waits, calls):
+    """One worker: after 0.2 s a job is cancelled if another waits, and starts again behind it."""
+    limits, given = ServiceLimits(short_s=Settings().short_solve_s), []
 
-    async def call(budget_s: float, _report: Any) -> None:
-        given.append(budget_s)
-        takes_s = Settings().short_solve_s + beside
-        await asyncio.sleep(min(takes_s, budget_s))
-        if takes_s > budget_s:
-            raise BudgetExceeded(budget_s)
+    async def story() -> list[str]:
+        service = Service(None, None, 5.0, limits, FairQueue(QueueLimits(workers=1)))
 
-    service = Service(None, None, 5.0, ServiceLimits(short_s=Settings().short_solve_s))
-    by_clockwork(service._queued(call, 5.0, short=True))
-    assert given == budgets
+        async def job(name: str, takes_s: float) -> None:
+            async def call(_budget_s: float, _report: Any) -> None:
+                given.append(name)
+                await asyncio.sleep(takes_s)
+
+            await service._queued(call, 5.0, short=True)
+
+        first = asyncio.create_task(job("first", limits.short_s + beside))
+        await asyncio.sleep(MOMENT)
+        await asyncio.gather(first, *([job("second", 0.1)] if waits else []))
+        return given
+
+    assert by_clockwork(story()) == ["first", "second", "first"][: calls + 1 if waits else 1]
 
 
 # -- what is kept ------------------------------------------------------------------------------------------------

@@ -37,7 +37,7 @@ from app.jobs.errors import (
     WorkerCrashed,
 )
 from app.jobs.executor import Executor
-from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
+from app.jobs.fair_queue import FairQueue, GaveWay, JobLength, QueueLimits
 from app.json_comparison import equal_json
 from app.logging import get_logger
 from app.run_references import resolve_references
@@ -60,16 +60,11 @@ Call = Callable[[float, Report], Awaitable[Any]]
 """``(kill timeout in seconds, report) -> answer``"""
 
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
-_GIVE_WAY_INTERVAL_S = 0.02
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually take less than a second."""
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5
 """Retries of an accepted run whose worker crashed, for example killed by the system."""
-
-
-class _GaveWay(Exception):
-    """A short job was cancelled in favour of those that wait."""
 
 
 @dataclass(frozen=True)
@@ -196,8 +191,8 @@ class Service:
         who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
         if short:
             async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
-                with contextlib.suppress(_GaveWay):
-                    return await self._giving_way(call(kill_s, report))
+                with contextlib.suppress(GaveWay):
+                    return await self.queue.giving_way(call(kill_s, report), self.limits.short_s)
         async with self.queue.slot(JobLength.LONG, who, max_wait_s):
             if on_start is not None:
                 await on_start()
@@ -205,21 +200,6 @@ class Service:
                     with contextlib.suppress(WorkerCrashed):
                         return await call(kill_s, report)
             return await call(kill_s, report)
-
-    async def _giving_way(self, solve: Awaitable[Any]) -> Any:
-        """The answer of a short job. Once it has taken ``short_s``, cancels it and raises _GaveWay as soon as others
-        wait."""
-        task = asyncio.ensure_future(solve)
-        try:
-            done, _ = await asyncio.wait({task}, timeout=self.limits.short_s)
-            while not done:
-                if self.queue.waiting(JobLength.SHORT):
-                    raise _GaveWay
-                done, _ = await asyncio.wait({task}, timeout=_GIVE_WAY_INTERVAL_S)
-            return task.result()
-        finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
 
     def _set_progress(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress

@@ -18,6 +18,7 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.cluster_kills import kill_in_turn
 from tests.reliability.descriptors import exhaust
 from tests.reliability.disk import cut_and_changed, in_a_faulty_process
 from tests.reliability.floods import AT_ONCE, flooded
@@ -115,6 +116,14 @@ def test_batches_and_asynchronous_runs_survive_kills(tmp_path: Path):
     found = one_round(tmp_path / "round", f"sqlite:///{tmp_path}/round/runs.sqlite3", 4, 1, 3)
     print(found)
     assert found["items"] > 0
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_batch_survives_kills_of_its_cluster(tmp_path: Path):
+    kills, items = (100, 200_000) if CAMPAIGN else (2, 2_000)
+    found = kill_in_turn(tmp_path, kills, items)
+    print(f"{kills} kills of scheduler and worker: {dict(found)}")
+    assert found == {"succeeded": items}
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)

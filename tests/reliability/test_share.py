@@ -100,7 +100,7 @@ def test_the_service_recovers_from_descriptor_exhaustion(tmp_path: Path):
 @pytest.mark.timeout(600)
 def test_checks_and_health_checks_are_answered_during_floods(tmp_path: Path):
     """Short version of ``python -m tests.reliability.floods``, without its bounds on latencies."""
-    with Running(tmp_path, solve_budget_s=1, queue_patience_s=2) as running, running.client() as client:
+    with Running(tmp_path, solve_budget_s=1, queue_patience_s=5) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
         for name in ("everything", "large bodies", "batches"):
             found, told = flooded(name, 0.5, client)

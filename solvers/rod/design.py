@@ -29,8 +29,9 @@ from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.core_optimum import Polished
 from solvers.rod.optimum.feasibility import least_violating, least_violation
-from solvers.rod.optimum.full_model import FullModel, logarithms, no_watch
+from solvers.rod.optimum.full_model import FullModel, no_watch
 from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
+from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
@@ -168,9 +169,12 @@ class _Design:
         context = Context(p, self.cycle, model, task, self.sizes)
 
         def watch() -> None:
-            # Beyond the time limit, still wait for the first admissible strip, up to _MAX_STRIPS.
-            if model.strips > _MAX_STRIPS or context.known():
+            try:
                 self.watch()
+            except OutOfTime:
+                # Still wait for the first admissible strip, up to _MAX_STRIPS.
+                if model.strips > _MAX_STRIPS or context.known():
+                    raise
 
         model.watch = watch
         return context

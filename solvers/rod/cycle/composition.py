@@ -83,6 +83,9 @@ class Correction(Protocol):
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
+    def like(self, refinement: Refinement) -> Correction:
+        """This correction at the resolution that one already prepared has found to be enough."""
+
 
 @dataclass(frozen=True)
 class BeamModel:
@@ -155,6 +158,17 @@ class Cycle:
     def without_corrections(self) -> Cycle:
         """This cycle with the linear shape."""
         return replace(self, composition=replace(self.composition, corrections=()))
+
+    def beside(self, dimensions: Dimensions) -> Cycle:
+        """The cycle of a strip next to this one, its corrections at the same resolution.
+
+        So differences between the two are free of changes of the resolution.
+        """
+        corrections = tuple(
+            correction.like(refinement)
+            for correction, refinement in zip(self.composition.corrections, self.refinements, strict=True)
+        )
+        return replace(self, dimensions=dimensions, composition=replace(self.composition, corrections=corrections))
 
     @cached_property
     def drive(self) -> Drive:

@@ -25,7 +25,7 @@ import numpy as np
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
-from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.composition import Array, Cycle, Refinement
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING
 from solvers.rod.strip.elastica_kernels import (
     Collocation,
@@ -57,6 +57,10 @@ class LargeDisplacement:
             compliance=stiffness / shear_stiffness(cycle.scene, cycle.dimensions) if beam.shears else 0.0,
             nodes=nodes_for(float(q.min()), float(q.max())),
         )
+
+    def like(self, refinement: Refinement) -> LargeDisplacement:
+        """The same: closed forms have no resolution to keep."""
+        return self
 
 
 @dataclass(frozen=True)

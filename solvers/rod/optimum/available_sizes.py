@@ -19,10 +19,11 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.full_model import logarithms
-from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
+from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at, search_other_gaps
+from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import Local, local_search
-from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
+from solvers.rod.optimum.ripples import FINE_RADIUS, RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -31,6 +32,8 @@ _MOST_LOOKED_AT = 40
 """Sizes looked at on the full model around one strip."""
 _WRONG = 0.05
 """Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
+_SLICES = 6
+"""In other gaps, that are looked at."""
 _SAME = 1e-9
 _STEPS = 2
 """So many steps to each side are next to a strip."""
@@ -41,12 +44,15 @@ _RIPPLING_WRONG, _RIPPLING_STEPS = 1.0, 8
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
     explored = context.explored()
+    if _among_gaps(context):
+        explored = explored.bent()
     optimum = _optimum(explored, start)
     if explored is context or optimum is None:
         return optimum
     context.ends = []
     strip = optimum.local.best.outcome.value.dimensions
-    local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
+    last = context.finer() if _among_gaps(context) else context
+    local = last.search_from(strip, _within(context, strip), FINE_RADIUS if _among_gaps(context) else RIPPLE_RADIUS)
     if local is None:
         return None
     conditions = None if local.found is None else _conditions(context, local)
@@ -76,14 +82,36 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
     ripple = 0.0
-    if context.model.rings:
+    if _among_gaps(context):
+        _search_other_slices(context, tried)
+        ripple = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
+    elif context.model.rings:
         found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
         ripple = _uncovered(context, best, found.height)
         for strip in found.promising:
             if _key(context, strip) not in tried:
                 _at(context, strip, tried)
-        best = context.best()
+    best = context.best()
     return Optimum(best, _conditions(context, best), starts=context.starts, ends=len(context.ends), ripple=ripple)
+
+
+def _among_gaps(context: Context) -> bool:
+    """Whether resonances are damped, so that there are gaps between them to be searched."""
+    return context.model.rings and not context.model.ripples
+
+
+def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Slices in other gaps than the best strip's, and next to one that is better."""
+    gaps = Gaps(context.task, context.bounds)
+    for _ in range(_SLICES):
+        best = context.best()
+        start = gaps.next(best.best)
+        if start is None:
+            break
+        if _key(context, start) not in tried:
+            found = _at(context, start, tried)
+            if found is not None and found is context.best():
+                _improved(context, found, found, tried)
 
 
 def _uncovered(context: Context, best: Local, height: float) -> float:
@@ -111,7 +139,9 @@ def _key(context: Context, d: Dimensions) -> tuple[float, ...]:
 def _at(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> Local | None:
     """The end of a local search over what is free where a strip's other sizes are held."""
     tried.add(_key(context, strip))
-    return context.search_from(strip, _within(context, strip))
+    best = context.best()
+    known = best.best.log_cost if _among_gaps(context) and best is not None and best.found is not None else math.inf
+    return context.search_from(strip, _within(context, strip), known=known)
 
 
 def _within(context: Context, strip: Dimensions) -> Bounds:

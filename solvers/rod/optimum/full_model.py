@@ -14,25 +14,21 @@ import numpy as np
 
 from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
-from solvers.numerics import periodic
 from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck, check
 from solvers.rod.cycle.composition import Array, Composition, Cycle
+from solvers.rod.optimum.corrections import Added, Stencil, difference
+from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peak_model import buckled_rows
-from solvers.rod.optimum.peaks import Peaks, Wanted, compression_peaks, peaks_of
+from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.smooth_parts import Parts, vertex
 from solvers.rod.optimum.sqp import ALL
-from solvers.rod.piston.friction import power_at
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import buckling, shear
-from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from solvers.rod.vibration.steady_response import RodInertia
 
-_WHOLE = periodic.grid(256)
-"""Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
 _STEP, _CORRECTION_STEP = 1e-6, 2e-3
 """Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
 _CHECKED, _CLOSEST_CHECK = 0.7, 1e-12
@@ -45,9 +41,11 @@ _CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
 """Of differences to both sides, where what corrections add is taken as quadratic."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
+_FINE_ANGLE_STEP = 1e-3
 _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
-_KEPT = 16
+_KEPT, _STENCILS = 16, 3
+"""Strips and stencils that are remembered."""
 _LEAST = 1e-300
 
 Watch = Callable[[], None]
@@ -80,6 +78,7 @@ class FullModel:
     checks: int = 0
     _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
+    _stencils: list[Stencil] = field(default_factory=list)
 
     @property
     def rings(self) -> bool:
@@ -104,17 +103,27 @@ class FullModel:
             return _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
         return _FINE_STEP if self.fine else _CORRECTION_STEP
 
+    @property
+    def angle_step(self) -> float:
+        """Between the three angles through which a peak is followed [rad]: close ones, where friction's corners lie
+        beside peaks and the last digits count."""
+        return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
+
     def rougher(self, accuracy: float) -> FullModel:
         """The same, less accurate; its checks are its own."""
-        return replace(self, accuracy=max(self.accuracy, accuracy), strips=0, checks=0, _strips={}, _checks={})
+        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), checks=0, _checks={})
 
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
-        return replace(self, fine=True, curved=not self.ripples, strips=0, checks=0, _strips={})
+        return replace(self._anew(), fine=True, curved=not self.ripples)
 
     def bent(self) -> FullModel:
         """The same with corrections to second order; its checks are the same."""
-        return replace(self, curved=True, strips=0, checks=0, _strips={})
+        return replace(self._anew(), curved=True)
+
+    def _anew(self) -> FullModel:
+        """The same without its strips."""
+        return replace(self, strips=0, checks=0, _strips={}, _stencils=[])
 
     @property
     def corrected(self) -> bool:
@@ -164,67 +173,39 @@ class FullModel:
 
     def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one, which has these peaks, maybe with those of others."""
-        stresses = self.strip(d).stresses(peaks.threes(), peaks.stations())
+        stresses = self.strip(d).stresses(peaks.threes(self.angle_step), peaks.stations())
         parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
-        return FullRows(self, peaks, parts, d)
+        return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 
-
-@dataclass(frozen=True)
-class FullStrip:
-    """One strip of the full model: a ``peaks.Response``."""
-
-    cycle: Cycle
-
-    @property
-    def dimensions(self) -> Dimensions:
-        return self.cycle.dimensions
-
-    def stresses(self, angle: Array, eta: Array) -> Array:
-        d, shape = self.dimensions, self.cycle.at(angle).shape
-        z = (1.0 - eta) * d.l
-        direct = shape.axial_force(z) / (d.b * d.h)
-        bending = 0.5 * self.cycle.scene.material.elastic_modulus * d.h * shape.curvature(z)
-        return np.array([direct + bending, direct - bending])
-
-    def reactions(self, angle: Array) -> Array:
-        piston, shape = self.cycle.scene.piston, self.cycle.at(angle).shape
-        side, moment = shape.side_force(), shape.clamp_moment()
-        couple = 6.0 * np.abs(moment + side * piston.clamp_offset) / piston.skirt_length
-        return np.array([np.abs(side), np.abs(side) + couple])
-
-    def friction_power(self) -> float:
-        """The mean over equal steps of the turn [W]."""
-        now = self.cycle.at(_WHOLE)
-        power = power_at(self.cycle.scene, _WHOLE, now.shape.side_force(), now.shape.clamp_moment())
-        return float(np.mean(power))
-
-    @cached_property
-    def critical(self) -> tuple[float, float]:
-        """Critical forces in the crank's plane, with shear where that runs, and out of it [N]."""
-        d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
-        stiffness, plain = bending_stiffness(scene, d), float(buckling.critical_coupling(d.l, length))
-        inside = plain
-        if self.cycle.composition.beam.shears:
-            inside = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
-        return -stiffness * inside, -stiffness * plain * (d.b / d.h) ** 2
+    def _stencil_for(self, d: Dimensions) -> Stencil:
+        """One that serves a strip: one of the last, or a new one around it."""
+        for stencil in self._stencils:
+            if stencil.serves(d):
+                return stencil
+        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.watch)
+        self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
+        return stencil
 
 
 @dataclass(frozen=True)
 class FullRows:
     """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l).
 
-    Of strips away from ``home`` the physics without corrections is evaluated anew; what the corrections (the strip's
-    inertia, large displacements) add to its rows is taken as linear in x, from the strip at home and one beside it in
-    every direction. So a local search does not pay for corrections at every strip that it looks at.
+    Of strips away from ``home`` the physics without corrections is evaluated anew; what the corrections add to its rows
+    is a polynomial in x (``corrections``). So a local search does not pay for them at every strip that it looks at.
     """
 
     model: FullModel
     peaks: Peaks
     parts: Parts
     home: Dimensions
-    _known_slopes: dict[int, Array] = field(default_factory=dict, compare=False)
-    _known_bends: dict[tuple[int, int], Array] = field(default_factory=dict, compare=False)
-    _known_beside: dict[tuple[float, ...], Array] = field(default_factory=dict, compare=False)
+    stencil: Stencil | None
+    """What slopes of corrections are taken from; None where there are none."""
+
+    @cached_property
+    def _added(self) -> Added | None:
+        home = self.model.strip(self.home)
+        return None if self.stencil is None else Added.near(home, self.stencil, self._rows)
 
     @property
     def home_cycle(self) -> Cycle:
@@ -238,18 +219,9 @@ class FullRows:
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        d = self._dimensions(x)
-        if not self.model.corrected:
-            return self._rows(self.model.strip(d))
-        out = self._rows(self.model.strip(d, corrected=False))
-        if out[rows.STABILITY] < 0.0 and d is not self.home:
-            away = x - logarithms(self.home)
-            moved = np.flatnonzero(away)
-            out += self._added + sum(away[v] * self._added_slope(v) for v in moved)
-            if self.model.curved:
-                out += 0.5 * sum(away[v] * away[w] * self._added_bend(v, w) for v in moved for w in moved)
-        elif d is self.home:
-            out += self._added
+        d, out = self._dimensions(x), self.plain_values(x)
+        if self._added is not None and (out[rows.STABILITY] < 0.0 or d is self.home):
+            out += self._added.at_home if d is self.home else self._added.at(x)
         return out
 
     def corrected_values(self, x: Array) -> Array:
@@ -259,71 +231,31 @@ class FullRows:
     def taken_apart(self, x: Array) -> tuple[Array, Array]:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
         d = self._dimensions(x)
-        return self._rows(self.model.strip(d, corrected=False)), self._correction(d)
-
-    @cached_property
-    def _added(self) -> Array:
-        """What the corrections add to the rows at home."""
-        return self._correction(self.home)
-
-    def _added_slope(self, v: int) -> Array:
-        """Its derivative by x[v], shape (rows,), by a difference to one side; zero where there is no strip there."""
-        if v not in self._known_slopes:
-            x, step = logarithms(self.home), self.model.correction_step * np.eye(3)[v]
-            if self.model.curved and not (v == 2 and self._ends(x + step)):
-                self._known_slopes[v] = (self._beside(step) - self._beside(-step)) / (2.0 * step[v])
-                return self._known_slopes[v]
-            if v == 2 and self._ends(x + step):
-                step = -step
-            self._known_slopes[v] = (self._beside(step) - self._added) / step[v]
-        return self._known_slopes[v]
-
-    def _added_bend(self, v: int, w: int) -> Array:
-        """The second derivative by x[v] and x[w]; zero at the rod's end."""
-        key = (min(v, w), max(v, w))
-        if key not in self._known_bends:
-            step = self.model.correction_step * np.eye(3)
-            if self._ends(logarithms(self.home) + step[v] + step[w]):
-                bend = np.zeros_like(self._added)
-            elif v == w:
-                bend = self._beside(step[v]) + self._beside(-step[v]) - 2.0 * self._added
-            else:
-                bend = self._beside(step[v] + step[w]) + self._added - self._beside(step[v]) - self._beside(step[w])
-            self._known_bends[key] = bend / self.model.correction_step**2
-        return self._known_bends[key]
-
-    def _beside(self, step: Array) -> Array:
-        """What the corrections add to the rows of a strip a step away."""
-        key = tuple(step)
-        if key not in self._known_beside:
-            self._known_beside[key] = self._correction(dimensions_of(logarithms(self.home) + step, self.model.scene))
-        return self._known_beside[key]
-
-    def _correction(self, d: Dimensions) -> Array:
-        plain = self._rows(self.model.strip(d, corrected=False))
-        if plain[rows.STABILITY] >= 0.0:
-            return np.zeros_like(plain)
-        return self._rows(self.model.strip(d)) - plain
+        plain = self.model.strip(d, corrected=False)
+        return self._rows(plain), difference(self._rows, plain, self.model.strip(d))
 
     def _rows(self, strip: FullStrip) -> Array:
         out = np.zeros(self.layout.size)
         scene, diagram, d = self.model.scene, self.model.criterion.diagram(), strip.dimensions
+        apart = self.model.angle_step
         piston = scene.piston
         out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
         out[rows.THICKNESS] = math.log(d.h)
-        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes()).reshape(-1, 3).T)))
+        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes(apart)).reshape(-1, 3).T)))
         out[[rows.STABILITY, rows.SIDEWAYS]] = (
             np.log(pushed / np.array(strip.critical)) if pushed > 0.0 else rows.NEVER_COMPRESSED
         )
         if out[rows.STABILITY] >= 0.0:
             buckled_rows(out)
             return out
-        stresses = strip.stresses(self.peaks.threes(), self.peaks.stations())
+        stresses = strip.stresses(self.peaks.threes(apart), self.peaks.stations())
         used, strained = self.parts.values(stresses, diagram)
         self._put(out, rows.UTILISATION, used)
         self._put(out, rows.STRESS, strained)
         if self.peaks.reactions.size:
-            side, contact = (vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes()))
+            side, contact = (
+                vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes(apart))
+            )
             self._put(out, rows.SIDE, side)
             self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
         if self.model.wanted.power:
@@ -343,12 +275,27 @@ class FullRows:
 
     def slopes(self, x: Array, free: Array = ALL) -> Array:
         """Their derivatives by x, shape (rows, 3), by differences to one side; those with other indices are zero."""
-        here, out = self.values(x), np.zeros((self.layout.size, 3))
+        return self._slopes(self.values, x, free)
+
+    def plain_values(self, x: Array) -> Array:
+        """The rows without corrections."""
+        return self._rows(self.model.strip(self._dimensions(x), corrected=False))
+
+    def plain_slopes(self, x: Array) -> Array:
+        """Their derivatives."""
+        return self._slopes(self.plain_values, x, ALL)
+
+    def slopes_at_ratio(self, x: Array) -> Array:
+        """The same with what corrections add at a constant frequency ratio: nothing across it."""
+        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
+
+    def _slopes(self, values: Callable[[Array], Array], x: Array, free: Array) -> Array:
+        here, out = values(x), np.zeros((self.layout.size, 3))
         for v in free:
             unit = np.eye(3)[v]
             for step in (_STEP, -_STEP):
                 # Beside buckling, and at the rod's end, only the other side has strips.
-                beside = None if v == 2 and self._ends(x + step * unit) else self.values(x + step * unit)
+                beside = None if v == 2 and self._ends(x + step * unit) else values(x + step * unit)
                 if beside is not None and beside[rows.UTILISATION] != rows.BUCKLED:
                     out[:, v] = (beside - here) / step
                     break
@@ -357,14 +304,3 @@ class FullRows:
     def _ends(self, x: Array) -> bool:
         """Whether a strip would be longer than the rod."""
         return x[2] > math.log(self.model.scene.mechanism.rod_length)
-
-
-def logarithms(d: Dimensions) -> Array:
-    """ln of b, h, l [m]."""
-    return np.log([d.b, d.h, d.l])
-
-
-def dimensions_of(x: Array, scene: Scene) -> Dimensions:
-    """The strip of the logarithms x of b, h, l."""
-    b, h, l = np.exp(x).tolist()
-    return Dimensions(b, h, min(l, scene.mechanism.rod_length))

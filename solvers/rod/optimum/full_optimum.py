@@ -20,8 +20,9 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of, logarithms, no_watch
-from solvers.rod.optimum.gaps import other_gaps
+from solvers.rod.optimum.full_model import Array, FullModel, no_watch
+from solvers.rod.optimum.full_strip import dimensions_of, logarithms
+from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
@@ -45,8 +46,10 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_ROUNDS, _GAP_RADIUS = 4, 0.03
-"""Rounds of searches, each in the gaps around the best strip so far; the first radius of one, in ln b, ln h, ln l."""
+_GAP_STARTS, _GAP_RADIUS = 6, 0.03
+"""Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
+_LAST_SEARCHES = 2
+"""At full accuracy between damped resonances: a second one where the first has not come to its end."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -237,28 +240,33 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
-    gaps, best, known, left = explored.bent(), None, math.inf, 0.0
-    starts = [explored.best().best.outcome.value.dimensions]
-    for _ in range(_GAP_ROUNDS):
-        for strip in starts:
-            gaps.search_from(strip, context.bounds, _GAP_RADIUS, known=known)
-        found, left = gaps.best(), 0.0
-        if found is None or found.found is None or found is best:
+    rough = explored.bent()
+    rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
+    left = search_other_gaps(rough, context.bounds)
+    best, last, ends = rough.best() or explored.best(), context.finer(), _different(rough.ends)
+    for _ in range(_LAST_SEARCHES):
+        best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
+        if best is None or best.found is None:
+            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
+        if best.gain <= context.model.accuracy:
             break
-        # Where there is no time for the gaps around the last strip, as much as the last round gained may be left.
-        left, known = known - found.best.log_cost if best else 0.0, found.best.log_cost
-        best, conditions = found, conditions_at(gaps, found.best, context.bounds, context.bounds)
-        valleys = other_gaps(gaps.model, gaps.task, context.bounds, best.best, conditions)
-        starts = [strip for strip in valleys if not near(logarithms(strip), gaps.ends, _SAME)]
-        if not starts:
-            left = 0.0
-            break
-    start = (best or explored.best()).best.outcome.value.dimensions
-    best, ends = context.finer().search_from(start, context.bounds, FINE_RADIUS), _different(gaps.ends)
-    if best is None or best.found is None:
-        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     return Optimum(best, conditions, None, context.starts, ends, left)
+
+
+def search_other_gaps(context: Context, bounds: Bounds) -> float:
+    """Searches from other gaps between damped resonances than the best strip's, as long as they are promising; what may
+    be left to gain in ln objective where there is no time for all."""
+    gaps, left = Gaps(context.task, bounds), 0.0
+    for _ in range(_GAP_STARTS):
+        best = context.best()
+        start = None if best is None or best.found is None else gaps.next(best.best)
+        if start is None:
+            return 0.0
+        if not near(logarithms(start), context.ends, _SAME):
+            end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
+            left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+    return left
 
 
 def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:

@@ -2,96 +2,143 @@
 
 The strip's first mode is at a resonance wherever a harmonic of the speed meets it, at whole Omega = omega_1/omega. A
 strip on the way from one gap to the next is dearer by what rings, and damping rounds what is between: a share of about
-the loss factor of Omega. So optima close to a strip lie in other gaps. The Lagrangian is looked at along the way on
-which Omega changes with least cost, in steps that resolve the gaps, and its valleys beyond the resonances are starts.
+the loss factor of Omega. So optima close to a strip lie in other gaps.
+
+The least cost of strips of a given Omega is followed over gaps, in steps that resolve them. The path is that of strips
+whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of
+holding the limits at the same Omega is that of a linear programme (``at_ratio``). Valleys of that cost are starts of
+searches.
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.optimum.answer.sensitivities import Stationarity
-from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_model import Array, FullModel, dimensions_of
-from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
-from solvers.rod.optimum.ripples import of_whole_rows
+from solvers.rod.optimum.at_ratio import AtRatio
+from solvers.rod.optimum.corrections import log_frequency_ratio
+from solvers.rod.optimum.full_model import Array, FullRows
+from solvers.rod.optimum.full_strip import dimensions_of, logarithms
+from solvers.rod.optimum.local_search import Iterate, Task
+from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
-from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 _GAPS, _STEPS = 2, 6
-"""So many gaps are looked at to each side, in so many steps each."""
-_FARTHEST = 0.2
-"""In ln b, ln h, ln l."""
-_STARTS, _DEARER = 2, 0.01
-"""So many valleys are starts, if they are dearer than the strip by no more than that, in ln objective."""
-_STEEPEST = 1e3
-"""Where strips buckle, in ln objective."""
-_STEEP, _STEP = 0.05, 1e-4
-"""Change of ln Omega per unit of the way, under which there are no gaps on it; step of its differences."""
+"""So many gaps are followed to each side, in so many steps each."""
+_FARTHEST, _NEAREST = 0.2, 0.05
+"""In ln b, ln h, ln l: of a path, and of the strip that holds its limits from the one on the path."""
+_PACE = 2.0
+"""In ln b, ln h, ln l: what a strip moves aside for a unit of change of ln Omega, at most."""
+_DEARER, _LOST = 0.008, 0.1
+"""In ln objective: valleys dearer than the best strip by more are no starts; a path is not followed where a whole gap
+is dearer by more."""
+_UNSTEADY = 2e-3
+"""In ln objective: a strip that plain slopes promise to better by more at its own Omega is held by its corrections."""
+_LEAST_STEP = 0.3
+"""Of a step in ln Omega: where less is made, sizes have come to their bounds."""
 
 
-def other_gaps(
-    model: FullModel, task: Task, bounds: Bounds, best: Iterate, conditions: Stationarity
-) -> list[Dimensions]:
-    """Strips in other gaps from where a search may find a better one, the most promising first."""
-    weights = of_whole_rows(conditions.weights, best.memory.active.layout, task.objective)
-    ways, pace = _ways(model, bounds, best, conditions)
-    found = [one for way in ways for one in _valleys(task, bounds, best, weights, way, pace)]
-    return [strip for _, strip in sorted(found, key=lambda one: one[0])[:_STARTS]]
+class Place(NamedTuple):
+    """A strip of a certain ln Omega, and the ln objective at which it holds its limits, with a penalty for what it
+    misses them by."""
+
+    ratio: float
+    x: Array
+    cost: float
 
 
-def _valleys(
-    task: Task, bounds: Bounds, best: Iterate, weights: Array, way: Array, pace: float
-) -> list[tuple[float, Dimensions]]:
-    """The Lagrangian's valleys along a way that lie beyond a resonance or deeper than the strip's own, by how much
-    dearer they are."""
-    places = np.arange(-_GAPS * _STEPS, _GAPS * _STEPS + 1) / (_STEPS * pace)
-    strips, home, own = [], 0, float(weights @ best.memory.active.corrected_values(best.x))
-    for place in places:
-        strip = within(bounds, best.x + place * way)
-        if np.max(np.abs(place * way)) < _FARTHEST and (not strips or strip != strips[-1]):
-            home = len(strips) if place <= 0.0 else home
-            strips.append(strip)
-    merits = np.minimum([_merit(task, best, weights, strip) - own for strip in strips], _STEEPEST)
-    around = np.concatenate([[math.inf], merits, [math.inf]])
-    valleys = [n for n in range(merits.size) if merits[n] <= min(around[n], around[n + 2]) and merits[n] < _DEARER]
-    # What parts a strip from a better one may be narrower than the steps.
-    apart = [n for n in valleys if n != home and (merits[n] < -task.enough or _barrier(merits, n, home) > 0.0)]
-    return [(merits[n], strips[n]) for n in apart]
+@dataclass
+class Gaps:
+    """What has been followed of the least cost over ln Omega, from ``low`` to ``high``, and the valleys ``waiting``
+    from where no search has begun."""
 
+    task: Task
+    bounds: Bounds
+    low: float = math.inf
+    high: float = -math.inf
+    waiting: list[Place] = field(default_factory=list)
 
-def _barrier(merits: Array, n: int, home: int) -> float:
-    """By how much the greatest on the way lies above both ends."""
-    low, high = sorted((n, home))
-    return float(np.max(merits[low : high + 1]) - max(merits[n], merits[home]))
+    @property
+    def box(self) -> Array:
+        """The bounds of ln(b, h, l), (3, 2)."""
+        return np.log([self.bounds.b, self.bounds.h, self.bounds.l])
 
+    def next(self, best: Iterate) -> Dimensions | None:
+        """The most promising strip of another gap, from where a search may find a better one; None without any."""
+        ratio = log_frequency_ratio(best.memory.active.home_cycle)[0]
+        self.low, self.high = min(self.low, ratio), max(self.high, ratio)
+        near = _GAPS * math.exp(-ratio)
+        if ratio - self.low < 0.5 * near:
+            self._follow(best, -1.0, ratio - near)
+        if self.high - ratio < 0.5 * near:
+            self._follow(best, 1.0, ratio + near)
+        self.waiting = [place for place in self.waiting if place.cost < best.log_cost + _DEARER]
+        if not self.waiting:
+            return None
+        place = min(self.waiting, key=lambda place: place.cost)
+        self.waiting.remove(place)
+        return dimensions_of(place.x, best.memory.active.model.scene)
 
-def _merit(task: Task, best: Iterate, weights: Array, strip: Dimensions) -> float:
-    """The Lagrangian, and what limits that do not hold the best strip are missed by."""
-    values = best.memory.active.corrected_values(np.log([strip.b, strip.h, strip.l]))
-    if values[rows.UTILISATION] == rows.BUCKLED:
-        return math.inf
-    idle = [row for row in best.limits if weights[row] == 0.0]
-    missed = sum(max(values[row] - best.limits[row], 0.0) for row in idle)
-    return float(weights @ values) + PENALTY * missed
+    def _follow(self, best: Iterate, side: float, until: float) -> None:
+        """Follow the least cost from the best strip on, up (``side`` 1) or down, and note its valleys."""
+        path, end = self._path(best, side, until)
+        costs = np.array([best.log_cost] + [place.cost for place in path] + [math.inf])
+        for n, place in enumerate(path, start=1):
+            parted = float(np.max(costs[: n + 1])) > max(costs[0], place.cost)
+            better = place.cost < costs[0] - self.task.enough
+            least = place.cost <= min(costs[n - 1], costs[n + 1]) and place.cost < best.log_cost + _DEARER
+            if least and (parted or better):
+                beside = [0.5 * (place.x + other.x) for other in path[max(n - 2, 0) : n + 1]]
+                tried = [self._closer(best, place, x) for x in beside]
+                self.waiting.append(min(tried, key=lambda one: one.cost))
+        self.low, self.high = (self.low, end) if side > 0.0 else (end, self.high)
 
+    def _path(self, best: Iterate, side: float, until: float) -> tuple[list[Place], float]:
+        """The cheapest strips of rising or falling ln Omega that have not been looked at, and how far it leads: to
+        infinity where no strip is left."""
+        active, x, out = best.memory.active, best.x, []
+        ratio, ended = log_frequency_ratio(active.home_cycle)[0], side * math.inf
+        step, least = side * math.exp(-ratio) / _STEPS, self._at_ratio(best, active)
+        if least is None:
+            return out, ended
+        (plain, added), slopes_of = active.taken_apart(x), active.plain_slopes
+        if least(plain + added, slopes_of(x), x, 0.0, _NEAREST)[1] < best.log_cost - _UNSTEADY:
+            slopes_of = active.slopes_at_ratio
+        slopes = slopes_of(x)
+        while side * (until - ratio) > 0.0:
+            x, before = least(plain + added, slopes, x, step, _PACE * abs(step))[0], ratio
+            strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
+            ratio = log_frequency_ratio(strip.cycle)[0]
+            if side * (ratio - before) < _LEAST_STEP * abs(step) or np.max(np.abs(x - best.x)) > _FARTHEST:
+                return out, ended
+            plain, slopes = active.plain_values(x), slopes_of(x)
+            if self.low < ratio < self.high:
+                continue
+            values = active.corrected_values(x)
+            if rows.BUCKLED in (plain[rows.UTILISATION], values[rows.UTILISATION]):
+                return out, ended
+            out.append(Place(ratio, *least(values, slopes, x, 0.0, _NEAREST)))
+            if len(out) >= _STEPS and min(place.cost for place in out[-_STEPS:]) > best.log_cost + _LOST:
+                return out, ended
+        return out, ratio
 
-def _ways(model: FullModel, bounds: Bounds, best: Iterate, conditions: Stationarity) -> tuple[list[Array], float]:
-    """Steps in ln(b, h, l) per ln Omega, and Omega: along what limits leave free; where that is more than one
-    direction, or none, thickness and length each by itself."""
-    scene = model.scene
-    mean = float(np.mean(best.memory.active.home_cycle.axial_force(2.0 * math.pi * np.arange(128) / 128)))
+    def _closer(self, best: Iterate, place: Place, near: Array) -> Place:
+        """A place in a valley by a strip's own peaks and corrections, there or half-way to the next on the path."""
+        before = best.memory.active
+        d = dimensions_of(near, before.model.scene)
+        x = logarithms(d)
+        if rows.BUCKLED in (before.plain_values(x)[rows.UTILISATION], before.corrected_values(x)[rows.UTILISATION]):
+            return place
+        active = before.model.following(before.model.peaks(d).joined(before.peaks), d)
+        least = self._at_ratio(best, active)
+        return Place(place.ratio, *least(active.corrected_values(x), active.plain_slopes(x), x, 0.0, _NEAREST))
 
-    def log_pace(x: Array) -> float:
-        return math.log(natural_frequency(scene, dimensions_of(x, scene), mean) / scene.mechanism.speed)
-
-    here = log_pace(best.x)
-    slope = np.array([(here - log_pace(best.x - _STEP * unit)) / _STEP for unit in np.eye(3)])
-    tangent, ranges = conditions.tangent, (bounds.b, bounds.h, bounds.l)
-    free = [np.eye(3)[v] for v in (1, 2) if ranges[v][0] < ranges[v][1]]
-    units = [tangent[0]] if len(tangent) == 1 else free
-    return [unit / (unit @ slope) for unit in units if abs(unit @ slope) > _STEEP], math.exp(here)
+    def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
+        """The linear programme for rows, with the limits as the best strip's exact check shifts them."""
+        p = program(self.task.objective, best.limits, active.layout, self.task.guard)
+        return AtRatio.of(p, self.box, log_frequency_ratio(active.home_cycle)[1])

@@ -24,7 +24,7 @@ SECTION_STEP = 0.006
 ANGLES = 96
 """Where peaks are first looked for."""
 
-_TRIPLE = np.array([-ANGLE_STEP, 0.0, ANGLE_STEP])
+_TRIPLE = np.array([-1.0, 0.0, 1.0])
 _SECTIONS = 41
 _FINE = 21
 _ZOOM = 17
@@ -62,15 +62,15 @@ class Peaks(NamedTuple):
     reactions: Array
     pushed: Array = np.empty(0)
 
-    def threes(self) -> Array:
+    def threes(self, apart: float = ANGLE_STEP) -> Array:
         """The angles with a neighbour on each side, three by three."""
-        return (self.angles[:, None] + _TRIPLE).ravel()
+        return _threes(self.angles, apart)
 
-    def reaction_threes(self) -> Array:
-        return (self.reactions[:, None] + _TRIPLE).ravel()
+    def reaction_threes(self, apart: float = ANGLE_STEP) -> Array:
+        return _threes(self.reactions, apart)
 
-    def pushed_threes(self) -> Array:
-        return (self.pushed[:, None] + _TRIPLE).ravel()
+    def pushed_threes(self, apart: float = ANGLE_STEP) -> Array:
+        return _threes(self.pushed, apart)
 
     def stations(self) -> Array:
         """eta of the clamp, then of the inner sections with a neighbour on each side."""
@@ -82,6 +82,10 @@ class Peaks(NamedTuple):
         """With those of other peaks that are not next to one of these."""
         apart = ANGLE_STEP, SECTION_STEP, ANGLE_STEP, ANGLE_STEP
         return Peaks(*(_with_others(own, other, a) for own, other, a in zip(self, earlier, apart, strict=True)))
+
+
+def _threes(angles: Array, apart: float) -> Array:
+    return (angles[:, None] + apart * _TRIPLE).ravel()
 
 
 def _with_others(own: Array, other: Array, apart: float) -> Array:

@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 from solvers.rod import rows
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_model import Array, logarithms
+from solvers.rod.optimum.full_model import Array
+from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.local_search import Iterate, Task
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.rows import Layout

@@ -8,7 +8,8 @@ smooth constraints and no kink in one of them. A greatest stress has single hump
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,13 +23,38 @@ _NEAR = 0.85
 """Parts below this share of the worst are left out."""
 _SAME_HUMP = 0.1
 """Angles [rad] closer than this belong to one hump."""
+_THREE = np.arange(3)[:, None]
 
 
-class Parts(NamedTuple):
-    """``humps`` gives the hump of every angle. Of every part: fibre, group of sections, hump, dip, and the piece of the
-    diagram, of which the last is the parabola; of stresses: fibre, group, hump, whether it is a dip."""
+@dataclass(frozen=True)
+class Place:
+    """Where parts are read from the humps' heights or depths (2, sections, humps): fibres, groups of sections and
+    humps, (parts,) each."""
 
-    humps: Index
+    fibre: Index
+    group: Index
+    hump: Index
+
+    @cached_property
+    def sections(self) -> Index:
+        """The three of a group, (3, parts); at the clamp all three are the same."""
+        return np.maximum(3 * self.group - 2, 0) + _THREE * (self.group > 0)
+
+    def read(self, values: Array) -> Array:
+        """Values at the three sections of every part, (3, parts)."""
+        return values[self.fibre, self.sections, self.hump]
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Combinations that come near the worst. ``order`` sorts the angles, and humps begin at ``starts`` in that order.
+
+    Of every utilisation: fibre, group of sections, hump, dip, and the piece of the diagram, of which the last is the
+    parabola; of stresses: fibre, group, hump, whether it is a dip.
+    """
+
+    order: Index
+    starts: Index
     utilisations: Index
     stresses: Index
 
@@ -39,56 +65,52 @@ class Parts(NamedTuple):
         ``angles`` are those in the middle of the threes; sections are the first alone, then threes.
         """
         order = np.argsort(angles)
-        humps = np.empty(angles.size, dtype=np.intp)
-        humps[order] = np.cumsum(np.diff(angles[order], prepend=angles[order[0]]) > _SAME_HUMP)
-        high, low = _extremes(stress, humps)
-        groups, count, pieces = 1 + (stress.shape[1] - 1) // 3, high.shape[2], diagram.lines.shape[0] + 1
+        apart = np.diff(angles[order], prepend=angles[order[0]] - 2.0 * _SAME_HUMP) > _SAME_HUMP
+        starts, groups = np.flatnonzero(apart), 1 + (stress.shape[1] - 1) // 3
+        count, pieces = starts.size, diagram.lines.shape[0] + 1
         every = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
-        used, strained = _utilisations(high, low, every, diagram), _stresses(high, low, all_stresses)
-        return Parts(humps, every[:, used >= _NEAR * used.max()], all_stresses[:, strained >= _NEAR * strained.max()])
+        used, strained = Parts(order, starts, every, all_stresses).values(stress, diagram)
+        near = used >= _NEAR * used.max(), strained >= _NEAR * strained.max()
+        return Parts(order, starts, every[:, near[0]], all_stresses[:, near[1]])
 
     def values(self, stress: Array, diagram: Diagram) -> tuple[Array, Array]:
         """Utilisations, and stresses [Pa], of the parts of a strip's stresses."""
-        high, low = _extremes(stress, self.humps)
-        return _utilisations(high, low, self.utilisations, diagram), _stresses(high, low, self.stresses)
+        high, low = self._extremes(stress)
+        return self._utilisations(high, low, diagram), self._stresses(high, low)
 
+    def _extremes(self, stress: Array) -> tuple[Array, Array]:
+        """The height and the depth of every hump, shape (2, sections, humps)."""
+        left, middle, right = np.moveaxis(stress.reshape(*stress.shape[:2], -1, 3)[:, :, self.order], 3, 0)
+        tops, dips = vertex(left, middle, right), vertex(-left, -middle, -right)
+        return np.maximum.reduceat(tops, self.starts, axis=2), -np.maximum.reduceat(dips, self.starts, axis=2)
 
-def _extremes(stress: Array, humps: Index) -> tuple[Array, Array]:
-    """The height and the depth of every hump, shape (2, sections, humps)."""
-    threes = stress.reshape(*stress.shape[:2], -1, 3)
-    tops, dips = vertex(*np.moveaxis(threes, 3, 0)), -vertex(*np.moveaxis(-threes, 3, 0))
-    count = int(humps.max()) + 1
-    high = np.stack([tops[:, :, humps == n].max(axis=2) for n in range(count)], axis=2)
-    low = np.stack([dips[:, :, humps == n].min(axis=2) for n in range(count)], axis=2)
-    return high, low
+    @cached_property
+    def _used_at(self) -> tuple[Place, Place]:
+        fibre, group, hump, dip, _ = self.utilisations
+        return Place(fibre, group, hump), Place(fibre, group, dip)
 
+    @cached_property
+    def _strained_at(self) -> Place:
+        return Place(*self.stresses[:3])
 
-def _at_sections(values: Array, fibre: Index, group: Index, hump: Index) -> Array:
-    """Values at the three sections of a part's group, shape (3, parts); at the clamp all three are the same."""
-    first = np.maximum(3 * group - 2, 0)
-    return np.array([values[fibre, first + n * (group > 0), hump] for n in range(3)])
+    def _utilisations(self, high: Array, low: Array, diagram: Diagram) -> Array:
+        hump, dip = self._used_at
+        piece, top, bottom = self.utilisations[4], hump.read(high), dip.read(low)
+        amplitude, mean = 0.5 * (top - bottom), 0.5 * (top + bottom)
+        lines, (alpha, beta, _) = diagram.lines, diagram.parabola
+        straight = np.minimum(piece, lines.shape[0] - 1)
+        if lines.shape[0]:
+            value = (lines[straight, :, 0] * amplitude[..., None] + lines[straight, :, 1] * mean[..., None]).min(axis=2)
+        else:
+            value = np.zeros_like(amplitude)
+        a, m = alpha * amplitude, 2.0 * beta * np.maximum(mean, 0.0)
+        value = np.where(piece < lines.shape[0], value, 0.5 * (a + np.hypot(a, m)))
+        return vertex(*value)
 
-
-def _utilisations(high: Array, low: Array, parts: Index, diagram: Diagram) -> Array:
-    fibre, group, hump, dip, piece = parts
-    top, bottom = _at_sections(high, fibre, group, hump), _at_sections(low, fibre, group, dip)
-    amplitude, mean = 0.5 * (top - bottom), 0.5 * (top + bottom)
-    lines, (alpha, beta, _) = diagram.lines, diagram.parabola
-    straight = np.minimum(piece, lines.shape[0] - 1)
-    if lines.shape[0]:
-        value = (lines[straight, :, 0] * amplitude[..., None] + lines[straight, :, 1] * mean[..., None]).min(axis=2)
-    else:
-        value = np.zeros_like(amplitude)
-    a, m = alpha * amplitude, 2.0 * beta * np.maximum(mean, 0.0)
-    value = np.where(piece < lines.shape[0], value, 0.5 * (a + np.hypot(a, m)))
-    return vertex(*value)
-
-
-def _stresses(high: Array, low: Array, parts: Index) -> Array:
-    fibre, group, hump, dips = parts
-    values = np.where(dips, -_at_sections(low, fibre, group, hump), _at_sections(high, fibre, group, hump))
-    return vertex(*values)
+    def _stresses(self, high: Array, low: Array) -> Array:
+        at, dips = self._strained_at, self.stresses[3]
+        return vertex(*np.where(dips, -at.read(low), at.read(high)))
 
 
 def vertex(left: Array, middle: Array, right: Array) -> Array:

@@ -18,13 +18,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle, Rippling
+from solvers.rod.cycle.composition import Array, Cycle, Refinement, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import TURN, Excitation
@@ -64,13 +65,30 @@ _RESONANT = 1e5
 _UNKNOWN = 0.1
 
 
+class Resolution(NamedTuple):
+    """``rung`` of the ladder of polynomials, ``slow`` modes followed, on elements of no more than ``step`` [rad] of the
+    fastest of them, after those ``halved``, which is done once for each set of marks."""
+
+    rung: int
+    slow: int
+    step: float
+    halved: tuple[NDArray[np.bool_], ...] = ()
+
+
 @dataclass(frozen=True)
 class RodInertia:
-    """Adds the steady vibration of the strip to whatever quasi-static shape it is given."""
+    """Adds the steady vibration of the strip to whatever quasi-static shape it is given; at a given ``resolution``, or
+    at one that is sought."""
+
+    resolution: Resolution | None = None
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         with one_thread():
-            return _vibration(cycle)
+            return _vibration(cycle) if self.resolution is None else _at(cycle, self.resolution)
+
+    def like(self, refinement: Refinement) -> RodInertia:
+        """At the resolution of a vibration that was found."""
+        return RodInertia(refinement.resolution) if isinstance(refinement, SteadyVibration) else self
 
 
 @dataclass(frozen=True)
@@ -85,6 +103,7 @@ class SteadyVibration:
     error: float
     lasting_error: float
     corners: int
+    resolution: Resolution
 
     inclines = False
 
@@ -144,25 +163,49 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return best
 
 
+def _at(cycle: Cycle, resolution: Resolution) -> SteadyVibration:
+    """The motion at a resolution, whatever that leaves unknown."""
+    wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    excitation = Excitation.of(cycle, 0.1 * wanted)
+    for marks in resolution.halved:
+        # A load's pieces may end elsewhere than those of the strip that the resolution is from.
+        if marks.size == excitation.edges.size - 1:
+            excitation = excitation.halved(marks)
+    equation = _equation(cycle, excitation, resolution.rung)
+    found = motion(equation, excitation, resolution.slow, resolution.step, wanted)
+    return _vibration_of(found, excitation, resolution)
+
+
+def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:
+    loss = cycle.scene.material.loss_factor
+    return StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
+
+
+def _vibration_of(found: Motion, excitation: Excitation, resolution: Resolution) -> SteadyVibration:
+    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * float(found.equation.pace[0]))
+    lasting = found.errors.lasting(min(ends, 1.0))
+    return SteadyVibration(found, found.errors.total, lasting, excitation.corners.size, resolution)
+
+
 def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
     """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
-    loss = cycle.scene.material.loss_factor
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
-    equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
+    equation = _equation(cycle, excitation, rung)
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
     while rung > 0 and _affordable(equation, excitation, slow, step) < slow:
         # Better fewer polynomials than fewer modes followed.
         rung -= 1
-        equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
+        equation = _equation(cycle, excitation, rung)
     best, vain, before, spent = None, 0, np.inf, 0.0
+    halved: tuple[NDArray[np.bool_], ...] = ()
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
         found = motion(equation, excitation, slow, step, wanted)
         errors, vain = found.errors, vain + 1
         spent += _work(found.edges.size - 1, slow, equation.slowness.size)
-        if best is None or errors.total < best.errors.total:
-            best, vain = found, 0
+        if best is None or errors.total < best.error:
+            best, vain = _vibration_of(found, excitation, Resolution(rung, slow, step, halved)), 0
         if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
             break
         rest = max(errors.series, errors.phase, errors.excited)
@@ -171,19 +214,18 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             if full or rung == len(LADDER) - 1:
                 break
             rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
-            equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
+            equation = _equation(cycle, excitation, rung)
             continue
         worst = _worst_elements(equation, excitation, slow, found)
         # Halving elements did help the time before, if there was one.
         if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
             before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
+            halved = (*halved, worst)
         elif spent + _work_of(equation, excitation, slow + 1, step) > ENOUGH_WORK:
             break
         else:
             slow, before = slow + 1, np.inf
-    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * float(equation.pace[0]))
-    lasting = best.errors.lasting(min(ends, 1.0))
-    return SteadyVibration(best, best.errors.total, lasting, excitation.corners.size)
+    return best
 
 
 def _step(excitation: Excitation, wanted: float) -> float:

@@ -1,0 +1,184 @@
+"""What corrections add to a strip's results, as a function of the strip: a polynomial through solved strips.
+
+The strip's inertia and large displacements cost far more than the rest of the physics. What they add to every row is
+expanded about the centre of a stencil, in y = U (x - centre), x = ln(b, h, l), with orthonormal directions U:
+
+    added(x) = added(centre) + slopes . y + y' curvatures y/2
+
+Near a damped resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which
+ln Omega changes, and curvatures mixed with the others are small. Among undamped resonances no curvature is to be had,
+and all differences are to one side, along the axes. A stencil serves all strips close to its centre: at the one in
+question the polynomial is shifted to what was solved there. All its strips have the centre's resolution.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.rod import rows
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
+from solvers.rod.scene import Dimensions
+from solvers.rod.vibration.natural_frequencies import natural_frequency
+
+Array = NDArray[np.float64]
+
+_FREQUENCY_STEP = 1e-4
+"""Of differences of ln Omega, in ln b, ln h, ln l."""
+_MEAN = 2.0 * math.pi * np.arange(128) / 128
+"""Angles of the mean axial force."""
+_CENTRE = (0.0, 0.0, 0.0)
+_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""Of the directions whose curvatures are looked at."""
+
+
+@dataclass(frozen=True)
+class Stencil:
+    """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
+    and kept; ``curved`` if curvatures are looked at."""
+
+    centre: FullStrip
+    step: float
+    directions: Array
+    curved: bool
+    watch: Callable[[], None]
+    _solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
+
+    @staticmethod
+    def around(centre: FullStrip, step: float, curved: bool, watch: Callable[[], None]) -> Stencil:
+        """The stencil of a strip, which has been solved; ``watch`` is called before each other one."""
+        return Stencil(
+            centre,
+            step,
+            _frequency_first(centre.cycle) if curved else np.eye(3),
+            curved,
+            watch,
+        )
+
+    def serves(self, d: Dimensions) -> bool:
+        """Whether the polynomial holds near a strip."""
+        apart = float(np.max(np.abs(logarithms(d) - self.origin)))
+        return apart <= (self.step if self.curved else 0.0)
+
+    @property
+    def origin(self) -> Array:
+        """ln(b, h, l) of the centre."""
+        return logarithms(self.centre.dimensions)
+
+    def solved(self, y: tuple[float, ...]) -> tuple[FullStrip, FullStrip]:
+        """The strip at y without its corrections, and with them, at the resolution that the centre asked for."""
+        if y not in self._solved:
+            self.watch()
+            strip = self.centre if y == _CENTRE else FullStrip(self.centre.cycle.beside(self._dimensions(y)))
+            self._solved[y] = FullStrip(strip.cycle.without_corrections()), strip
+        return self._solved[y]
+
+    def ends(self, y: tuple[float, ...]) -> bool:
+        """Whether a strip there would be longer than the rod."""
+        return (self.origin + np.array(y) @ self.directions)[2] > math.log(self.centre.cycle.scene.mechanism.rod_length)
+
+    def _dimensions(self, y: tuple[float, ...]) -> Dimensions:
+        return dimensions_of(self.origin + np.array(y) @ self.directions, self.centre.cycle.scene)
+
+
+@dataclass(frozen=True)
+class Added:
+    """What the corrections add to the rows of strips near ``home``, shape (rows,) at each."""
+
+    stencil: Stencil
+    rows_of: Callable[[FullStrip], Array]
+    home: FullStrip
+    at_home: Array
+    _slopes: dict[int, Array] = field(default_factory=dict)
+    _beside: dict[tuple[float, ...], Array] = field(default_factory=dict)
+    _bends: dict[tuple[int, int], Array] = field(default_factory=dict)
+
+    @staticmethod
+    def near(home: FullStrip, stencil: Stencil, rows_of: Callable[[FullStrip], Array]) -> Added:
+        """The polynomial near a strip that was solved with its corrections."""
+        plain = FullStrip(home.cycle.without_corrections())
+        return Added(stencil, rows_of, home, difference(rows_of, plain, home))
+
+    def at(self, x: Array) -> Array:
+        """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
+        s = self.stencil
+        old, new = s.directions @ (logarithms(self.home.dimensions) - s.origin), s.directions @ (x - s.origin)
+        out = self.at_home.copy()
+        for k in np.flatnonzero(new - old).tolist():
+            out += (new[k] - old[k]) * self._slope(k)
+        for v, w in _PAIRS if s.curved else ():
+            change = new[v] * new[w] - old[v] * old[w]
+            if change != 0.0:
+                out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
+        return out
+
+    def slopes_at_ratio(self) -> Array:
+        """Derivatives by ln(b, h, l) at a constant frequency ratio, (rows, 3): nothing across it."""
+        return np.outer(self._slope(1), self.stencil.directions[1]) + np.outer(
+            self._slope(2), self.stencil.directions[2]
+        )
+
+    def _slope(self, k: int) -> Array:
+        """The derivative by y_k at the centre; to one side at the rod's end."""
+        if k not in self._slopes:
+            ahead, behind = self._step(k, 1.0), self._step(k, -1.0)
+            ended = self.stencil.ends(ahead), self.stencil.ends(behind)
+            if self.stencil.curved and not any(ended):
+                slope = 0.5 * (self._around(ahead) - self._around(behind))
+            else:
+                side = -1.0 if ended[0] else 1.0
+                slope = side * (self._around(behind if ended[0] else ahead) - self._around(_CENTRE))
+            self._slopes[k] = slope / self.stencil.step
+        return self._slopes[k]
+
+    def _bend(self, v: int, w: int) -> Array:
+        """The second derivative by y_v and y_w at the centre; zero at the rod's end."""
+        if (v, w) not in self._bends:
+            first, second = self._step(v, 1.0), self._step(w, -1.0 if v == w else 1.0)
+            both = _CENTRE if v == w else tuple(np.add(first, second).tolist())
+            if any(self.stencil.ends(y) for y in (first, second, both)):
+                bend = np.zeros_like(self.at_home)
+            else:
+                bend = self._around(both) + self._around(_CENTRE) - self._around(first) - self._around(second)
+            self._bends[v, w] = (-bend if v == w else bend) / self.stencil.step**2
+        return self._bends[v, w]
+
+    def _step(self, k: int, side: float) -> tuple[float, ...]:
+        return tuple((side * self.stencil.step * np.eye(3)[k]).tolist())
+
+    def _around(self, y: tuple[float, ...]) -> Array:
+        if y not in self._beside:
+            self._beside[y] = difference(self.rows_of, *self.stencil.solved(y))
+        return self._beside[y]
+
+
+def difference(rows_of: Callable[[FullStrip], Array], plain: FullStrip, corrected: FullStrip) -> Array:
+    """What corrections add to the rows of a strip; nothing where it buckles."""
+    without = rows_of(plain)
+    return np.zeros_like(without) if without[rows.STABILITY] >= 0.0 else rows_of(corrected) - without
+
+
+def log_frequency_ratio(cycle: Cycle) -> tuple[float, Array]:
+    """ln(omega_1/omega) of a strip under the mean of its axial force, and its derivatives by ln(b, h, l)."""
+    scene, x = cycle.scene, logarithms(cycle.dimensions)
+    mean = float(np.mean(cycle.axial_force(_MEAN)))
+
+    def at(place: Array) -> float:
+        return math.log(natural_frequency(scene, dimensions_of(place, scene), mean) / scene.mechanism.speed)
+
+    here = at(x)
+    return here, np.array([(here - at(x - _FREQUENCY_STEP * unit)) / _FREQUENCY_STEP for unit in np.eye(3)])
+
+
+def _frequency_first(cycle: Cycle) -> Array:
+    """Orthonormal directions, rows, of which the first is that in which the frequency ratio changes."""
+    steepest = log_frequency_ratio(cycle)[1]
+    first = steepest / np.linalg.norm(steepest)
+    width = np.eye(3)[0] - first[0] * first
+    second = width / np.linalg.norm(width)
+    return np.array([first, second, np.cross(first, second)])

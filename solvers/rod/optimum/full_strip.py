@@ -1,0 +1,72 @@
+"""One strip of the full model at any crank angles and sections, and strips as points in ln b, ln h, ln l."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics import periodic
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.piston.friction import power_at
+from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
+
+Array = NDArray[np.float64]
+
+_WHOLE = periodic.grid(256)
+"""Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
+
+
+@dataclass(frozen=True)
+class FullStrip:
+    """One strip of the full model: a ``peaks.Response``."""
+
+    cycle: Cycle
+
+    @property
+    def dimensions(self) -> Dimensions:
+        return self.cycle.dimensions
+
+    def stresses(self, angle: Array, eta: Array) -> Array:
+        d, shape = self.dimensions, self.cycle.at(angle).shape
+        z = (1.0 - eta) * d.l
+        direct = shape.axial_force(z) / (d.b * d.h)
+        bending = 0.5 * self.cycle.scene.material.elastic_modulus * d.h * shape.curvature(z)
+        return np.array([direct + bending, direct - bending])
+
+    def reactions(self, angle: Array) -> Array:
+        piston, shape = self.cycle.scene.piston, self.cycle.at(angle).shape
+        side, moment = shape.side_force(), shape.clamp_moment()
+        couple = 6.0 * np.abs(moment + side * piston.clamp_offset) / piston.skirt_length
+        return np.array([np.abs(side), np.abs(side) + couple])
+
+    def friction_power(self) -> float:
+        """The mean over equal steps of the turn [W]."""
+        now = self.cycle.at(_WHOLE)
+        power = power_at(self.cycle.scene, _WHOLE, now.shape.side_force(), now.shape.clamp_moment())
+        return float(np.mean(power))
+
+    @cached_property
+    def critical(self) -> tuple[float, float]:
+        """Critical forces in the crank's plane, with shear where that runs, and out of it [N]."""
+        d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
+        stiffness, plain = bending_stiffness(scene, d), float(buckling.critical_coupling(d.l, length))
+        inside = plain
+        if self.cycle.composition.beam.shears:
+            inside = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
+        return -stiffness * inside, -stiffness * plain * (d.b / d.h) ** 2
+
+
+def logarithms(d: Dimensions) -> Array:
+    """ln of b, h, l [m]."""
+    return np.log([d.b, d.h, d.l])
+
+
+def dimensions_of(x: Array, scene: Scene) -> Dimensions:
+    """The strip of the logarithms x of b, h, l."""
+    b, h, l = np.exp(x).tolist()
+    return Dimensions(b, h, min(l, scene.mechanism.rod_length))

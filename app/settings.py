@@ -94,7 +94,10 @@ class Settings(BaseSettings):
         description="seconds a request waits for a worker",
     )
     short_solve_s: float = Field(
-        default=0.2, ge=0.05, le=600, description="seconds after which a check or an analysis gives way to waiting ones"
+        default=0.2,
+        ge=0.05,
+        le=600,
+        description="seconds after which a check or an analysis gives way and starts again",
     )
     max_waiting: int = Field(
         default=256, ge=1, le=100_000, description="maximum number of waiting short jobs, and of waiting long ones"

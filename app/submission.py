@@ -37,7 +37,7 @@ from app.jobs.errors import (
     WorkerCrashed,
 )
 from app.jobs.executor import Executor
-from app.jobs.fair_queue import FairQueue, GaveWay, JobLength, QueueLimits
+from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.json_comparison import equal_json
 from app.logging import get_logger
 from app.run_references import resolve_references
@@ -63,7 +63,7 @@ _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually take less than a second."""
 _SHORT_TRIES = 2
-"""How often a job may give way as a short one: a quick one may once have been delayed by a loaded machine."""
+"""How often a job is tried as a short one: a quick one may once have been delayed by a loaded machine."""
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5
 """Retries of an accepted run whose worker crashed, for example killed by the system."""
@@ -74,7 +74,7 @@ class ServiceLimits:
     """Limits of the service.
 
     ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis gives
-    way to those that wait. ``accepted`` and ``accepted_per_caller``: open runs accepted
+    way and starts again. ``accepted`` and ``accepted_per_caller``: open runs accepted
     with 202, in total and per caller. ``lease_s``: silence of this process after which another takes those over.
     """
 
@@ -188,13 +188,16 @@ class Service:
         """Run a call when the fair queue admits it.
 
         Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
-        ``short_s`` while others wait gives its worker back and starts again, the second time as a long one.
+        ``short_s`` gives its worker back and starts again, the second time as a long one.
         """
         who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
         for _ in range(_SHORT_TRIES if short else 0):
             async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
-                with contextlib.suppress(GaveWay):
-                    return await self.queue.giving_way(call(kill_s, report), self.limits.short_s)
+                try:
+                    return await call(min(kill_s, self.limits.short_s), report)
+                except BudgetExceeded:
+                    if kill_s <= self.limits.short_s:
+                        raise
         async with self.queue.slot(JobLength.LONG, who, max_wait_s):
             if on_start is not None:
                 await on_start()

@@ -10,11 +10,10 @@ import asyncio
 import math
 import time
 from collections import Counter, deque
-from collections.abc import AsyncIterator, Awaitable
+from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TypeVar
 
 from app.jobs.errors import Busy, ShareUsed
 from app.jobs.turns import Turns
@@ -22,9 +21,6 @@ from app.jobs.turns import Turns
 _SMOOTHING = 0.1
 """Weight of the latest duration in the exponential moving average behind Retry-After."""
 _MAX_RETRY_S = 600
-_POLL_INTERVAL_S = 0.02
-
-T = TypeVar("T")
 
 
 class JobLength(StrEnum):
@@ -45,10 +41,6 @@ class QueueLimits:
     @property
     def max_long(self) -> int:
         return max(1, self.workers - 1)
-
-
-class GaveWay(Exception):
-    """A short job was cancelled in favour of those that wait."""
 
 
 class FairQueue:
@@ -85,21 +77,6 @@ class FairQueue:
             took = time.monotonic() - began
             self._mean_s[length] += _SMOOTHING * (took - self._mean_s[length])
             self._release(length)
-
-    async def giving_way(self, solve: Awaitable[T], after_s: float) -> T:
-        """The answer of a short job that holds a slot. Once it has taken ``after_s``, cancels it and raises GaveWay as
-        soon as others wait."""
-        task = asyncio.ensure_future(solve)
-        try:
-            done, _ = await asyncio.wait({task}, timeout=after_s)
-            while not done:
-                if self.waiting(JobLength.SHORT):
-                    raise GaveWay
-                done, _ = await asyncio.wait({task}, timeout=_POLL_INTERVAL_S)
-            return task.result()
-        finally:
-            task.cancel()
-            await asyncio.gather(task, return_exceptions=True)
 
     def retry_s(self, length: JobLength, ahead: int) -> float:
         """Estimated seconds until ``ahead`` waiting jobs have been admitted."""

@@ -260,31 +260,19 @@ def test_the_wait_for_a_forms_answer(url, takes_s, status):
     assert asyncio.run(story()) == status
 
 
-@pytest.mark.parametrize(
-    ("beside", "arrivals", "order"),
-    [(-MOMENT, [0.1], "ab"), (MOMENT, [], "a"), (MOMENT, [0.1], "aba"), (MOMENT, [0.1, 0.4, 0.7], "abacad")],
-)
-def test_a_short_job_gives_way_to_waiting_ones(beside, arrivals, order):
-    """One worker: after 0.2 s a job is cancelled if another waits, and starts again behind it; after the second time it
-    gives way no more."""
+@pytest.mark.parametrize(("beside", "budgets"), [(-MOMENT, [0.2]), (MOMENT, [0.2, 0.2, 5.0])])
+def test_a_short_job_gives_way_twice_and_continues_as_a_long_one(beside, budgets):
     limits, given = ServiceLimits(short_s=Settings().short_solve_s), []
 
-    async def story() -> str:
-        service = Service(None, None, 5.0, limits, FairQueue(QueueLimits(workers=1)))
+    async def call(budget_s: float, _report: Any) -> None:
+        given.append(budget_s)
+        takes_s = limits.short_s + beside
+        await asyncio.sleep(min(takes_s, budget_s))
+        if takes_s > budget_s:
+            raise BudgetExceeded(budget_s)
 
-        async def job(name: str, arrives_s: float, takes_s: float) -> None:
-            async def call(_budget_s: float, _report: Any) -> None:
-                given.append(name)
-                await asyncio.sleep(takes_s)
-
-            await asyncio.sleep(arrives_s)
-            await service._queued(call, 5.0, short=True)
-
-        others = (job("bcd"[k], arrives_s, 0.1) for k, arrives_s in enumerate(arrivals))
-        await asyncio.gather(job("a", 0.0, limits.short_s + beside), *others)
-        return "".join(given)
-
-    assert by_clockwork(story()) == order
+    by_clockwork(Service(None, None, 5.0, limits)._queued(call, 5.0, short=True))
+    assert given == budgets
 
 
 # -- what is kept ------------------------------------------------------------------------------------------------

@@ -97,7 +97,7 @@ class Settings(BaseSettings):
         default=0.2,
         ge=0.05,
         le=600,
-        description="seconds after which a check or an analysis gives way and starts again",
+        description="seconds after which a check or analysis gives way and starts again",
     )
     max_waiting: int = Field(
         default=256, ge=1, le=100_000, description="maximum number of waiting short jobs, and of waiting long ones"

@@ -62,8 +62,7 @@ Call = Callable[[float, Report], Awaitable[Any]]
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
 """Modes that usually take less than a second."""
-_SHORT_TRIES = 2
-"""How often a job is tried as a short one: a quick one may once have been delayed by a loaded machine."""
+_SHORT_TRIES = 2  # a quick job may once have been delayed by a loaded machine
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5
 """Retries of an accepted run whose worker crashed, for example killed by the system."""
@@ -73,9 +72,9 @@ _CRASH_RETRIES = 5
 class ServiceLimits:
     """Limits of the service.
 
-    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis gives
-    way and starts again. ``accepted`` and ``accepted_per_caller``: open runs accepted
-    with 202, in total and per caller. ``lease_s``: silence of this process after which another takes those over.
+    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis starts
+    again. ``accepted`` and ``accepted_per_caller``: open runs accepted with 202, in total and per caller. ``lease_s``:
+    silence of this process after which another takes those over.
     """
 
     max_wait_s: float = 30.0

@@ -60,8 +60,7 @@ Call = Callable[[float, Report], Awaitable[Any]]
 """``(kill timeout in seconds, report) -> answer``"""
 
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
-_SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
-"""Modes that usually take less than a second."""
+_SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
 _SHORT_TRIES = 2  # a quick job may once have been delayed by a loaded machine
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5

@@ -17,7 +17,7 @@ from scipy.optimize import fsolve
 
 from bench.kernels import median_time
 from solvers import linkage
-from solvers.linkage.mechanism.angular_velocity_ratio import bulk_transfer
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
 from solvers.linkage.mechanism.kinematics import FourBar, coefficients, half_angle, of_family
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.swept_area.bounding_box import least_box
@@ -124,21 +124,20 @@ def curve_rows() -> list[Row]:
     bar, phi, truth = of_family(kind, RESTITUTION, RATIO), angles(), exact()
     s, c = half_angle(phi)
     many = np.linspace(2.0, 6.0, DESIGNS)
-    rows, out = coefficients(kind, kind.family(gain, many)), np.empty((DESIGNS, ANGLES))
-    bulk_transfer(rows[:2], s, c, out[:2])
-    one, alone = bar.coefficients[None], np.empty((1, ANGLES))
-    bulk_transfer(one, s, c, alone)
+    rows, out = coefficients(kind, kind.family(gain, many)), np.empty((2, DESIGNS, ANGLES))
+    one, alone = bar.coefficients[None], np.empty((2, 1, ANGLES))
+    transfer_and_rate(one, s, c, *alone)
     scale = np.abs(truth).max()
 
     def error(values: np.ndarray) -> float:
         return float(np.abs(values - truth).max() / scale)
 
     plain, full, u = by_pylinkage(bar)
-    bulk = median_time(lambda: bulk_transfer(rows, s, c, out), 9) / out.size
-    single = median_time(lambda: bulk_transfer(one, s, c, alone), 301) / ANGLES
+    bulk = median_time(lambda: transfer_and_rate(rows, s, c, *out), 9) / out[0].size
+    single = median_time(lambda: transfer_and_rate(one, s, c, *alone), 301) / ANGLES
     return [
         Row(f"closed form, {DESIGNS:,} designs", bulk, None),
-        Row("closed form, one design", single, error(alone[0])),
+        Row("closed form, one design", single, error(alone[0, 0])),
         Row("pylinkage, compiled steps, positions alone", median_time(plain, 101) / ANGLES, None),
         Row("pylinkage, compiled steps with velocities", median_time(full, 101) / ANGLES, error(u)),
         Row("scipy fsolve from angle to angle", median_time(lambda: loop_by_fsolve(bar), 3) / ANGLES,

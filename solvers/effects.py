@@ -60,7 +60,7 @@ class Choice(Generic[E]):
     manifest: tuple[EffectReport, ...]
 
     def has(self, name: str) -> bool:
-        return any(effect.name == name for effect in self.active)
+        return name in [effect.name for effect in self.active]
 
 
 def choose(
@@ -77,14 +77,8 @@ def choose(
     """
     if not 0 < tolerance <= 1:
         raise InvalidInput("effect_tolerance", "must lie in (0, 1]", "(0, 1]")
-    _check_names(tuple(effect.name for effect in effects), selection)
-    demanded = {demand.effect: demand.needed_by for demand in demands}
-    for name in selection.exclude & demanded.keys():
-        raise EffectConflict(name, demanded[name])
-
-    settled = selection.include | selection.exclude | demanded.keys()
-    undecided = [effect for effect in effects if selection.automatic and effect.name not in settled]
-    bounds = {effect.name: effect.influence(situation) for effect in undecided}
+    settled = _settled(tuple([effect.name for effect in effects]), selection, tuple(demands))
+    bounds = {effect.name: effect.influence(situation) for effect in effects if effect.name not in settled}
     skipped, left_out = set(), 0.0
     for name in sorted(bounds, key=bounds.__getitem__):
         left_out += bounds[name]
@@ -92,15 +86,7 @@ def choose(
             break
         skipped.add(name)
 
-    def reason(name: str) -> tuple[EffectState, str]:
-        if name in selection.exclude:
-            return EffectState.SKIPPED, "excluded by the request"
-        if name in selection.include:
-            return EffectState.ACTIVE, "included by the request"
-        if name in demanded:
-            return EffectState.ACTIVE, f"needed by {demanded[name]}"
-        if not selection.automatic:
-            return EffectState.ACTIVE, "the request asks for all effects"
+    def decided(name: str) -> tuple[EffectState, str]:
         if name in skipped:
             return EffectState.SKIPPED, f"the bounds of all that is left out add up to at most {tolerance:g}"
         if math.isinf(bounds[name]):
@@ -112,7 +98,7 @@ def choose(
 
     manifest, active = [], []
     for effect in effects:
-        state, why = reason(effect.name)
+        state, why = settled.get(effect.name) or decided(effect.name)
         manifest.append(EffectReport(effect.name, state, partial(_bound, bounds, effect, situation), why))
         if state is EffectState.ACTIVE:
             active.append(effect)
@@ -127,9 +113,22 @@ def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
 
 
 @lru_cache(maxsize=256)
-def _check_names(known: tuple[str, ...], selection: EffectSelection) -> None:
+def _settled(
+    known: tuple[str, ...], selection: EffectSelection, demands: tuple[Demand, ...]
+) -> dict[str, tuple[EffectState, str]]:
+    """The effects that the request decides on, whatever the situation, each with its state and the reason."""
     for field, names in (("include", selection.include), ("exclude", selection.exclude)):
         for name in sorted(names.difference(known)):
             raise InvalidInput(f"effects.{field}", f"there is no effect {name!r}", ", ".join(known))
     for name in sorted(selection.include & selection.exclude):
         raise InvalidInput("effects.exclude", f"the effect {name!r} is included as well", "one of the two")
+    demanded = {demand.effect: demand.needed_by for demand in demands}
+    for name in selection.exclude & demanded.keys():
+        raise EffectConflict(name, demanded[name])
+    settled: dict[str, tuple[EffectState, str]] = {}
+    if not selection.automatic:
+        settled.update(dict.fromkeys(known, (EffectState.ACTIVE, "the request asks for all effects")))
+    settled.update({name: (EffectState.ACTIVE, f"needed by {needed_by}") for name, needed_by in demanded.items()})
+    settled.update(dict.fromkeys(selection.include, (EffectState.ACTIVE, "included by the request")))
+    settled.update(dict.fromkeys(selection.exclude, (EffectState.SKIPPED, "excluded by the request")))
+    return settled

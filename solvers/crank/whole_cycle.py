@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Cycle, Machine
-from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, alone, climbed, sampled
-from solvers.crank.engine.cylinders import together
+from solvers.crank.cycle.group import together
+from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, climbed, sampled
 from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.crank.problem import LOADS, OF_THE_ROD
@@ -47,7 +47,7 @@ def whole_cycle(cycle: Cycle, engine: Engine, tolerance: float) -> WholeCycle:
 @kernel
 def _whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
     gas, single = refined(curve, sharp, LONGEST_PIECE), phases.size == 1
-    group = alone(gas)
+    group = together(gas, np.zeros(1))
     places, samples = sampled(machine, gas, group, 0, TEXTBOOK if single else TORQUE)
     loads = climbed(machine, gas, group, 0, places, samples, tolerance)
     torque = loads

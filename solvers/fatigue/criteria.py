@@ -17,6 +17,7 @@ Analytical strength assessment (mean stress factor by fields of the stress ratio
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property, lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -49,7 +50,11 @@ class HaighLines:
     corners: tuple[tuple[tuple[float, float], ...], ...]
 
     def diagram(self) -> Diagram:
-        """The lines; corners with fewer lines repeat their last one."""
+        """The lines; corners with fewer lines repeat their last one. Computed once: not to be written to."""
+        return self._diagram
+
+    @cached_property
+    def _diagram(self) -> Diagram:
         longest = max(len(lines) for lines in self.corners)
         padded = np.array([lines + (lines[-1],) * (longest - len(lines)) for lines in self.corners], dtype=float)
         return Diagram(np.concatenate([padded, np.zeros((*padded.shape[:2], 1))], axis=2), np.zeros(3))
@@ -76,6 +81,7 @@ def _straight(name: str, material: Material, mean_slope: float) -> HaighLines:
     return HaighLines(name, (((alpha, 0.0),), ((alpha, mean_slope),)))
 
 
+@lru_cache(maxsize=64)
 def serensen(material: Material) -> HaighLines:
     """The Serensen-Kinasoshvili criterion, used in the paper."""
     return _straight("serensen", material, material.mean_stress_sensitivity / material.fatigue_limit)

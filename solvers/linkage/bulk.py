@@ -19,7 +19,7 @@ from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
-from solvers.linkage.swept_area.bounding_box import least_areas
+from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.outcome import Outcome
@@ -131,9 +131,9 @@ def check_family(
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
         area[full] = _parallel(
-            lambda a, b: least_areas(
+            lambda a, b: least_boxes(
                 swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
-            ),
+            )[:, 0],
             full.size,
             threads,
         )

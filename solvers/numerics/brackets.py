@@ -1,11 +1,11 @@
-"""Batched one-dimensional maximisation: brackets that shrink around parabolas, one batch of evaluations per iteration.
+"""One-dimensional maximisation by brackets that shrink around parabolas.
 
-Every row holds a bracket a <= c <= b with f(c) its largest known value. An iteration evaluates five points of every
-unfinished row in one call: the parabola's vertex with a near neighbour on either side, and the midpoints of both
-halves. The best point and its neighbours form the next bracket, which is at most half as wide and, for smooth
+A bracket holds points a <= c <= b with f(c) the largest known value. An iteration evaluates five points
+(``trial_points``): the parabola's vertex with a near neighbour on either side, and the midpoints of both halves. The
+best point and its neighbours form the next bracket (``narrow``), which is at most half as wide and, for smooth
 functions, twenty-five times narrower.
 
-The remaining gain of a row is bounded by concavity: no extended chord between known points lies below the function. At
+The remaining gain is bounded by concavity: no extended chord between known points lies below the function. At
 an end of the range (a = c or c = b) the chord through the two nearest interior points is used. If the second
 differences of the parabolas through the five nearest points agree, the function is smooth there, and the gain predicted
 by the middle one is a much sharper estimate; if not, as at a kink, the chord bound is used.
@@ -13,16 +13,12 @@ by the middle one is a much sharper estimate; if not, as at a kink, the chord bo
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
-Rows = NDArray[np.intp]
 
 NEAR = 0.02
 _ALIKE = 2.0
@@ -33,58 +29,6 @@ _FURTHER = 2.0
 """Safety factor on the cubic correction of the slope."""
 MOST_ROUNDS = 60
 _EPS = np.finfo(float).eps
-
-Evaluate = Callable[[Array, Rows], Array]
-"""(points of shape (n, m), their rows, shape (n,)) -> values of shape (n, m)"""
-
-
-@dataclass(frozen=True)
-class Summits:
-    """Per row: location, value, error bound, and width of the last bracket."""
-
-    place: Array
-    value: Array
-    error: Array
-    width: Array
-
-
-def climb(evaluate: Evaluate, places: Array, values: Array, tolerance: Array) -> Summits:
-    """Maximise every row from its bracket, ``places`` and ``values`` of shape (n, 3), to its absolute ``tolerance``
-    (n,).
-
-    Each bracket is assumed to contain one maximum; otherwise the result is still one of the function's values.
-    """
-    places, values = np.array(places, dtype=float), np.array(values, dtype=float)
-    count = places.shape[0]
-    error = np.full(count, np.inf)
-    rounding = 4.0 * _EPS * np.max(np.abs(values), axis=1, initial=0.0)
-    todo = np.arange(count)
-    for _ in range(MOST_ROUNDS):
-        if not todo.size:
-            break
-        points = _trial(places, values, todo)
-        _narrow(places, values, error, todo, points, np.ascontiguousarray(evaluate(points, todo)))
-        width = places[todo, 2] - places[todo, 0]
-        spent = width <= 8.0 * _EPS * np.maximum(np.abs(places[todo, 1]), _EPS)
-        todo = todo[~((error[todo] <= np.maximum(tolerance[todo], rounding[todo])) | spent)]
-    return Summits(places[:, 1], values[:, 1], np.maximum(error, rounding), places[:, 2] - places[:, 0])
-
-
-@kernel
-def _trial(places: Array, values: Array, todo: Rows) -> Array:
-    """The five trial points of every unfinished row, shape (rows, 5)."""
-    out = np.empty((todo.size, 5))
-    for n in range(todo.size):
-        trial_points(places[todo[n]], values[todo[n]], out[n])
-    return out
-
-
-@kernel
-def _narrow(places: Array, values: Array, error: Array, todo: Rows, points: Array, heights: Array) -> None:
-    """Narrow every unfinished row's bracket and update its error."""
-    for n in range(todo.size):
-        row = todo[n]
-        error[row] = narrow(places[row], values[row], points[n], heights[n])
 
 
 @kernel
@@ -163,27 +107,14 @@ def _bend(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> floa
     return ((fb - fc) / (b - c) - (fc - fa) / (c - a)) / (b - a)
 
 
-def humps(samples: Array, slack: float, closed: bool) -> tuple[Rows, Rows]:
-    """(row, column) of every local maximum of the samples, shape (rows, n), that may contain its row's maximum.
-
-    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth), and by
-    ``slack`` times the row's largest magnitude. ``closed``: the samples are periodic; otherwise the ends count. A
-    plateau, constant to rounding, is represented by its first sample; a constant row by its largest.
-    """
-    peaks = np.zeros(samples.shape, dtype=np.bool_)
-    _mark_humps(np.ascontiguousarray(samples), slack, closed, peaks)
-    return np.nonzero(peaks)
-
-
-@kernel
-def _mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
-    for row in range(samples.shape[0]):
-        mark_humps(samples[row], slack, closed, peaks[row])
-
-
 @kernel
 def mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
-    """``humps`` of one row as a mask: ``peaks`` is False initially."""
+    """Mark every local maximum of the samples (n,) that may contain the maximum; ``peaks`` is False initially.
+
+    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth), and by
+    ``slack`` times the largest magnitude. ``closed``: the samples are periodic; otherwise the ends count. A plateau,
+    constant to rounding, is represented by its first sample; constant samples by their largest.
+    """
     count = samples.size
     highest, size = 0, 0.0
     for n in range(count):

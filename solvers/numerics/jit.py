@@ -52,7 +52,9 @@ class Kernel:
 
         The wrapper unpacks every array of every tuple, which is most of the compilation time of a small kernel.
         """
-        return self._dispatcher(no_cpython_wrapper=True, forceinline=self._inlined)
+        dispatcher = self._dispatcher(no_cpython_wrapper=True, forceinline=self._inlined)
+        dispatcher.get_call_template = _without_literals(dispatcher.get_call_template)
+        return dispatcher
 
     @property
     def is_compiled(self) -> bool:
@@ -113,6 +115,17 @@ def fusing_kernel(function: F) -> F:
     The last digit then depends on whether the processor has that instruction.
     """
     return cast(F, Kernel(function, fastmath={"nnan", "nsz", "contract"}))
+
+
+def _without_literals(call_template: Callable[..., Any]) -> Callable[..., Any]:
+    """numba would compile a kernel once more for every number that some caller passes as a constant."""
+
+    def of_types(arguments: Any, named: Any) -> Any:
+        from numba.core.types import unliteral
+
+        return call_template(tuple(map(unliteral, arguments)), {name: unliteral(own) for name, own in named.items()})
+
+    return of_types
 
 
 def _kept(compiled: Any) -> Any:

@@ -6,7 +6,8 @@ Every bound is a first-order closed-form evaluation of the effect, times a margi
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
@@ -130,8 +131,6 @@ class FrictionFeedbackEffect:
 
 
 def _with(composition: Composition, **parts: object) -> Composition:
-    from dataclasses import replace
-
     return replace(composition, **parts)
 
 
@@ -160,7 +159,12 @@ def choose_for(
 
 def compose(choice: Choice[RodEffect]) -> Composition:
     """The composition of the selected effects, based on gas load and plain bending."""
+    return _composed(choice.active)
+
+
+@lru_cache(maxsize=128)
+def _composed(active: tuple[RodEffect, ...]) -> Composition:
     composition = Composition(beam=PLAIN_BENDING)
-    for effect in choice.active:
+    for effect in active:
         composition = effect.join(composition)
     return composition

@@ -15,7 +15,7 @@ import pytest
 
 from solvers import crank
 from solvers.crank.motion import in_line as kinematics
-from solvers.crank.motion.slider_crank import crank_angle, derivative
+from solvers.crank.motion.slider_crank import crank_angle_at, derivative
 from solvers.effects import ALL
 from tests.hard_cases.make_crank_references import load_cases
 
@@ -54,7 +54,7 @@ def motions(inputs):
             yield "velocity", kinematics.velocity(phi, r, length, 1.0)
             yield "acceleration", kinematics.acceleration(phi, r, length, 1.0)
     if "position" in inputs:
-        yield "crank_angle", crank_angle(motion, inputs["position"])
+        yield "crank_angle", crank_angle_at(inputs["position"], r, length, e)
         if not e:
             yield "brix_crank_angle", kinematics.brix_crank_angle(inputs["position"], r, length)
 

@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, pressure_of, refined, within
+from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, pressure_of, within
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, acceleration_of, stand_at, turning_of
 from solvers.crank.scene import Engine, Scene
 from solvers.numerics.jit import inlined_kernel, kernel
@@ -181,11 +181,6 @@ class Cycle:
         across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
         return np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
 
-    @cached_property
-    def gas(self) -> Unrolled:
-        """The pressures, in pieces short enough for all forces to be smooth on them."""
-        return refined(self.curve.unrolled, self.sharp_angles, LONGEST_PIECE)
-
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""
-        return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.gas))
+        return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.curve.unrolled))

@@ -8,12 +8,14 @@ from functools import lru_cache
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.worst_instants import TEXTBOOK, Group, alone, greatest
+from solvers.crank.cycle.worst_instants import TEXTBOOK, greatest
 from solvers.crank.gas.unrolled_pressure import Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 
 _PIECES = 8
 """Pieces per half turn."""
+_ALONE = np.zeros(1)
+"""The phase of a single cylinder [rad]."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +37,8 @@ def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
     displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
     pressure = None
     if cycle.curve.has_brix:
-        group = alone(cycle.gas)
-        pressure = float(greatest(cycle.machine, cycle.gas, group, TEXTBOOK + 2, 1, tolerance).value[0])
+        of_cycle = cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, _ALONE
+        pressure = float(greatest(*of_cycle, TEXTBOOK + 2, 1, tolerance).value[0])
     return TierErrors(displacement, acceleration, pressure)
 
 
@@ -47,6 +49,5 @@ def _of_motion(ratio: float) -> tuple[float, float]:
     nothing = np.zeros(_PIECES)
     gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)
     machine = Machine(frame, *np.zeros(8).tolist())
-    group = Group(bounds, np.arange(_PIECES)[:, None], nothing[:, None])
-    found = greatest(machine, gas, group, TEXTBOOK, 2, 1e-8).value
+    found = greatest(machine, gas, np.empty(0), _ALONE, TEXTBOOK, 2, 1e-8).value
     return float(found[0]), float(found[1])

@@ -14,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.cycle.forces import Instant, Machine, instant, length_of
-from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, within
+from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
+from solvers.crank.cycle.group import Group, together
+from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
 from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
@@ -38,18 +39,6 @@ round gains many digits."""
 _ROUNDING = 4.0 * np.finfo(float).eps
 
 
-class Group(NamedTuple):
-    """Cylinders that act together.
-
-    The pieces' bounds (n + 1,) [rad] on the shaft, and for each piece and cylinder the piece of the cylinder's own
-    pressures (-1: to be searched) and the offset to the shaft angle, (n, cylinders).
-    """
-
-    bounds: Array
-    piece: Index
-    shift: Array
-
-
 class Worst(NamedTuple):
     """The instant at which a force is greatest: its name, angle [rad], value [N] and the pressure [Pa] there."""
 
@@ -66,13 +55,6 @@ class Greatest(NamedTuple):
     place: Array
     error: Array
     pressure: Array
-
-
-@kernel
-def alone(gas: Unrolled) -> Group:
-    """Return the group of a single cylinder."""
-    count = gas.stroke.size
-    return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
 
 
 @inlined_kernel
@@ -243,8 +225,13 @@ def climbed(
 
 
 @kernel
-def greatest(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int, tolerance: float) -> Greatest:
-    """Return the maxima of ``rows`` rows from ``first`` on; ``tolerance`` is relative to them."""
+def greatest(
+    machine: Machine, curve: Unrolled, sharp: Array, phases: Array, first: int, rows: int, tolerance: float
+) -> Greatest:  # fmt: skip
+    """Return the maxima of ``rows`` rows from ``first`` on, of the cylinders with these phases [rad] together;
+    ``tolerance`` is relative to them."""
+    gas = refined(curve, sharp, LONGEST_PIECE)
+    group = together(gas, phases)
     places, samples = sampled(machine, gas, group, first, rows)
     return climbed(machine, gas, group, first, places, samples, tolerance)
 

@@ -9,7 +9,6 @@ import numpy as np
 
 from solvers.crank.cycle.forces import Cycle
 from solvers.crank.cycle.worst_instants import CRANK_PIN, greatest
-from solvers.crank.engine.cylinders import together
 from solvers.crank.scene import Engine
 from solvers.errors import InvalidInput
 
@@ -48,6 +47,6 @@ def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | No
         return None
     # The throw is counted once; the total rotating mass already includes both rods.
     machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
-    pair = together(cycle.gas, np.array(engine.phases[:2]))
-    found = greatest(machine, cycle.gas, pair, CRANK_PIN, 2, tolerance).value
+    pair = np.array(engine.phases[:2])
+    found = greatest(machine, cycle.curve.unrolled, cycle.sharp_angles, pair, CRANK_PIN, 2, tolerance).value
     return SharedPin(float(found[0]), float(found[1]))

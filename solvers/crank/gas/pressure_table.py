@@ -47,7 +47,7 @@ class TablePressure:
         ends = np.array([centre + 2.0 * math.pi * n for n in range(cylinder.strokes // 2) for centre in centres])
         breaks, begin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
         gas = Unrolled(breaks, begin, cubic, stroke, False, motion.frame, cylinder.area, cylinder.clearance_volume)
-        return Curve(gas, tuple((angle, 0.0) for angle in ends.tolist()), (angle, values))
+        return Curve(gas, (angle, values))
 
 
 @kernel

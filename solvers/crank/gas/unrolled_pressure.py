@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, stand_at
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, displacements, stand_at
 from solvers.numerics.jit import inlined_kernel, kernel
 
 Array = NDArray[np.float64]
@@ -154,15 +155,27 @@ def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
 
 @dataclass(frozen=True)
 class Curve:
-    """A pressure cycle over the crank angle.
-
-    ``jumps`` (angle [rad], p after minus p before [Pa]) at the dead centres, and the ``points`` (angles [rad],
-    pressures [Pa]) of a table.
-    """
+    """A pressure cycle over the crank angle, with the ``points`` (angles [rad], pressures [Pa]) of a table."""
 
     unrolled: Unrolled
-    jumps: tuple[tuple[float, float], ...]
     points: tuple[Array, Array] | None = None
+
+    @cached_property
+    def jumps(self) -> tuple[tuple[float, float], ...]:
+        """The dead centres [rad] and the pressure after minus that before [Pa]; a table has no jumps."""
+        gas = self.unrolled
+        first = np.flatnonzero(np.diff(gas.stroke, prepend=-1))
+        last = np.append(first[1:], gas.stroke.size) - 1
+        after = self._at_ends(first, gas.breaks[first])
+        before = np.roll(self._at_ends(last, gas.breaks[last + 1]), 1)
+        rise = after - before if gas.by_volume else np.zeros(first.size)
+        return tuple(zip(gas.breaks[first].tolist(), rise.tolist(), strict=True))
+
+    def _at_ends(self, piece: Index, angle: Array) -> Array:
+        """Return p [Pa] at angles of pieces, both ends included."""
+        gas = self.unrolled
+        at = gas.clearance + gas.area * displacements(angle, gas.frame) if gas.by_volume else angle
+        return np.array([np.polyval(gas.cubic[k], t - gas.begin[k]) for k, t in zip(piece, at, strict=True)])
 
     @property
     def breaks(self) -> Array:

@@ -87,7 +87,7 @@ class ExactMotion:
     def displacement(self, angle: ArrayLike) -> Array:
         """x [m] from the upper dead centre toward the crank."""
         phi = np.asarray(angle, dtype=float)
-        return _displacements(phi.ravel(), self.frame).reshape(phi.shape)
+        return displacements(phi.ravel(), self.frame).reshape(phi.shape)
 
     def posture(self, angle: ArrayLike) -> Posture:
         """tan beta = sin beta/cos beta; d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
@@ -156,7 +156,8 @@ def turning_of(at: Stand, frame: Frame) -> float:
 
 
 @kernel
-def _displacements(phi: Array, frame: Frame) -> Array:
+def displacements(phi: Array, frame: Frame) -> Array:
+    """``ExactMotion.displacement`` at angles (n,)."""
     out = np.empty(phi.size)
     for i in range(phi.size):
         out[i] = displacement_of(stand_at(phi[i], frame), frame)
@@ -173,28 +174,11 @@ def _postures(phi: Array, frame: Frame) -> Array:
     return out
 
 
-def crank_angle(motion: ExactMotion, displacement: ArrayLike) -> Array:
-    """Return the angle [rad], past the upper dead centre on the downward stroke, of a piston displacement [m].
-
-    The inverse of ``ExactMotion.displacement``. Displacements outside the stroke are clipped to the nearest dead
-    centre.
-    """
-    x = np.asarray(displacement, dtype=float)
-    return _crank_angles(x.ravel(), motion.frame).reshape(x.shape)
-
-
-@kernel
-def _crank_angles(displacement: Array, frame: Frame) -> Array:
-    out = np.empty(displacement.size)
-    for i in range(displacement.size):
-        out[i] = crank_angle_at(displacement[i], frame.r, frame.length, frame.offset)
-    return out
-
-
 @kernel
 def crank_angle_at(displacement: float, r: float, length: float, e: float) -> float:
-    """``crank_angle`` of one displacement.
+    """Return the angle [rad], past the upper dead centre on the downward stroke, of a piston displacement [m].
 
+    The inverse of ``ExactMotion.displacement``; outside the stroke that of the nearest dead centre.
     With d the distance of the wrist pin from the shaft: half-angle forms of the triangle r, L, d, whose two small
     sides L + r - d and d - (L - r) are computed from the distances to the dead centres. Free of cancellation at
     both; roots are taken factor by factor, so that x = 1e-300 does not underflow.

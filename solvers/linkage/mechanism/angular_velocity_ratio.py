@@ -136,29 +136,3 @@ def _change_to_blow(
     narrower = shift * turned * (gap_0 + gap) / (root_0 + root)
     lost = 2.0 * rocker * (shorter * gap * gap + root_0 * narrower * (gap + gap_0))
     return at_blow - lost + lever * square * (shorter + lever * turned)
-
-
-@kernel
-def bulk_transfer(coefficients: Array, s: Array, c: Array, transfer: Array) -> None:
-    """u31 of many designs at half angles, those with c >= 0 first; branch-free loops.
-
-    coefficients (n, 7), s and c (m,), written to transfer (n, m).
-    """
-    front = 0
-    while front < c.size and c[front] >= 0.0:
-        front += 1
-    for i in range(coefficients.shape[0]):
-        base, coupler, rocker, numerator, margin, kappa, _ = coefficients[i]
-        product, lever = base * coupler * rocker, base * coupler
-        scale, square = numerator * rocker, numerator * numerator
-        for j in range(front):
-            ss = s[j] * s[j]
-            root = np.sqrt(product * (c[j] * c[j]) + margin * ss)
-            d = rocker * c[j] + root
-            transfer[i, j] = scale * (root + lever * c[j]) / (root * (d * d + square * ss))
-        for j in range(front, s.size):
-            cc, ss = c[j] * c[j], s[j] * s[j]
-            root = np.sqrt(product * cc + margin * ss)
-            d = (rocker * kappa * cc + margin * ss) / (root - rocker * c[j])
-            a = (margin * ss - lever * kappa * cc) / (root - lever * c[j])
-            transfer[i, j] = scale * a / (root * (d * d + square * ss))

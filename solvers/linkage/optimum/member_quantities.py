@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from solvers.linkage.loads.torque_and_pin_force import FORCE, SHARP, TORQUE, unit_peaks
 from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.problem import Quantities, Subproblem
-from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
+from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
@@ -117,4 +117,4 @@ class MemberQuantities:
         width = math.inf if limits.width is None else limits.width * (1 + 1e-12)
         height = math.inf if limits.height is None else limits.height * (1 + 1e-12)
         none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
-        return least_areas(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)
+        return least_boxes(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)[:, 0]

@@ -28,7 +28,7 @@ from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.optimum.load_bounds import least_loads, peak_places
 from solvers.linkage.optimum.member_quantities import allowed_scales, within
 from solvers.linkage.problem import Subproblem
-from solvers.linkage.swept_area.bounding_box import least_areas, least_fits
+from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 
 Array = NDArray[np.float64]
@@ -147,7 +147,8 @@ class RangeBounds:
         height = math.inf if limits.height is None else limits.height
         pads = 2.0 * limits.joint_radius
         _, along, across = self._moves
-        found = least_areas(self._outlines, scale, along, across, pads, width, height, AREA_TOLERANCE, self.enough)
+        room = width, height, AREA_TOLERANCE, self.enough
+        found = least_boxes(self._outlines, scale, along, across, pads, *room)[:, 0]
         found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).

@@ -15,7 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
+from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
@@ -61,13 +61,14 @@ def _graded(scale: float) -> Array:
 @kernel
 def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
     """|u31| and d|u31|/dphi at angles in [-pi, pi]; negative angles (only) lie in the second half."""
-    s, c = np.abs(np.sin(0.5 * angles)), np.cos(0.5 * angles)
+    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
+    size, slope = np.empty(angles.size), np.empty(angles.size)
     for k in range(angles.size):
-        if angles[k] < 0.0:
-            c[k] = -c[k]
-    transfer, rate = np.empty((1, angles.size)), np.empty((1, angles.size))
-    transfer_and_rate(coefficients.reshape(1, 7), s, c, transfer, rate)
-    return np.abs(transfer[0]), s * rate[0] * np.sign(transfer[0])
+        s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
+        c = -c if angles[k] < 0.0 else c
+        transfer, rate, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
+        size[k], slope[k] = abs(transfer), s * rate if transfer >= 0.0 else -s * rate
+    return size, slope
 
 
 @kernel

@@ -38,7 +38,9 @@ def least_box(
     outline: Array, pad: float, width: float = math.inf, height: float = math.inf, tolerance: float = 1e-12
 ) -> Box | None:
     """The box of minimum area within width and height, to a relative tolerance; None if none fits."""
-    area, angle, turned = least_area(outline, 2.0 * pad, 0.0, 0.0, width, height, tolerance, math.inf)
+    none = np.zeros(1)
+    boxes = least_boxes(outline[None], none + 1.0, none, none, 2.0 * pad, width, height, tolerance, math.inf)
+    area, angle, turned = boxes[0].tolist()
     if not math.isfinite(area):
         return None
     along, across = (side + 2.0 * pad for side in extents(outline, angle))
@@ -61,7 +63,7 @@ def _reduced(
 
 
 @kernel
-def least_area(
+def _least_box(
     outline: Array, pads: float, along: float, across: float, width: float, height: float, tolerance: float,
     enough: float,
 ) -> tuple[float, float, bool]:  # fmt: skip
@@ -87,7 +89,7 @@ def _least_upright(
     outline: Array, edges: Array, pads: float, along: float, across: float, width: float, height: float,
     tolerance: float, enough: float, best: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """``least_area`` within pi/4 about the base line; ``best`` is the incumbent."""
+    """``_least_box`` within pi/4 about the base line; ``best`` is the incumbent."""
     tips = tips_of(outline)
     free, at = width == math.inf and height == math.inf, 0.0
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
@@ -134,7 +136,7 @@ def _least_upright(
 def least_fit(outline: Array, along: float, across: float, width: float, height: float, tolerance: float) -> float:
     """Minimum over all orientations of max(W/width, H/height); at most 1 if the outline fits.
 
-    ``along`` and ``across`` as in ``least_area``.
+    ``along`` and ``across`` as in ``_least_box``.
     """
     edges = corners(outline)
     best = _least_upright_fit(outline, edges, along, across, width, height, tolerance, math.inf)
@@ -182,7 +184,7 @@ def _least_upright_fit(
 
 
 @kernel
-def least_areas(
+def least_boxes(
     outlines: Array,
     scale: Array,
     along: Array,
@@ -193,12 +195,13 @@ def least_areas(
     tolerance: float,
     enough: float,
 ) -> Array:
-    """Minimum box area of every outline at its scale, within width and height; inf if none fits.
+    """Minimum box area of every outline at its scale, within width and height, (n, 3): the area, inf if none fits, its
+    direction, and 1 if pi/2 is to be added to it.
 
-    ``along`` and ``across`` [per scale] as in ``least_area``. An area is accurate to ``tolerance``, or above
+    ``along`` and ``across`` [per scale] as in ``_least_box``. An area is accurate to ``tolerance``, or above
     ``enough``; it is 0 if W and H could both vanish within the deviation.
     """
-    out = np.full(scale.size, np.inf)
+    out = np.full((scale.size, 3), np.inf)
     for i in range(scale.size):
         if not math.isfinite(scale[i]):
             continue
@@ -208,10 +211,11 @@ def least_areas(
         # Each side of a box is at least twice the crank, so W + H stays positive: the lower bounds of W and H are not
         # both negative, and their product is a lower bound of the area.
         if 2.0 * outline[0] + pads <= math.sqrt(2.0) * (moved[0] + moved[1]):
-            out[i] = 0.0
+            out[i, 0] = 0.0
             continue
         # W and H already include the pads minus the deviation, so they are compared with the limits directly.
-        out[i] = least_area(outline, pads, moved[0], moved[1], width, height, tolerance, enough)[0]
+        area, angle, turned = _least_box(outline, pads, moved[0], moved[1], width, height, tolerance, enough)
+        out[i, 0], out[i, 1], out[i, 2] = area, angle, 1.0 if turned else 0.0
     return out
 
 

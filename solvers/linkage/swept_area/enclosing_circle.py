@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 def enclosing_radius(outline: Array, pad: float) -> float:
     """Radius of the smallest circle around the padded swept outline."""
-    return enclosing(outline) + pad
+    return float(enclosing_radii(outline[None])[0]) + pad
 
 
 @kernel
@@ -67,7 +67,7 @@ def _reach(circles: Array, count: int, x: float, y: float) -> float:
 
 
 @kernel
-def enclosing(outline: Array) -> float:
+def _enclosing(outline: Array) -> float:
     """Radius of the smallest circle around the outline.
 
     A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
@@ -129,5 +129,5 @@ def enclosing_radii(outlines: Array) -> Array:
     """Smallest enclosing radius of every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
-        out[i] = enclosing(outlines[i])
+        out[i] = _enclosing(outlines[i])
     return out

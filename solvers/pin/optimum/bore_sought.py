@@ -20,11 +20,12 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import monotone_bound_around, pointwise_bound
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, densities
+from solvers.pin.section.flexibility import ShearFlexibility
 from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
 from solvers.pin.section.variables import solidity_of, wall_of
 
@@ -83,7 +84,7 @@ class BoreSought:
         return uses(constraints, walls)
 
     def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        return densities(u, bending, shear, law.a, law.b)
+        return densities(u, bending, shear, self.kappa, law.a, law.b)
 
     def solidity_of(self, walls: Array) -> Array:
         return solidity_of(walls)
@@ -127,8 +128,7 @@ class BoreSought:
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         m = scene.material
         of_pin = scene.force, self.diameter, scene.geometry.length, m.elastic_modulus, m.poisson
-        widest = min(1.0 - float(walls.min()), 1.0 - 1e-6)
-        ratio = ovalization.ratio_at_stress(allowable, *of_pin, most=max(widest, 0.3))
+        ratio = ovalization.ratio_within_stress(allowable, *of_pin) or ovalization.MIN_HOOP_RATIO
         return 1.0 - walls > ratio, f"the bore is wider than {ratio * self.diameter * 1e3:.4g} mm"
 
     def with_wall(self, size: float, share: float) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -12,12 +13,15 @@ from solvers.pin.optimum.discretised import constraints_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.strength import uses
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MAX_PASSES = 60
 _EDGE_BISECTIONS = 60
+_ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
+"""Added to the ends of the interval of log D that holds the root, and the root's tolerance."""
 
 
 @dataclass(frozen=True)
@@ -31,11 +35,7 @@ class WeakSpan:
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
     """Return the maximum utilisation of the solid section over all constraints at stations; feasible if F(1) <= 1."""
-    full = np.ones_like(x)
-    out = np.zeros_like(x)
-    for constraint in constraints_at(scene, criterion, x, side):
-        out = np.maximum(out, constraint.value(full))
-    return out
+    return uses(constraints_at(scene, criterion, x, side), np.ones_like(x)).max(axis=0)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
@@ -60,8 +60,7 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
 
 def force_limit_of(program: Program) -> float:
     """``force_limit`` evaluated from a program's stations if they resolve the maximum."""
-    solid = np.ones_like(program.stations.x)
-    values = np.max([constraint.value(solid) for constraint in program.constraints], axis=0)
+    values = program.uses(np.ones_like(program.stations.x)).max(axis=0)
     greatest = float(values.max())
     if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():
         return force_limit(program.scene, program.criterion)
@@ -99,22 +98,18 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
 
 def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
     """Return the least outer diameter [m] whose solid pin carries the loads, all else equal; 0 without a load."""
+    from scipy.optimize import brentq
 
     def worst(diameter: float) -> float:
         return greatest_utilisation(
             replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)), criterion
         )[0]
 
-    high = scene.geometry.outer_diameter
-    if worst(high) == 0.0:
+    own = scene.geometry.outer_diameter
+    now = worst(own)
+    if now == 0.0:
         return 0.0
     # Utilisation falls at least with 1/D, at most with 1/D^3.
-    while worst(high) > 1.0:
-        high *= 2.0
-    low = high
-    while worst(low) <= 1.0:
-        low *= 0.5
-    for _ in range(44):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if worst(middle) > 1.0 else (low, middle)
-    return high
+    least, most = sorted((math.log(now) / 3.0, math.log(now)))
+    found = brentq(lambda x: math.log(worst(own * math.exp(x))), least - _ROOM, most + _ROOM, xtol=_DIAMETER_TOLERANCE)
+    return own * math.exp(found + _DIAMETER_TOLERANCE)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-
-import numpy as np
+from dataclasses import dataclass
 
 from solvers.outcome import Shortfall
 from solvers.pin.effects import Physics
@@ -33,28 +31,15 @@ class Diagnosis:
     least_outer_diameter: float | None
 
 
-def solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> float:
-    """Return the deflection [m] of the solid pin with Cowper's shear law."""
+def _solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> tuple[float, float]:
+    """Return the deflection [m] of the solid pin by bending and, with Cowper's law, by shear."""
     program = assemble(scene, Limits(), criterion, physics, opening_stations(scene), cowper(scene.material.poisson))
-    return program.deflection(np.ones_like(program.lower))
+    return float(program.share @ program.bending), program.law.a * float(program.share @ program.shear)
 
 
-def _least_diameter(scene: Scene, value: object, limit: float) -> float:
-    """Return the least outer diameter at which a decreasing function of it is within its limit."""
-
-    def at(diameter: float) -> float:
-        return value(replace(scene, geometry=replace(scene.geometry, outer_diameter=diameter)))
-
-    high = scene.geometry.outer_diameter
-    for _ in range(200):
-        if at(high) <= limit:
-            break
-        high *= 2.0
-    low = 0.5 * high
-    for _ in range(44):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if at(middle) > limit else (low, middle)
-    return high
+def _widened(bent: float, sheared: float, limit: float) -> float:
+    """Return D/D0 at which the solid pin's deflection bent (D0/D)^4 + sheared (D0/D)^2 equals ``limit``."""
+    return math.sqrt((sheared + math.sqrt(sheared * sheared + 4.0 * limit * bent)) / (2.0 * limit))
 
 
 def _at_least(diameter: float) -> str:
@@ -96,11 +81,10 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
             )
         )
     if limits.max_deflection is not None:
-        solid = solid_deflection(scene, criterion, physics)
+        bent, sheared = _solid_deflection(scene, criterion, physics)
+        solid = bent + sheared
         if solid > limits.max_deflection:
-            diameters.append(
-                _least_diameter(scene, lambda s: solid_deflection(s, criterion, physics), limits.max_deflection)
-            )
+            diameters.append(scene.geometry.outer_diameter * _widened(bent, sheared, limits.max_deflection))
             found.append(
                 Shortfall(
                     "max_deflection",

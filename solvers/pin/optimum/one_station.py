@@ -8,12 +8,15 @@ outer diameter around a given bore (``solvers.pin.section.tube``); a and b are C
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.station_minimum import lightest
 from solvers.pin.section.flexibility import bending, phi, phi_curvature, phi_slope
 from solvers.pin.section.tube import bending as tube_bending
 from solvers.pin.section.tube import place_around, shearing
+
+Array = NDArray[np.float64]
 
 
 @kernel
@@ -55,3 +58,17 @@ def place(
     if kappa < 0.0:
         return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
     return place_around(lam, weight, bend, shear, low, kappa, a, b)
+
+
+@kernel
+def densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """bend f + shear g at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
+    out = np.zeros_like(u)
+    for i in range(u.size):
+        if bend[i] == 0.0 and shear[i] == 0.0:
+            continue
+        out[i] = np.inf
+        if u[i] > 0.0:
+            f, g = flexibilities(u[i], kappa, a, b)
+            out[i] = bend[i] * f + shear[i] * g
+    return out

@@ -21,13 +21,13 @@ from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum import outside_bound
 from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
 from solvers.pin.section.flexibility import ShearFlexibility
 from solvers.pin.section.outside_wall import OutsideConstraint, least_gap, outside_constraints, utilisation
-from solvers.pin.section.tube import densities
 
 Array = NDArray[np.float64]
 

@@ -15,8 +15,9 @@ from __future__ import annotations
 
 import math
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 from solvers.numerics.jit import kernel
 
@@ -27,9 +28,11 @@ _FORMULA, _ELASTIC = "thin ring with load factor", "plane elastic ring"
 _MAX_RATIO = 1.0 - 1e-6
 """Maximum d/D of a ring: its compliance is inversely proportional to the cube of the wall."""
 
+_RATIO_TOLERANCE = 2e-16
+"""Tolerance of the d/D at which a limit is reached."""
 _SOLID_RATIO = 0.02
 """d/D below which a pin is treated as solid: the inner fibre's stress formula contains 1/alpha."""
-_MIN_HOOP_RATIO = 0.3
+MIN_HOOP_RATIO = 0.3
 """d/D above which the maximum hoop stress increases with the bore."""
 _SUM_OF_SQUARES = (math.pi**2 - 8.0) / (4.0 * math.pi)
 """Sum over even n of (4/pi)/(n^2 - 1)^2.
@@ -170,11 +173,17 @@ def _rest(n: float, ratio: float, t: float, excess: float) -> tuple[float, float
 
     ``excess`` is sinh(t) - t.
     """
-    wide, turn = math.sinh(n * t), n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
+    x, turn = n * t, n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
+    if x > 1.0:
+        fall = math.exp(-x)
+        wide, decayed = 0.5 * (1.0 / fall - fall), 1.0 - fall * fall
+        beyond = wide - x
+    else:
+        wide, decayed, beyond = math.sinh(x), -math.expm1(-2.0 * x), _sinh_minus_argument(x)
     # Z from sinh(n t) - n sinh(t), with n t subtracted from both terms: the second remainder is a quarter of the first.
-    room = (_sinh_minus_argument(n * t) - n * excess) * (wide + turn)
+    room = (beyond - n * excess) * (wide + turn)
     outer, inner = 2.0 * turn * turn / room, 2.0 * turn * wide / (ratio * room)
-    lifted = -math.expm1(-2.0 * n * t) + turn * (1.0 / ratio + ratio) + 2.0 * turn * turn
+    lifted = decayed + turn * (1.0 / ratio + ratio) + 2.0 * turn * turn
     return outer, inner, n * lifted / ((n * n - 1.0) * room)
 
 
@@ -216,41 +225,40 @@ def _figures(
     ), by_formula
 
 
-def _growth_and_stress(
-    force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
-) -> tuple[float, float]:
-    """Return the growth and the maximum hoop stress."""
-    f = _figures(force, diameter, length, ratio, modulus, poisson)[0]
-    return f[0], max(abs(f[1]), abs(f[2]), abs(f[3]), abs(f[4]))
+def _growth(of_ring: tuple[float, ...], ratio: float) -> float:
+    """Return the growth; ``of_ring`` is force, diameter, length, modulus and Poisson's ratio."""
+    force, diameter, length, modulus, poisson = of_ring
+    return _figures(force, diameter, length, ratio, modulus, poisson)[0][0]
 
 
-def _crossing(
-    of_ring: tuple[float, ...], which: int, limit: float, start: float, most: float, tolerance: float
-) -> float:  # fmt: skip
-    """Return the greatest d/D in [start, most], to ``tolerance``, at which a result stays within ``limit``.
+def _stress(of_ring: tuple[float, ...], ratio: float) -> float:
+    """Return the maximum hoop stress at a d/D of at least 0.3."""
+    force, diameter, length, modulus, poisson = of_ring
+    _, *stresses = _figures(force, diameter, length, max(ratio, MIN_HOOP_RATIO), modulus, poisson)[0]
+    return max(map(abs, stresses))
 
-    ``which`` selects the growth (0) or the stress (1), both increasing; ``of_ring`` is force, diameter, length,
-    modulus and Poisson's ratio.
+
+def _crossing(figure: Callable[[float], float], limit: float, start: float) -> float:
+    """Return the greatest d/D in [start, 1) at which an increasing figure stays within ``limit``.
+
+    Figures are about inverse squares of the wall, so their inverse roots are nearly linear.
     """
     from scipy.optimize import brentq
 
-    force, diameter, length, modulus, poisson = of_ring
-
     def beyond(ratio: float) -> float:
-        return _growth_and_stress(force, diameter, length, ratio, modulus, poisson)[which] - limit
+        return 1.0 - math.sqrt(limit / figure(ratio))
 
-    if beyond(start) >= 0.0:
-        return start
     # Thin rings need many harmonics: bracket the root from the thick side, halving the wall.
-    low, high = start, 0.5 * (1.0 + start)
-    while high < most and beyond(high) <= 0.0:
-        low, high = high, 0.5 * (1.0 + high)
-    high = min(high, most)
-    if beyond(high) <= 0.0:
-        return high
-    found = float(brentq(beyond, low, high, xtol=tolerance, rtol=4.0 * sys.float_info.epsilon))
-    while found > start and beyond(found) > 0.0:
-        found = min(math.nextafter(found, 0.0), found - tolerance)
+    low = high = start
+    while figure(high) <= limit:
+        if high == _MAX_RATIO:
+            return high
+        low, high = high, min(0.5 * (1.0 + high), _MAX_RATIO)
+    if high == start:
+        return start
+    found = float(brentq(beyond, low, high, xtol=_RATIO_TOLERANCE, rtol=4.0 * sys.float_info.epsilon))
+    while found > start and figure(found) > limit:
+        found = min(math.nextafter(found, 0.0), found - _RATIO_TOLERANCE)
     return max(found, start)
 
 
@@ -259,9 +267,8 @@ def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """Return the greatest d/D with ovalization within ``limit`` for it and all smaller bores; None: not even 0."""
-    if _growth_and_stress(force, diameter, length, 0.0, modulus, poisson)[0] > limit:
-        return None
-    return _crossing((force, diameter, length, modulus, poisson), 0, limit, 0.0, _MAX_RATIO, 2e-16)
+    growth = partial(_growth, (force, diameter, length, modulus, poisson))
+    return None if growth(0.0) > limit else _crossing(growth, limit, 0.0)
 
 
 def greatest_stress(
@@ -272,7 +279,7 @@ def greatest_stress(
     (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical: the elastic ring's keeps
     decreasing.)
     """
-    return _growth_and_stress(force, diameter, length, max(ratio, _MIN_HOOP_RATIO), modulus, poisson)[1]
+    return _stress((force, diameter, length, modulus, poisson), ratio)
 
 
 @lru_cache(maxsize=64)
@@ -280,11 +287,11 @@ def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """Return the greatest d/D with hoop stress within ``limit`` for it and all smaller bores; None: not even 0."""
-    if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > limit:
-        return None
-    return _crossing((force, diameter, length, modulus, poisson), 1, limit, _MIN_HOOP_RATIO, _MAX_RATIO, 2e-16)
+    stress = partial(_stress, (force, diameter, length, modulus, poisson))
+    return None if stress(0.0) > limit else _crossing(stress, limit, MIN_HOOP_RATIO)
 
 
+@lru_cache(maxsize=64)
 def outer_within_stress(
     limit: float, force: float, bore: float, length: float, modulus: float, poisson: float
 ) -> float:
@@ -293,28 +300,8 @@ def outer_within_stress(
 
     The stress times D depends on d/D alone.
     """
-
-    def spare(ratio: float) -> float:
-        return greatest_stress(force, 1.0, length, ratio, modulus, poisson) * ratio
-
-    plain = greatest_stress(force, 1.0, length, 0.0, modulus, poisson) / limit
-    if bore <= _MIN_HOOP_RATIO * plain:
+    unit = force, 1.0, length, modulus, poisson
+    plain = _stress(unit, 0.0) / limit
+    if bore <= MIN_HOOP_RATIO * plain:
         return plain
-    low, high = _MIN_HOOP_RATIO, _MAX_RATIO
-    while high - low > 2e-16:
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if spare(middle) <= limit * bore else (low, middle)
-    return bore / low
-
-
-def ratio_at_stress(
-    stress: float, force: float, diameter: float, length: float, modulus: float, poisson: float,
-    most: float = 1.0 - 1e-6,
-) -> float:  # fmt: skip
-    """Return the least d/D from 0.3 up to ``most``, to 1e-6, at which the maximum hoop stress reaches ``stress``.
-
-    (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical.)
-    """
-    if greatest_stress(force, diameter, length, 0.0, modulus, poisson) > stress:
-        return _MIN_HOOP_RATIO
-    return _crossing((force, diameter, length, modulus, poisson), 1, stress, _MIN_HOOP_RATIO, most, 1e-6)
+    return bore / _crossing(lambda ratio: _stress(unit, ratio) * ratio, limit * bore, MIN_HOOP_RATIO)

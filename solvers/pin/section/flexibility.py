@@ -106,16 +106,3 @@ def inflection(poisson: float) -> float:
         middle = 0.5 * (low + high)
         low, high = (middle, high) if phi_curvature(middle, law.a, law.b) > 0.0 else (low, middle)
     return low
-
-
-@kernel
-def densities(u: Array, bend: Array, shear: Array, a: float, b: float) -> Array:
-    """bend/v + shear phi at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
-    out = np.zeros_like(u)
-    for i in range(u.size):
-        x, c = u[i], 2.0 - u[i]
-        if bend[i] != 0.0:
-            out[i] = bend[i] * (1.0 / (x * c))
-        if shear[i] != 0.0:
-            out[i] += shear[i] * (a / x + b * (1.0 - x) / (x * c * c))
-    return out

@@ -26,10 +26,11 @@ _TINY = 1e-140
 
 
 @kernel
-def demanded(
+def raise_uses(
     m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
 ) -> None:  # fmt: skip
-    """Write F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2) into ``out``."""
+    """Raise ``out`` to F/v, F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2); inf without a wall,
+    0 where unloaded."""
     for i in range(out.size):
         w = wall[i]
         b = 1.0 - w
@@ -37,20 +38,10 @@ def demanded(
         f = math.sqrt(p * p + r * r)
         # Same rounding as the solver below unless squares overflow or underflow: a section at exactly F = v is
         # accepted.
-        out[i] = f if _TINY < f < 1.0 / _TINY else math.hypot(p, r)
-
-
-@kernel
-def raise_uses(
-    m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
-) -> None:  # fmt: skip
-    """Raise ``out`` to F/v; inf without a wall, 0 where unloaded."""
-    f = np.empty_like(wall)
-    demanded(m, q, n, t, c0, c1, c2, wall, f)
-    for i in range(out.size):
-        w = wall[i]
-        if f[i] > 0.0:
-            out[i] = max(out[i], f[i] / (w * (2.0 - w) * (2.0 - 2.0 * w + w * w)))
+        if not _TINY < f < 1.0 / _TINY:
+            f = math.hypot(p, r)
+        if f > 0.0:
+            out[i] = max(out[i], f / (w * (2.0 - w) * (2.0 - 2.0 * w + w * w)))
 
 
 @kernel

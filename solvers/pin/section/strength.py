@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion, ShearLaw
-from solvers.pin.section.least_wall import demanded, least_walls, raise_uses
+from solvers.pin.section.least_wall import least_walls, raise_uses
 
 Array = NDArray[np.float64]
 
@@ -41,13 +41,6 @@ class StrengthConstraint:
     torsion: float
     law: ShearLaw
     stress: float
-
-    def value(self, wall: Array) -> Array:
-        """F(w) at relative walls of shape (n,)."""
-        out = np.empty(wall.shape)
-        law = self.law
-        demanded(self.bending, self.shear, self.axial, self.torsion, law.c0, law.c1, law.c2, wall, out)
-        return out
 
 
 def _constraint(

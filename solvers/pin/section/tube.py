@@ -72,16 +72,3 @@ def place_around(
             break
         y = new
     return max(y, low)
-
-
-@kernel
-def densities(y: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
-    """bend f + shear g at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
-    out = np.zeros_like(y)
-    for i in range(y.size):
-        if bend[i] == 0.0 and shear[i] == 0.0:
-            continue
-        out[i] = (
-            np.inf if y[i] <= 0.0 else bend[i] * bending(y[i], kappa)[0] + shear[i] * shearing(y[i], kappa, a, b)[0]
-        )
-    return out

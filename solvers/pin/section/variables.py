@@ -1,4 +1,4 @@
-"""Conversions between the three measures of a hollow section, without cancellation."""
+"""Conversions between two measures of a hollow section, without cancellation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-
-
-def v_of(wall: Array) -> Array:
-    """v = 1 - (1 - w)^4 without cancellation."""
-    return wall * (2.0 - wall) * (2.0 - 2.0 * wall + wall * wall)
 
 
 def wall_of(solidity: Array) -> Array:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.section.flexibility import bending, phi
-from solvers.pin.shapes.tapers import hollow, relative_bore
+from solvers.pin.shapes.tapers import compiled_hollow, relative_bore
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 
 Array = NDArray[np.float64]
@@ -160,7 +160,7 @@ def _bore_volume(
     )
     if r < 1.0:
         size = min(size, steep * c / (1.0 - r))
-    return size * size * hollow(turn, r, c)
+    return size * size * compiled_hollow(turn, r, c)
 
 
 @kernel

@@ -26,7 +26,6 @@ def relative_bore(turn: int, r: float, c: float, t: float) -> float:
     return 1.0 - (1.0 - r) * (along if turn > 0 else 1.0 - along)
 
 
-@kernel
 def hollow(turn: int, r: float, c: float) -> float:
     """h: volume of the bore of maximum diameter 1, relative to the cylinder.
 
@@ -35,6 +34,10 @@ def hollow(turn: int, r: float, c: float) -> float:
     if turn > 0:
         return c * (1.0 + r + r * r) / 3.0 + (1.0 - c) * r * r
     return 1.0 - c * (1.0 - r) * (2.0 + r) / 3.0
+
+
+compiled_hollow = kernel(hollow)
+"""``hollow`` for other kernels."""
 
 
 @dataclass(frozen=True)

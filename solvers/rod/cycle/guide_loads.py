@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 SIDE_FORCE, CLAMP_MOMENT, CONTACT_LOAD, GUIDE_READINGS = range(4)
 """Maximum |T| [N], |M0| [N m] and |T| + 6 |M0 + T e|/Lp [N] over the revolution, and their number."""
 
-_ORDERS = (6, 10, 16, 22)
+_ORDERS = (3, 6, 10, 16, 22)
 _GAUSS = np.concatenate([np.stack(legendre.leggauss(order)) for order in _ORDERS], axis=1)
 """Points and weights of Gauss rules of increasing order, concatenated."""
 _MAX_HALVINGS = 3

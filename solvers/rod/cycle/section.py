@@ -34,7 +34,7 @@ UPPER, LOWER, SUNK = range(3)
 """Layers: the fibre at +h/2, the one at -h/2, the deflection."""
 FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
 """Ranges of layers: first, and one past the last."""
-STATIONS, FEW_STATIONS = 25, 13
+STATIONS, FEW_STATIONS = 25, 9
 """Number of initial stations, and for low accuracy."""
 
 VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
@@ -228,6 +228,9 @@ def peaks(
     step = length / (count - 1)
     for layer in range(first, last):
         row = severity[layer - first]
+        sharpest = 0.0
+        for j in range(1, count - 1):
+            sharpest = max(sharpest, abs(row[j - 1] - 2.0 * row[j] + row[j + 1]))
         for j in range(count):
             before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < count - 1 else j - 1]
             # Upper estimate of the peak: the parabola through the three with four times its curvature.
@@ -239,7 +242,10 @@ def peaks(
             place[0], place[1], place[2] = step * low, step * j, step * high
             value[0], value[1], value[2] = row[low], here, row[high]
             error = np.inf
-            for _ in range(MOST_ROUNDS):
+            if low == j or high == j:
+                # With four times the greatest curvature the slope keeps its sign: the peak is the end of the strip.
+                error = 0.0 if here - after > 2.0 * sharpest else error
+            for _ in range(MOST_ROUNDS if error > 0.0 else 0):
                 trial_points(place, value, points)
                 for m in range(5):
                     extremes_at(field, rings, points[m], layer, layer + 1, 0.01 * tolerance, room, seen)

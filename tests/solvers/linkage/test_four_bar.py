@@ -8,9 +8,8 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.linkage.mechanism.angular_velocity_ratio import bulk_transfer
 from solvers.linkage.mechanism.change_point import KINDS, Gain
-from solvers.linkage.mechanism.kinematics import coefficients, half_angle, of_family
+from solvers.linkage.mechanism.kinematics import of_family
 from solvers.references import linkage as oracle
 
 REFERENCE = [
@@ -74,17 +73,3 @@ def test_ends_and_restitution_are_those_asked_for(kind):
     assert abs(float(bar.transfer(0.0))) == pytest.approx(bar.start, rel=1e-14)
     assert abs(float(bar.transfer(-0.0)) * bar.end / bar.start) == pytest.approx(bar.end, rel=1e-14)
     assert abs(float(bar.transfer(-1e-15))) == pytest.approx(bar.end, rel=1e-14)
-
-
-def test_in_bulk_it_is_the_same_function():
-    phi = np.concatenate([np.linspace(0, math.pi, 180, endpoint=False), np.linspace(-math.pi, -1e-9, 180)])
-    s, c = half_angle(phi)
-    rows = []
-    for kind in KINDS.values():
-        rows += [coefficients(kind, kind.family(Gain(0.25), p)) for p in (2.8, 3.4, 9.0)]
-    rows = np.array(rows)
-    out = np.empty((len(rows), phi.size))
-    bulk_transfer(rows, s, c, out)
-    for row, (kind, p) in zip(out, [(k, p) for k in KINDS.values() for p in (2.8, 3.4, 9.0)], strict=True):
-        bar = of_family(kind, 0.25, p)
-        assert row == pytest.approx(bar.transfer(phi), rel=1e-13, abs=1e-14)

@@ -10,7 +10,7 @@ import numpy as np
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.section.flexibility import densities
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 
@@ -104,4 +104,4 @@ def circle(diameter):
 def flexibility_values(u, law):
     """1/v and phi."""
     none, one = np.zeros_like(u), np.ones_like(u)
-    return densities(u, one, none, law.a, law.b), densities(u, none, one, law.a, law.b)
+    return densities(u, one, none, -1.0, law.a, law.b), densities(u, none, one, -1.0, law.a, law.b)

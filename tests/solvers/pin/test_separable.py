@@ -18,9 +18,10 @@ from solvers.pin.optimum.dual_bound import (
     pointwise_bound,
 )
 from solvers.pin.optimum.lagrangian import monotone_at, weigh
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
-from solvers.pin.section.flexibility import cowper, densities
+from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
@@ -162,7 +163,7 @@ def by_dynamic_programming(p, low, multiplier, levels):
     rest = np.zeros(levels.size)
     for i in range(low.size - 1, -1, -1):
         pulls = (np.full_like(levels, of[i]) for of in (p.bending, p.shear))
-        pull = densities(levels, *pulls, p.law.a, p.law.b) / p.limit
+        pull = densities(levels, *pulls, -1.0, p.law.a, p.law.b) / p.limit
         cost = p.share[i] * (levels + multiplier * pull) + rest
         cost[levels < low[i] * (1 - 1e-12)] = np.inf
         rest = np.minimum.accumulate(cost[::-1])[::-1]

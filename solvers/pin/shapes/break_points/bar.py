@@ -13,9 +13,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.pin.load.macaulay import LoadCase, breakpoints
 from solvers.pin.load.piston_pin import DeflectionReference
-from solvers.pin.stations.lobatto_panels import NODES, Stations
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations
 
 Array = NDArray[np.float64]
 
@@ -72,31 +73,48 @@ class Sums:
 
     @cached_property
     def _series(self) -> tuple[Array, Array, Array, Array]:
-        """Left ends and widths of the panels as fractions; Legendre series of the densities and of their integrals."""
+        """Left ends and widths of the panels as fractions; Legendre series (panels, 2, NODES + 1) of the densities and
+        of their integrals."""
         s, legendre = self.stations, np.polynomial.legendre
         left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
-        nodes = (s.x.reshape(-1, NODES)[0] - s.left[0]) / (s.right[0] - s.left[0]) * 2.0 - 1.0
-        values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)])
-        series = values @ np.linalg.inv(legendre.legvander(nodes, NODES - 1)).T
-        sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * wide)[None, :, None]
-        total = np.concatenate([np.zeros((2, 1)), np.cumsum(sums.sum(axis=2), axis=1)[:, :-1]], axis=1)
-        sums[:, :, 0] += total
-        return left, wide, series, sums
-
-    def _at(self, t: Array) -> tuple[NDArray[np.int64], Array]:
-        left, wide = self._series[:2]
-        panel = np.clip(np.searchsorted(left, t, side="right") - 1, 0, left.size - 1)
-        return panel, np.clip((t - left[panel]) / wide[panel], 0.0, 1.0) * 2.0 - 1.0
+        values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)], axis=1)
+        series = values @ np.linalg.inv(legendre.legvander(NODE_PLACES, NODES - 1)).T
+        sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * wide)[:, None, None]
+        sums[1:, :, 0] += np.cumsum(sums.sum(axis=2), axis=0)[:-1]
+        padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
+        return left, wide, np.ascontiguousarray(padded), np.ascontiguousarray(sums)
 
     def upto(self, t: Array) -> Array:
         """Return both integrals up to positions t, shape (2, n)."""
-        panel, at = self._at(t)
-        return np.sum(self._series[3][:, panel] * np.polynomial.legendre.legvander(at, NODES), axis=2)
+        left, wide, _, sums = self._series
+        found = np.empty((2, t.size))
+        _evaluate(left, wide, sums, t, found)
+        return found
 
     def density(self, t: Array) -> Array:
         """Return both densities at positions t, shape (2, n)."""
-        panel, at = self._at(t)
-        return np.sum(self._series[2][:, panel] * np.polynomial.legendre.legvander(at, NODES - 1), axis=2)
+        left, wide, series, _ = self._series
+        found = np.empty((2, t.size))
+        _evaluate(left, wide, series, t, found)
+        return found
+
+
+@kernel
+def _evaluate(left: Array, wide: Array, series: Array, t: Array, found: Array) -> None:
+    """Evaluate panelwise Legendre series at positions by Clenshaw's recurrence."""
+    panel = 0
+    for i in range(t.size):
+        # Positions are mostly increasing.
+        while panel > 0 and left[panel] > t[i]:
+            panel -= 1
+        while panel + 1 < left.size and left[panel + 1] <= t[i]:
+            panel += 1
+        x = min(max((t[i] - left[panel]) / wide[panel], 0.0), 1.0) * 2.0 - 1.0
+        for kind in range(2):
+            c, one, two = series[panel, kind], 0.0, 0.0
+            for n in range(c.size - 1, 0, -1):
+                one, two = c[n] + (2.0 * n + 1.0) / (n + 1.0) * x * one - (n + 1.0) / (n + 2.0) * two, one
+            found[kind, i] = c[0] + x * one - 0.5 * two
 
 
 def kinks(cases: Sequence[LoadCase], length: float, reference: DeflectionReference) -> Array:

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.cycle.worst_instants import Group
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
 from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
+Index = NDArray[np.intp]
 
 MOST_BREAKS, LEAST_MOST = 20_000, 500
 """Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""
@@ -19,9 +20,24 @@ _COINCIDENCE_TOLERANCE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
 """Distance below which breaks of several cylinders coincide up to rounding."""
 
 
+class Group(NamedTuple):
+    """Cylinders that act together.
+
+    The pieces' bounds (n + 1,) [rad] on the shaft, and for each piece and cylinder the piece of the cylinder's own
+    pressures (-1: to be searched) and the offset to the shaft angle, (n, cylinders).
+    """
+
+    bounds: Array
+    piece: Index
+    shift: Array
+
+
 @kernel
 def together(gas: Unrolled, phases: Array) -> Group:
     """Return the group of cylinders with these phases [rad] on one shaft."""
+    if phases.size == 1 and phases[0] == 0.0:
+        count = gas.stroke.size
+        return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
     breaks, most = gas.breaks, max(MOST_BREAKS // phases.size, LEAST_MOST)
     start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
     every = np.empty(size * phases.size + 2)

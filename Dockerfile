@@ -1,4 +1,5 @@
-FROM python:3.11.14-slim-bookworm
+# The digest is that of docker-library/repo-info for this tag; for a newer one: docker buildx imagetools inspect TAG
+FROM python:3.11.15-slim-bookworm@sha256:d29f48a31a8b408ed19272ca1e7b10ebae13b240a27e862d3d4217c528e2e0c3
 WORKDIR /srv
 COPY requirements.lock pyproject.toml README.md ./
 RUN python -m pip install --no-cache-dir --require-hashes -r requirements.lock

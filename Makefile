@@ -43,8 +43,9 @@ campaign: $(STAMP)  ## hold every promise against thousands of random scenes (ho
 	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/test_stops.py tests/reliability
 	$(BIN)/python -m tests.reliability.attacks 100000 .campaign/attacks
 	$(BIN)/python -m tests.reliability.document 50000 .campaign/document
-	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/store/test_steps.py
-	$(BIN)/python -m tests.reliability.worst 60
+	CRANKWRIGHT_CAMPAIGN=1 $(BIN)/python -m pytest -s tests/app/store tests/app/edge tests/app/access \
+		tests/app/test_fault_handling.py tests/app/test_fairness.py tests/app/test_limits.py tests/app/test_time_limits.py
+	$(BIN)/python -m tests.reliability.floods 60
 	$(BIN)/python -m tests.reliability.kills 1000 .campaign/kills
 	$(BIN)/python -m bench.campaign
 	$(BIN)/python -m tests.hard_cases.hunt all 3600

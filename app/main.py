@@ -20,6 +20,7 @@ from app.access.quotas import Quotas
 from app.access.sessions import Sessions
 from app.api import batches, catalogue, contract, exports, operation, runs, submissions
 from app.api.head_requests import Heads
+from app.api.one_by_one import OneByOne
 from app.batches import chunk
 from app.batches.service import BatchService
 from app.edge.asgi import Application, Scope
@@ -121,7 +122,12 @@ def create_app(
         metrics.watch(service.queue, service.open_accepted)
         exports_of_runs = app.state.exports = RunExports(QueuedExecutor(service), settings.solve_budget_s)
         app.state.batches = many = BatchService(
-            store, pool, settings.solve_budget_s, settings.lease_s, settings.max_batch_items
+            store,
+            pool,
+            settings.solve_budget_s,
+            settings.lease_s,
+            settings.max_batch_items,
+            settings.max_batches_of_one,
         )
         service.start()
         many.start()
@@ -149,6 +155,7 @@ def create_app(
         generate_unique_id_function=lambda route: route.name.replace("-", "_"),
     )
     app.state.settings = settings
+    app.state.large_bodies = OneByOne()
     app.state.keys = keys = KeyCache(lambda: app.state.service.store)
     app.state.sessions = sessions = Sessions(3600.0 * settings.session_hours)
 

@@ -16,7 +16,7 @@ from app.designs.progress import Progress
 from app.designs.registry import KINDS, plots_for
 from app.designs.schema import finite
 from app.exports.registry import exports_for
-from app.store.hashing import canonical_json, spec_hash
+from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.store.viewer import viewer
 from app.version import NAME, VERSION
@@ -24,7 +24,7 @@ from app.version import NAME, VERSION
 
 def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
     """A new queued run."""
-    spec = canonical_json(request.model_dump(mode="json"))
+    spec, digest = canonical_spec(slug, str(mode), request.model_dump(mode="json"))
     return RunRecord(
         id=new_run_id(),
         kind=slug,
@@ -33,7 +33,7 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
         name=getattr(request, "name", "") or None,
         created_at=utc_now(),
         spec=spec,
-        spec_hash=spec_hash(slug, str(mode), spec),
+        spec_hash=digest,
         result=None,
         problem=None,
         effects=b"[]",

@@ -44,6 +44,9 @@ class Settings(BaseSettings):
     max_batch_items: int = Field(
         default=10_000_000, ge=1, le=2_000_000_000, description="maximum number of items of a batch"
     )
+    max_batches_of_one: int = Field(
+        default=200, ge=1, le=1_000_000, description="maximum number of unfinished batches of one owner"
+    )
     cluster: str = Field(
         default="", description="address of a Dask scheduler whose workers solve batches; needs [cluster]"
     )
@@ -62,7 +65,7 @@ class Settings(BaseSettings):
     )
     max_upload_bytes: int = Field(default=50_000_000, ge=1_000, description="largest batch file accepted by a page")
     max_body_names: int = Field(
-        default=20_000, ge=100, description="maximum number of field names in a body, over all its objects"
+        default=12_000, ge=100, description="maximum number of field names in a body, over all its objects"
     )
     body_idle_s: float = Field(default=10.0, ge=0.1, le=600, description="maximum pause within a body, in seconds")
     body_grace_s: float = Field(
@@ -91,7 +94,10 @@ class Settings(BaseSettings):
         description="seconds a request waits for a worker",
     )
     short_solve_s: float = Field(
-        default=1.0, ge=0.05, le=600, description="seconds after which a check or an analysis is treated as a long job"
+        default=0.2,
+        ge=0.05,
+        le=600,
+        description="seconds after which a check or analysis gives way and starts again",
     )
     max_waiting: int = Field(
         default=256, ge=1, le=100_000, description="maximum number of waiting short jobs, and of waiting long ones"

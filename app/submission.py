@@ -60,8 +60,8 @@ Call = Callable[[float, Report], Awaitable[Any]]
 """``(kill timeout in seconds, report) -> answer``"""
 
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
-_SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)
-"""Modes that usually take less than a second."""
+_SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
+_SHORT_TRIES = 2  # a quick job may once have been delayed by a loaded machine
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5
 """Retries of an accepted run whose worker crashed, for example killed by the system."""
@@ -71,13 +71,13 @@ _CRASH_RETRIES = 5
 class ServiceLimits:
     """Limits of the service.
 
-    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis is
-    treated as a long job. ``accepted`` and ``accepted_per_caller``: open runs accepted with 202, in total and per
-    caller. ``lease_s``: silence of this process after which another takes those over.
+    ``max_wait_s``: how long a request waits for a worker. ``short_s``: time after which a check or an analysis starts
+    again. ``accepted`` and ``accepted_per_caller``: open runs accepted with 202, in total and per caller. ``lease_s``:
+    silence of this process after which another takes those over.
     """
 
     max_wait_s: float = 30.0
-    short_s: float = 1.0
+    short_s: float = 0.2
     accepted: int = 200
     accepted_per_caller: int = 50
     lease_s: float = LEASE_S
@@ -186,10 +186,10 @@ class Service:
         """Run a call when the fair queue admits it.
 
         Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
-        ``short_s`` gives its worker back and starts again as a long one.
+        ``short_s`` gives its worker back and starts again, the second time as a long one.
         """
         who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
-        if short:
+        for _ in range(_SHORT_TRIES if short else 0):
             async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
                 try:
                     return await call(min(kill_s, self.limits.short_s), report)

@@ -51,7 +51,7 @@ STEPS = [
     if step and not step.startswith("#")
 ]
 """Of the Dockerfile: instruction and arguments."""
-_PINNED = re.compile(r"[a-z/-]+:\d+\.\d+(\.\d+)?-[a-z-]+(@sha256:[0-9a-f]{64})?|[a-z/:.-]+@sha256:[0-9a-f]{64}")
+_PINNED = re.compile(r"[a-z/-]+:\d+\.\d+(\.\d+)?-[a-z-]+@sha256:[0-9a-f]{64}")
 _SECRET = re.compile(r"password|secret|token|key", re.IGNORECASE)
 SERVICES = COMPOSE["services"].items()
 

@@ -12,7 +12,7 @@ from typing import Annotated, Any, Literal
 from fastapi import APIRouter, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
-from app.api.bodies import parse, read_body
+from app.api.bodies import parse_in_turn, read_body
 from app.batches.results import MEDIA_TYPES, Format, Wanted
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
@@ -35,6 +35,7 @@ _REFUSALS: dict[int | str, dict[str, str]] = {
     409: {"description": "the idempotency key was used with another request"},
     413: {"description": "the batch is too large"},
     415: {"description": "unsupported media type"},
+    429: {"description": "too many of the caller's batches have not ended; see Retry-After"},
     422: {"description": "no such kind or mode, columns that are not fields, a contradictory sweep"},
     501: {"description": "Parquet support is not installed"},
     503: {"description": "the database is locked by another process"},
@@ -70,9 +71,11 @@ async def submit_batch(
     if media_type == "application/json":
         body = await read_body(request)
         digest.update(body)
-        return await _once(
-            service, idempotency_key, digest, lambda: service.take_sweep(parse(Sweep, body), idempotency_key, digest)
-        )
+
+        async def take() -> bytes:
+            return await service.take_sweep(await parse_in_turn(request, Sweep, body), idempotency_key, digest)
+
+        return await _once(service, idempotency_key, digest, take)
     if media_type not in _LINES and media_type != _PARQUET:
         raise Problem(415, "No batch", f"send {_ACCEPTED}")
     asked = Asked.of(kind, mode, name, detail)

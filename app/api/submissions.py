@@ -6,7 +6,7 @@ from typing import Annotated
 
 from fastapi import APIRouter, Header, Request, Response
 
-from app.api.bodies import parse, read_body
+from app.api.bodies import parse_in_turn, read_body
 from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, job_of, modes_of
@@ -58,7 +58,7 @@ def _route(kind: Kind, mode: Mode) -> None:
             first = await service.store.find_response(idempotency_key, digest)
             if first is not None:
                 return answer(first)
-        asked = parse(job.request, body)
+        asked = await parse_in_turn(request, job.request, body)
         later = mode in _LONG and "respond-async" in (prefer or "")
         if later:
             return answer(await service.submit_later(kind, mode, asked, idempotency_key, digest))

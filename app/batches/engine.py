@@ -24,11 +24,12 @@ from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
 from app.jobs.executor import Executor
+from app.jobs.turns import Turns
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
 from app.store.batch_items import encoded
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
-from app.store.batch_reads import active_batches, block_of, items_asking
+from app.store.batch_reads import batches_to_solve, block_of, items_asking, numbered_batch
 from app.store.batch_records import BatchRecord, Chunk, Item
 from app.store.errors import StoreError, UnknownRun
 from app.store.hashing import canonical_json
@@ -48,7 +49,7 @@ _MAX_ITEM_CRASHES = 6
 """Maximum attempts of a single item that crashes its worker; the death of a service that held its lease counts too."""
 _MAX_ATTEMPTS = 20
 """Maximum leases of a chunk, as for an accepted run: the lease holder may be killed through no fault of the chunk."""
-_MAX_CACHED_BLOCKS = 8
+_MAX_CACHED_BLOCKS, _MAX_CACHED_BATCHES = 8, 64
 _LOOKUP_THRESHOLD_S = 5e-3
 """Item solve time [s] above which equal items of other chunks are looked up before solving."""
 _MAX_DICTIONARY_BYTES = 32_000
@@ -69,7 +70,9 @@ class BatchEngine:
         self._item_s: dict[tuple[str, str, str], float] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
-        self._turn = 0
+        self._owners: Turns[str | None] = Turns()
+        self._batches: Turns[int] = Turns()
+        self._records: OrderedDict[int, BatchRecord] = OrderedDict()
         self._loop: asyncio.Task[None] | None = None
 
     def start(self) -> None:
@@ -148,21 +151,33 @@ class BatchEngine:
         return 2 * self._executor.background_workers - len(self._tasks)
 
     async def _claim(self) -> bool:
-        """Lease chunks of one batch, round-robin over the active ones; False if none was available."""
+        """Lease chunks of one batch; False if none was available. Owners take turns, and so do the batches of each."""
         if self._capacity <= 0:
             return False
-        active = await self._store.query(active_batches)
-        for offset in range(len(active)):
-            self._turn += 1
-            batch = active[(self._turn + offset) % len(active)]
-            share = self._capacity if len(active) == 1 else 1
-            claim = Claim(batch.number, self.owner, self._lease_s, share, self._items_of(batch))
+        waiting = await self._store.query(batches_to_solve)
+        share = self._capacity if len(waiting) == 1 else 1
+        while waiting:
+            owner = self._owners.next(owner for owner, _ in waiting)
+            number = self._batches.next(number for other, number in waiting if other == owner)
+            batch = await self._record(number)
+            claim = Claim(number, self.owner, self._lease_s, share, self._items_of(batch))
             chunks = await self._store.write(claim)
             for chunk in chunks:
                 self._launch(batch, chunk)
             if chunks:
+                self._owners.served(owner)
+                self._batches.served(number)
                 return True
+            waiting.remove((owner, number))  # another process was faster
         return False
+
+    async def _record(self, number: int) -> BatchRecord:
+        """A batch as it was when first claimed; what its chunks need does not change."""
+        if number not in self._records:
+            self._records[number] = await self._store.query(lambda connection: numbered_batch(connection, number))
+            while len(self._records) > _MAX_CACHED_BATCHES:
+                self._records.popitem(last=False)
+        return self._records[number]
 
     def _items_of(self, batch: BatchRecord) -> int:
         """Items of a chunk; a small batch still has a chunk for each worker."""

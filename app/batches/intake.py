@@ -5,8 +5,10 @@ from __future__ import annotations
 import asyncio
 import csv
 import time
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from itertools import islice
+from typing import TypeVar
 
 from app.errors import Problem
 from app.store.batch_inputs import Row, packed_rows
@@ -20,6 +22,16 @@ _BLOCK_ROWS, _BLOCK_BYTES = 5000, 2 * 2**20
 _BLOCKS_PER_WRITE = 4
 _TOO_LONG = f"is longer than {LONGEST_ROW} bytes"
 _BOM = b"\xef\xbb\xbf"
+
+
+_THREAD = ThreadPoolExecutor(1, thread_name_prefix="batch-intake")
+T = TypeVar("T")
+
+
+async def aside(call: Callable[[], T]) -> T:
+    """Run a call on the one thread for incoming rows: however many batches arrive at once, they take no more of the
+    service's time from other requests than one of them."""
+    return await asyncio.get_running_loop().run_in_executor(_THREAD, call)
 
 
 class Lines:
@@ -78,10 +90,14 @@ def header_of(row: Row) -> tuple[str, ...]:
 
 
 class Receiver:
-    """Stores rows as blocks of one batch, a few blocks per transaction, with memory bounded by these blocks."""
+    """Stores rows as blocks of one batch, a few blocks per transaction, with memory bounded by these blocks.
 
-    def __init__(self, store: RunStore, number: int) -> None:
-        self._store, self._number = store, number
+    ``writing`` is shared by all batches of a service: a commit contains the blocks of one of them, so that the other
+    writes of its group do not wait long.
+    """
+
+    def __init__(self, store: RunStore, number: int, writing: asyncio.Lock) -> None:
+        self._store, self._number, self._writing = store, number, writing
         self._rows: list[Row] = []
         self._bytes = 0
         self._blocks: list[Block] = []
@@ -110,7 +126,7 @@ class Receiver:
         rows, self._rows, self._bytes = self._rows, [], 0
         if not rows:
             return
-        content = await asyncio.to_thread(packed_rows, rows)
+        content = await aside(lambda: packed_rows(rows))
         self._blocks.append(Block(self._packed, len(rows), content))
         self._packed += len(rows)
         if len(self._blocks) >= _BLOCKS_PER_WRITE:
@@ -118,15 +134,15 @@ class Receiver:
 
     async def _write(self) -> None:
         blocks, self._blocks, self._written = tuple(self._blocks), [], time.monotonic()
-        if blocks and not await self._store.write(Receive(self._number, blocks)):
+        if not blocks:
+            return
+        async with self._writing:
+            kept = await self._store.write(Receive(self._number, blocks))
+        if not kept:
             raise Problem(408, "The batch took too long", "no row came for so long that the batch was given up")
 
 
 async def in_slices(rows: Iterator[Row], count: int = 1000) -> AsyncIterator[list[Row]]:
-    """Generated rows in slices of ``count``, produced on a worker thread."""
-
-    def some() -> list[Row]:
-        return list(islice(rows, count))
-
-    while found := await asyncio.to_thread(some):
+    """Generated rows in slices of ``count``."""
+    while found := await aside(lambda: list(islice(rows, count))):
         yield found

@@ -14,7 +14,7 @@ from typing import IO, Any
 
 from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
-from app.batches.intake import Lines, Receiver, header_of, in_slices
+from app.batches.intake import Lines, Receiver, aside, header_of, in_slices
 from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
@@ -24,10 +24,11 @@ from app.designs.problems import INVALID
 from app.designs.registry import KINDS, modes_of
 from app.designs.schema import entry
 from app.errors import Problem
+from app.jobs.errors import ShareUsed
 from app.jobs.executor import Executor
 from app.store.batch_inputs import Row, Source
 from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_answer
-from app.store.batch_reads import BatchFilter, get_batch, list_batches
+from app.store.batch_reads import BatchFilter, active_batches_of, get_batch, list_batches
 from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
 from app.store.hashing import canonical_json
 from app.store.leases import LEASE_S
@@ -36,8 +37,8 @@ from app.store.repository import RunStore
 from app.store.viewer import own_key, viewer
 from app.version import NAME, VERSION
 
-MOST_ITEMS = 10_000_000
-_POLL_INTERVAL_S = 0.5
+MOST_ITEMS, MOST_OPEN = 10_000_000, 200
+_POLL_INTERVAL_S, _RETRY_S = 0.5, 5.0
 _MAX_PAGE_SIZE = 200
 
 
@@ -51,10 +52,12 @@ class BatchService:
         solve_budget_s: float,
         lease_s: float = LEASE_S,
         most_items: int = MOST_ITEMS,
+        most_open: int = MOST_OPEN,
     ) -> None:
         self.store = store
         self.engine = BatchEngine(store, executor, solve_budget_s, lease_s)
-        self._most_items = most_items
+        self._most_items, self._most_open = most_items, most_open
+        self._writing = asyncio.Lock()
 
     def start(self) -> None:
         self.engine.start()
@@ -87,7 +90,7 @@ class BatchService:
             if head:
                 yield head
             async for part in parts:
-                if found := list(lines.feed(part)):
+                if found := await aside(lambda part=part: list(lines.feed(part))):
                     yield found
             last = lines.end()
             if last is not None:
@@ -132,11 +135,12 @@ class BatchService:
     async def _take(
         self, ask: Asked, source: Source, rows: AsyncIterator[list[Row]], key: str | None, digest: Any
     ) -> bytes:
+        await self._check_share()
         record = await self._record(ask, source)
         number = await self.store.write(Open(record))
         kept = False
         try:
-            receiver = Receiver(self.store, number)
+            receiver = Receiver(self.store, number, self._writing)
             async for some in rows:
                 await receiver.add(some)
                 if receiver.total > self._most_items:
@@ -184,6 +188,13 @@ class BatchService:
             ended_at=None,
             owner=viewer.get().owner,
         )
+
+    async def _check_share(self) -> None:
+        """Raise ShareUsed if the owner has too many batches that have not ended."""
+        owner = viewer.get().owner
+        number = await self.store.query(lambda connection: active_batches_of(connection, owner))
+        if number >= self._most_open:
+            raise ShareUsed(f"{number} of your batches have not ended", _RETRY_S)
 
     def _too_many(self) -> Problem:
         return Problem(413, "The batch is too large", f"at most {self._most_items} items are accepted")
@@ -285,7 +296,7 @@ def _header(row: Row | None) -> tuple[str, ...]:
 async def _first_row(lines: Lines, parts: AsyncIterator[bytes]) -> tuple[Row | None, list[Row]]:
     """The first row of a stream, and the rows received in the same part."""
     async for part in parts:
-        if rows := list(lines.feed(part)):
+        if rows := await aside(lambda part=part: list(lines.feed(part))):
             return rows[0], rows[1:]
     return lines.end(), []
 

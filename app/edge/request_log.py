@@ -8,7 +8,7 @@ import time
 
 import structlog
 
-from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse
+from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse, watching
 from app.edge.concurrency import HEALTH_PATHS
 from app.errors import Problem
 from app.logging import get_logger
@@ -34,21 +34,20 @@ class RequestLog:
         request_id = sent if sent is not None and _VALID_ID.fullmatch(sent) else secrets.token_hex(8).encode()
         began, status, complete = time.perf_counter(), 0, False
 
-        async def send_logged(message: Message) -> None:
+        def note(message: Message) -> list[tuple[bytes, bytes]]:
             nonlocal status, complete
+            status = message.get("status", status)
             complete = message["type"] == "http.response.body" and not message.get("more_body", False)
-            if message["type"] == "http.response.start":
-                status = message["status"]
-                message["headers"] = [*message.get("headers", ()), (HEADER, request_id)]
-            await send(message)
+            return [(HEADER, request_id)]
 
+        logged = watching(send, note)
         with structlog.contextvars.bound_contextvars(request_id=request_id.decode()):
             try:
-                await self._app(scope, receive, send_logged)
+                await self._app(scope, receive, logged)
             except Exception:
                 logger.exception("request_failed", method=scope["method"], path=scope["path"])
                 if not status:
-                    await refuse(scope, receive, send_logged, Problem(500, "Something went wrong", "the fault is here"))
+                    await refuse(scope, receive, logged, Problem(500, "Something went wrong", "the fault is here"))
                 elif not complete:
                     raise
             finally:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.edge.asgi import Application, Message, Receive, Scope, Send
+from app.edge.asgi import Application, Message, Receive, Scope, Send, watching
 
 NOTHING = "default-src 'none'; form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
 PICTURE = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox"
@@ -25,17 +25,11 @@ class SecurityHeaders:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-
-        async def guarded(message: Message) -> None:
-            if message["type"] == "http.response.start":
-                message["headers"] = [*message.get("headers", ()), *_added(dict(message.get("headers", ())))]
-            await send(message)
-
-        await self._app(scope, receive, guarded)
+        await self._app(scope, receive, watching(send, _missing))
 
 
-def _added(given: dict[bytes, bytes]) -> list[tuple[bytes, bytes]]:
-    names = {name.lower(): value for name, value in given.items()}
+def _missing(message: Message) -> list[tuple[bytes, bytes]]:
+    names = {name.lower(): value for name, value in message.get("headers", ())}
     policy = PICTURE if names.get(b"content-type", b"").startswith(b"image/svg+xml") else NOTHING
     wanted = _ALWAYS | {b"content-security-policy": policy.encode()}
     return [(name, value) for name, value in wanted.items() if name not in names]

@@ -1,6 +1,7 @@
-"""Admission to the workers: short jobs never wait long, and callers are served round-robin.
+"""Admission to the workers: short jobs never wait long, and callers take turns.
 
-Long jobs leave one worker free where there are at least two.
+Long jobs leave one worker free where there are at least two. Of the callers that wait, the one served least recently
+comes first: a caller with one quick job waits for the jobs that run, never for the backlog of another.
 """
 
 from __future__ import annotations
@@ -8,13 +9,14 @@ from __future__ import annotations
 import asyncio
 import math
 import time
-from collections import Counter, OrderedDict, deque
+from collections import Counter, deque
 from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
 from app.jobs.errors import Busy, ShareUsed
+from app.jobs.turns import Turns
 
 _SMOOTHING = 0.1
 """Weight of the latest duration in the exponential moving average behind Retry-After."""
@@ -46,10 +48,9 @@ class FairQueue:
 
     def __init__(self, limits: QueueLimits) -> None:
         self.limits = limits
-        self._waiting: dict[JobLength, OrderedDict[str, deque[asyncio.Future[None]]]] = {
-            length: OrderedDict() for length in JobLength
-        }
+        self._waiting: dict[JobLength, dict[str, deque[asyncio.Future[None]]]] = {length: {} for length in JobLength}
         self._running: Counter[JobLength] = Counter()
+        self._turns: Turns[str] = Turns()
         self._mean_s = {JobLength.SHORT: 0.1, JobLength.LONG: 2.0}
 
     def running(self, length: JobLength) -> int:
@@ -85,7 +86,7 @@ class FairQueue:
     async def _acquire(self, length: JobLength, caller: str, max_wait_s: float | None) -> None:
         queues = self._waiting[length]
         if not queues and self._is_free(length):
-            self._running[length] += 1
+            self._admit(length, caller)
             return
         if max_wait_s is not None:
             self._check_capacity(length, caller)
@@ -136,9 +137,13 @@ class FairQueue:
         for length in JobLength:
             queues = self._waiting[length]
             while queues and self._is_free(length):
-                caller, queue = queues.popitem(last=False)
-                admitted = queue.popleft()
-                if queue:  # round-robin: the caller goes to the end
-                    queues[caller] = queue
-                self._running[length] += 1
+                caller = self._turns.next(queues)
+                admitted = queues[caller].popleft()
+                if not queues[caller]:
+                    del queues[caller]
+                self._admit(length, caller)
                 admitted.set_result(None)
+
+    def _admit(self, length: JobLength, caller: str) -> None:
+        self._running[length] += 1
+        self._turns.served(caller)

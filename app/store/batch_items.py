@@ -11,7 +11,7 @@ from typing import Any
 from pydantic_core import to_json
 
 from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
-from app.store.hashing import canonical_json, spec_hash
+from app.store.hashing import canonical_json, canonical_spec, spec_hash
 from app.store.record import RunRecord, RunStatus
 
 _LEVEL, _WINDOW, _MEMORY = 3, -15, 5
@@ -83,7 +83,7 @@ def run_of(batch: BatchRecord, item: Item) -> RunRecord:
 
 def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) -> RunRecord:
     """An unanswered item as a run record; its spec is the body as sent."""
-    spec = canonical_json(body)
+    spec, digest = canonical_spec(batch.kind, batch.mode, body)
     return RunRecord(
         id=item_id(batch.id, index),
         kind=batch.kind,
@@ -92,7 +92,7 @@ def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) 
         name=name_of(body),
         created_at=batch.created_at,
         spec=spec,
-        spec_hash=spec_hash(batch.kind, batch.mode, spec),
+        spec_hash=digest,
         result=None,
         problem=None,
         effects=b"[]",

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Any
 
-from sqlalchemy import Connection, Row, Select, and_, select
+from sqlalchemy import Connection, Row, Select, and_, exists, or_, select
+from sqlalchemy.sql.functions import count
 
 from app.store.batch_inputs import Row as SentRow
 from app.store.batch_inputs import Source, UnreadableRow, unpacked_rows
@@ -23,6 +24,7 @@ from app.store.batch_records import (
     split_item_id,
 )
 from app.store.errors import DamagedRecord, UnknownBatch, UnknownRun
+from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches
 from app.store.record import OPEN_STATUSES, RunFilter, RunOrder, RunRecord, RunStatus
 from app.store.viewer import viewer
@@ -83,9 +85,28 @@ def list_batches(connection: Connection, wanted: BatchFilter, before: str | None
     return [record_of(row) for row in connection.execute(query).mappings()]
 
 
-def active_batches(connection: Connection) -> list[BatchRecord]:
-    query = select(*batch_columns()).where(batches.c.status.in_(ACTIVE)).order_by(batches.c.number)
-    return [record_of(row) for row in connection.execute(query).mappings()]
+def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
+    """Owner and number of each active batch with a chunk that can be leased: waiting, or with an expired lease."""
+    expired = and_(batch_chunks.c.state == ChunkState.LEASED, batch_chunks.c.leased_until < now(connection))
+    free = or_(batch_chunks.c.state == ChunkState.WAITING, expired)
+    query = (
+        select(batches.c.owner, batches.c.number)
+        .where(batches.c.status.in_(ACTIVE), exists().where(batch_chunks.c.batch == batches.c.number, free))
+        .order_by(batches.c.number)
+    )
+    return [(row.owner, row.number) for row in connection.execute(query)]
+
+
+def active_batches_of(connection: Connection, owner: str | None) -> int:
+    """The number of batches of an owner that have not ended."""
+    here = batches.c.status.in_((BatchStatus.RECEIVING, *ACTIVE)), batches.c.owner == owner
+    return connection.execute(select(count()).select_from(batches).where(*here)).scalar_one()
+
+
+def numbered_batch(connection: Connection, number: int) -> BatchRecord:
+    """The batch with this number."""
+    query = select(*batch_columns()).where(batches.c.number == number)
+    return record_of(connection.execute(query).mappings().one())
 
 
 def block_of(connection: Connection, number: int, first: int) -> bytes:

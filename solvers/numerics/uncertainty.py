@@ -46,12 +46,14 @@ def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, 
     }
 
 
+def combined(by_input: Mapping[str, float], standard: Mapping[str, float]) -> float:
+    """u_y of u_y^2 = sum (dy/dx_i)^2 u_i^2, from the derivatives by input and the inputs' standard uncertainties."""
+    return float(np.hypot.reduce([d * standard.get(name, 0.0) for name, d in by_input.items()]))
+
+
 def linear(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> dict[str, float]:
-    """u_y^2 = sum (dy/dx_i)^2 u_i^2."""
-    return {
-        out: float(np.hypot.reduce([d * standard.get(name, 0.0) for name, d in by_input.items()]))
-        for out, by_input in sensitivities(function, values).items()
-    }
+    """The ``combined`` uncertainty of each output."""
+    return {out: combined(by_input, standard) for out, by_input in sensitivities(function, values).items()}
 
 
 def monte_carlo(

@@ -11,6 +11,7 @@ from app.accepted_runs import MAX_ATTEMPTS
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import WorkerCrashed
+from app.store.faults import FaultKind, StoreFault
 from app.store.record import RunRecord
 from app.store.repository import RunStore
 from app.store.run_leases import TakeOverExpired
@@ -117,6 +118,25 @@ def test_a_run_fails_after_too_many_process_deaths(database_url: str) -> None:
         failed = await ended(one, run.id)
         assert failed.status == "failed" and f"{MAX_ATTEMPTS} times".encode() in failed.problem
         assert living.executor.asked == 0
+        await living.close()
+
+    with_two_stores(database_url, story)
+
+
+def test_a_result_that_cannot_be_stored_is_kept_until_it_can(database_url: str, monkeypatch) -> None:
+    async def story(one: RunStore, _other: RunStore) -> None:
+        living, tries, finish = service(one, Solving(0.0)), [], one.finish
+
+        async def full_at_first(*given: Any) -> Any:
+            tries.append(given)
+            if len(tries) < 3:
+                raise StoreFault(FaultKind.FULL, "no space left")
+            return await finish(*given)
+
+        monkeypatch.setattr(one, "finish", full_at_first)
+        run_id = (await living.submit_later(PIN, Mode.DESIGN, request(), None, "")).run_id
+        assert (await ended(one, run_id)).status == "infeasible"
+        assert len(tries) == 3 and living.executor.asked == 1
         await living.close()
 
     with_two_stores(database_url, story)

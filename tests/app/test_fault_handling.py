@@ -9,13 +9,20 @@ import os
 import sqlite3
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
+from fastapi import FastAPI
 from sqlalchemy import event
+from starlette.testclient import TestClient
 
+from app import metrics
+from app.api import operation
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.logging import LogFormat, LogLevel, configure
 from app.store.migrate import upgrade
 from tests.app.access.keyed import keyed
@@ -65,6 +72,12 @@ def test_a_full_database_is_507(tmp_path):
         )
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
+        rows = b"".join(json.dumps({**BODY, "name": os.urandom(99).hex()}).encode() + b"\n" for _ in range(500))
+        batch = service.client.post(
+            "/api/v1/batches?kind=crank-masses&mode=analysis", content=rows,
+            headers={"Content-Type": "application/x-ndjson"},
+        )  # fmt: skip
+        assert batch.status_code == 507 and service.client.get("/api/v1/batches").json()["items"] == []
         # Acknowledged runs are present.
         assert len(service.client.get("/api/v1/runs").json()["items"]) == statuses.count(201)
 
@@ -107,6 +120,58 @@ def test_metrics_cover_solves_queues_and_the_store(tmp_path):
     for length in ("short", "long"):
         assert f'crankwright_queue_waiting{{length="{length}"}} 0.0' in after
     assert "crankwright_solve_seconds_bucket" in after and "crankwright_runs_promised" in after
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (BudgetExceeded(1.0), "overrun"),
+        (MemoryExceeded("too much"), "memory"),
+        (WorkerCrashed(-9), "crash"),
+        (SolveFailed("ValueError", "Traceback"), "failure"),
+    ],
+)
+def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, reason):
+    async def fail(*_):
+        raise error
+
+    def number() -> float:
+        return metrics.ENDED.labels(reason)._value.get()
+
+    with keyed(tmp_path) as service:
+        service.warm()
+        service.client.app.state.service.executor.run = fail
+        before = number()
+        answer = service.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
+        assert answer.json()["status"] == "failed" and number() == before + 1
+    skipped = metrics.EFFECTS.labels("a-kind", "shear", "skipped")._value
+    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [{"name": "shear", "state": "skipped"}])
+    assert skipped.get() >= 1
+
+
+@pytest.mark.parametrize(
+    ("states", "alive", "statuses"),
+    [
+        (["compiling", "warm"], True, (200, 503, 503)),
+        (["warm", "failed"], False, (200, 200, 503)),
+        (["warm", "failed"], True, (200, 200, 200)),
+    ],
+)
+def test_live_started_and_ready_are_told_apart(states, alive, statuses):
+    async def ping() -> None: ...
+
+    kernels = [SimpleNamespace(kind=str(k), state=state, compiled=0, of=1, remaining_s=1.0)
+               for k, state in enumerate(states)]  # fmt: skip
+    application = FastAPI()
+    application.include_router(operation.router)
+    application.state.service = SimpleNamespace(
+        executor=SimpleNamespace(warmup_status=kernels, ready=alive), store=SimpleNamespace(ping=ping),
+        stopping=threading.Event(),
+    )  # fmt: skip
+    client = TestClient(application)
+    assert tuple(client.get(path).status_code for path in ("/healthz", "/startedz", "/readyz")) == statuses
+    application.state.service.stopping.set()
+    assert client.get("/readyz").status_code == 503
 
 
 # -- starts -----------------------------------------------------------------------------------------------------

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.access.caller import Caller, caller
+from app.batches.service import Asked, BatchService
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of, job_of
 from app.edge.stack import edge
@@ -20,6 +21,7 @@ from app.jobs.errors import BudgetExceeded, Busy, ShareUsed
 from app.settings import Settings
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
+from app.store.viewer import seeing_as
 from app.submission import Service, ServiceLimits
 from tests.app.serving import serving
 
@@ -121,11 +123,7 @@ class Endless:
 
     ready, warmup_status, background_workers = True, (), 0
 
-    def __init__(self) -> None:
-        self.given: list[float] = []
-
     async def run(self, _kind: str, _mode: str, _payload: bytes, budget_s: float = 10.0, *_: Any) -> Any:
-        self.given.append(budget_s)
         await asyncio.sleep(1e3 if budget_s > 1.0 else budget_s)
         raise BudgetExceeded(budget_s)
 
@@ -161,11 +159,23 @@ def test_accepted_runs_are_limited_in_total_and_per_caller(store):
     asyncio.run(story())
 
 
-def test_an_overlong_short_job_restarts_as_a_long_one(store):
-    async def story() -> list[float]:
-        service = Service(store, executor := Endless(), 0.3, ServiceLimits(short_s=0.1))
-        run = await service.answer(KINDS["pin-profile"], Mode.CHECK, request(Mode.CHECK))
-        assert run.status == "failed"
-        return executor.given
+def test_open_batches_are_limited_per_owner(store):
+    async def submit(service: BatchService, owner: str) -> str:
+        async def body() -> AsyncIterator[bytes]:
+            yield b"{}\n"
 
-    assert asyncio.run(story()) == [0.1, 0.3]
+        with seeing_as(owner):
+            return json.loads(await service.take_lines(Asked("crank-masses", "analysis"), False, body(), None))["id"]
+
+    async def story() -> None:
+        service = BatchService(store, Endless(), 0.01, most_open=2)
+        first = await submit(service, "a")
+        await submit(service, "a")
+        with pytest.raises(ShareUsed):
+            await submit(service, "a")
+        await submit(service, "b")
+        with seeing_as("a"):
+            await service.cancel(first)
+        await submit(service, "a")
+
+    asyncio.run(story())

@@ -36,7 +36,7 @@ from app.store.migrate import upgrade
 from app.store.record import RunStatus, utc_now
 from app.store.repository import RunStore
 from app.store.run_leases import TakeOverExpired
-from app.submission import Service
+from app.submission import Service, ServiceLimits
 from tests.app.jobs import fake_entry
 from tests.app.running import Running, wait_until
 from tests.app.store.records import make_record, make_response
@@ -258,6 +258,21 @@ def test_the_wait_for_a_forms_answer(url, takes_s, status):
             return found
 
     assert asyncio.run(story()) == status
+
+
+@pytest.mark.parametrize(("beside", "budgets"), [(-MOMENT, [0.2]), (MOMENT, [0.2, 0.2, 5.0])])
+def test_a_short_job_gives_way_twice_and_continues_as_a_long_one(beside, budgets):
+    limits, given = ServiceLimits(short_s=Settings().short_solve_s), []
+
+    async def call(budget_s: float, _report: Any) -> None:
+        given.append(budget_s)
+        takes_s = limits.short_s + beside
+        await asyncio.sleep(min(takes_s, budget_s))
+        if takes_s > budget_s:
+            raise BudgetExceeded(budget_s)
+
+    by_clockwork(Service(None, None, 5.0, limits)._queued(call, 5.0, short=True))
+    assert given == budgets
 
 
 # -- what is kept ------------------------------------------------------------------------------------------------

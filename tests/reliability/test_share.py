@@ -18,11 +18,12 @@ from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
 from tests.reliability.attacks import attack, told
+from tests.reliability.cluster_kills import kill_in_turn
 from tests.reliability.descriptors import exhaust
 from tests.reliability.disk import cut_and_changed, in_a_faulty_process
+from tests.reliability.floods import AT_ONCE, flooded
 from tests.reliability.fuzz import PARSERS, spoil
 from tests.reliability.kills import one_round
-from tests.reliability.worst import AT_ONCE, measure
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
 RAW, KILLS = 200, (60 if CAMPAIGN else 1)
@@ -32,7 +33,8 @@ CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
 @pytest.fixture(scope="module")
 def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running, httpx.Client]]:
     folder = tmp_path_factory.mktemp("attacked")
-    with Running(folder, body_idle_s=1, head_timeout_s=1) as running, running.client() as client:
+    settings = {"body_idle_s": 1, "head_timeout_s": 1, "trusted_proxies": "127.0.0.2", "log_level": "info"}
+    with Running(folder, **settings) as running, running.client() as client:
         # No wait for kernels: pages, refusals and the analyses used here need none, the rest is answered with 503.
         wait_until(lambda: client.get("/healthz").status_code == 200, 170.0)
         yield running, client
@@ -47,6 +49,18 @@ def test_the_service_survives_malformed_requests(service):
     assert not bad, (told(outcomes), bad[:3])
     assert client.get("/healthz").status_code == 200
     assert "Traceback" not in running.output.read_text()
+
+
+def test_addresses_of_clients_are_taken_from_trusted_proxies_only(service):
+    running, client = service
+    for k, source in enumerate(("127.0.0.1", "127.0.0.2")):
+        transport = httpx.HTTPTransport(local_address=source)
+        with httpx.Client(base_url=client.base_url, transport=transport) as proxy:
+            proxy.get("/api/v1/kinds", headers={"X-Forwarded-For": "203.0.113.9", "X-Request-ID": f"proxied-{k}"})
+    lines = running.output.read_text().splitlines()
+    untrusted, trusted = ("".join(line for line in lines if f"proxied-{k}" in line) for k in (0, 1))
+    assert "203.0.113.9" not in untrusted and "127.0.0.1" in untrusted
+    assert "203.0.113.9" in trusted
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)
@@ -84,13 +98,16 @@ def test_the_service_recovers_from_descriptor_exhaustion(tmp_path: Path):
 
 
 @pytest.mark.timeout(600)
-def test_health_checks_are_answered_under_overload(tmp_path: Path):
-    """Short version of ``python -m tests.reliability.worst``: only checks that health checks are answered."""
-    shorter = {} if CAMPAIGN else {"solve_budget_s": 1, "queue_patience_s": 2}
-    idle, busy, told = measure(60.0 if CAMPAIGN else 1.0, tmp_path, **shorter)
-    print(f"idle: {idle}\nbusy: {busy}\n{dict(told)}")
-    assert told.total() >= AT_ONCE and {each[:3] for each in told} <= {"201", "503"}
-    assert busy.at(0.5) < 0.5
+def test_checks_and_health_checks_are_answered_during_floods(tmp_path: Path):
+    """Short version of ``python -m tests.reliability.floods``, without its bounds on latencies."""
+    with Running(tmp_path, solve_budget_s=1, queue_patience_s=5) as running, running.client() as client:
+        wait_until(lambda: running.ready(client), 170.0)
+        for name in ("everything", "large bodies", "batches"):
+            found, told = flooded(name, 0.5, client)
+            print(f"{name}: {found}\n{dict(told)}")
+            assert told.total() >= AT_ONCE and told.keys() <= {"201", "202", "422", "429", "503", "closed"}, told
+            assert found.health.at(0.5) < 0.5 and found.checks.at(0.5) < 1.0
+        assert "Traceback" not in running.output.read_text()
 
 
 @pytest.mark.timeout(600)
@@ -99,6 +116,14 @@ def test_batches_and_asynchronous_runs_survive_kills(tmp_path: Path):
     found = one_round(tmp_path / "round", f"sqlite:///{tmp_path}/round/runs.sqlite3", 4, 1, 3)
     print(found)
     assert found["items"] > 0
+
+
+@pytest.mark.timeout(36_000 if CAMPAIGN else 180)
+def test_a_batch_survives_kills_of_its_cluster(tmp_path: Path):
+    kills, items = (100, 200_000) if CAMPAIGN else (2, 2_000)
+    found = kill_in_turn(tmp_path, kills, items)
+    print(f"{kills} kills of scheduler and worker: {dict(found)}")
+    assert found == {"succeeded": items}
 
 
 @pytest.mark.timeout(36_000 if CAMPAIGN else 180)

@@ -1,6 +1,6 @@
-"""Overload test: 64 concurrent clients with the most expensive valid requests, and the latency of ``/healthz``.
+"""The most expensive valid requests, for floods, and the time of each on an idle service.
 
-    python -m tests.reliability.worst 60
+    python -m tests.reliability.worst
 
 The most expensive request of a kind has the smallest accuracy and effect tolerance allowed, the longest tables and the
 most steps, points, cylinders and stock sizes. Each is made unique to bypass the cache; settings are the defaults.
@@ -8,33 +8,20 @@ most steps, points, cylinders and stock sizes. Each is made unique to bypass the
 
 from __future__ import annotations
 
-import asyncio
 import copy
 import json
 import math
-import os
-import socket
-import subprocess
-import sys
 import tempfile
 import time
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 from typing import Any
-
-import httpx
 
 from app.api.contract import PATHS
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of
-from tests.app.running import ROOT, Running, wait_until
+from tests.app.running import Running, wait_until
 
-AT_ONCE = 64
 LEAST = 1e-12
-_POLL_INTERVAL_S = 0.02
 
 
 def _table(period_deg: float, number: int = 10_000) -> dict[str, Any]:
@@ -87,76 +74,20 @@ def dearest() -> dict[str, tuple[str, dict[str, Any]]]:
     return found
 
 
-def unlike(body: dict[str, Any], number: int) -> bytes:
-    """The request made unique, so that no cached answer serves it."""
-    tolerance = {"effect_tolerance": LEAST * (1.0 + 1e-6 * number)}
+_PLACE = 0.123456789
+"""Stands for the number in a template; appears in no example."""
+
+
+def template(body: dict[str, Any]) -> bytes:
+    """The request as JSON, to be completed by ``unlike``: long tables are encoded once."""
+    tolerance = {"effect_tolerance": _PLACE}
     spec = body["spec"] | tolerance if "spec" in body else None
     return json.dumps(body | ({"spec": spec} if spec else tolerance)).encode()
 
 
-async def flood(address: str, seconds: float) -> Counter[str]:
-    """Run 64 clients with back-to-back requests; returns the counts of answers."""
-    requests, numbers, told = list(dearest().values()), count(1), Counter[str]()
-    end = time.monotonic() + seconds
-    limits = httpx.Limits(max_connections=None)
-    async with httpx.AsyncClient(base_url=address, timeout=120, limits=limits) as client:
-
-        async def one(at: int) -> None:
-            for turn in count():
-                if turn and time.monotonic() > end:
-                    return
-                path, body = requests[at % len(requests)]
-                headers = {"Content-Type": "application/json"}
-                answer = await client.post(path, content=unlike(body, next(numbers)), headers=headers)
-                told[f"{answer.status_code} {answer.json().get('status', '')}".strip()] += 1
-                at += 1
-                await asyncio.sleep(0.05 if answer.status_code in (429, 503) else 0)
-
-        await asyncio.gather(*map(one, range(AT_ONCE)))
-    return told
-
-
-@dataclass(frozen=True)
-class Waits:
-    """Sorted latencies [s]."""
-
-    seconds: list[float]
-
-    def at(self, share: float) -> float:
-        return self.seconds[min(len(self.seconds) - 1, math.ceil(share * len(self.seconds)) - 1)]
-
-    def __str__(self) -> str:
-        p50, p99, most = (1000 * each for each in (self.at(0.5), self.at(0.99), self.seconds[-1]))
-        return f"{len(self.seconds)} looks: p50 {p50:.1f} ms, p99 {p99:.1f} ms, at most {most:.0f} ms"
-
-
-def look(port: int, going_on: Iterator[Any]) -> Waits:
-    """Poll ``/healthz``, each time on a new connection, until the iterator ends."""
-    waits = []
-    for _ in going_on:
-        began = time.monotonic()
-        with socket.create_connection(("127.0.0.1", port), timeout=60) as connection:
-            connection.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n")
-            assert connection.recv(4096).startswith(b"HTTP/1.1 200")
-        waits.append(time.monotonic() - began)
-        time.sleep(_POLL_INTERVAL_S)
-    return Waits(sorted(waits))
-
-
-def measure(seconds: float, folder: Path, **settings: object) -> tuple[Waits, Waits, Counter[str]]:
-    """Latency of ``/healthz`` on an idle and on a flooded service, and the answers to the flood."""
-    with Running(folder, **settings) as running, running.client() as client:
-        wait_until(lambda: running.ready(client), 170.0)
-        address, port = str(client.base_url), client.base_url.port
-        idle = look(port, iter(range(100)))
-        # In a separate process: sending megabytes must not delay the polls.
-        words = [sys.executable, "-m", "tests.reliability.worst", "flood", address, str(seconds)]
-        with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
-            busy = look(port, iter(lambda: process.poll() is None, False))
-            told = Counter(json.loads(process.stdout.read()))
-        assert process.returncode == 0
-        assert "Traceback" not in running.output.read_text(), running.output.read_text()[-3000:]
-    return idle, busy, told
+def unlike(form: bytes, number: int) -> bytes:
+    """The request made unique, so that no cached answer serves it."""
+    return form.replace(repr(_PLACE).encode(), f"{LEAST * (1.0 + 1e-6 * number):.11e}".encode(), 1)
 
 
 def each_alone() -> None:
@@ -166,7 +97,7 @@ def each_alone() -> None:
         for name, (path, body) in dearest().items():
             for number in range(2):
                 began = time.monotonic()
-                sent = unlike(body, number)
+                sent = unlike(template(body), number)
                 answer = client.post(path, content=sent, headers={"Content-Type": "application/json"})
                 took = time.monotonic() - began
             told = f"{answer.status_code} {answer.json()['status']}"
@@ -174,12 +105,4 @@ def each_alone() -> None:
 
 
 if __name__ == "__main__":
-    match sys.argv[1:]:
-        case ["flood", address, seconds]:
-            print(json.dumps(asyncio.run(flood(address, float(seconds)))))
-        case ["alone"]:
-            each_alone()
-        case [seconds]:
-            with tempfile.TemporaryDirectory() as scratch:
-                idle, busy, told = measure(float(seconds), Path(scratch))
-            print(f"load {os.getloadavg()[0]:.0f}\nidle: {idle}\nbusy: {busy}\n{dict(told)}")
+    each_alone()

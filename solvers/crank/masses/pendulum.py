@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
 from solvers.errors import InvalidInput, require
-from solvers.numerics.uncertainty import COMPLEX_STEP, linear, propagate, sensitivities
+from solvers.numerics.uncertainty import COMPLEX_STEP, combined, propagate, sensitivities
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL_UNCERTAINTY = 1e-5
@@ -114,9 +114,8 @@ def swing(pendulum: Pendulum) -> RodMasses:
     length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
     with np.errstate(all="ignore"):
         found = scalars(_swung({name: np.array(value) for name, value in values.items()}))
-        spread = (
-            linear(_swung, values, judged)["rod_cg_from_pin"] if all(map(math.isfinite, found.values())) else math.inf
-        )
+        moves = sensitivities(_swung, values)["rod_cg_from_pin"]
+        spread = combined(moves, judged) if all(map(math.isfinite, found.values())) else math.inf
     if not spread <= MEANINGLESS * length:
         by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
@@ -134,10 +133,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
     )
     uncertainty = propagate(_swung, values, given) if given else None
     warnings = []
-    common = sensitivities(_swung, values)["rod_cg_from_pin"]
-    shift = (
-        common["period_small_end"] * values["period_small_end"] + common["period_big_end"] * values["period_big_end"]
-    )
+    shift = moves["period_small_end"] * values["period_small_end"] + moves["period_big_end"] * values["period_big_end"]
     if abs(shift) * 1e-3 > 0.005 * length:
         warnings.append(
             f"a common error of +0.1 % in both periods moves the centre of mass by {shift * 1e-3 * 1e3:+.2f} mm; "

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import random
 
 import pytest
+
+from app.api.one_by_one import OneByOne
 
 CHECKS = "/api/v1/checks/flexible-rod"
 JSON = {"content-type": "application/json"}
@@ -177,6 +180,35 @@ def test_the_number_of_fields_is_limited(client):
         answer = client.post(CHECKS, content=body, headers=JSON)
         assert answer.status_code == 422
         assert ("at most" in answer.json()["detail"]) == ("at most" in told)
+
+
+def test_other_requests_pass_between_two_large_bodies():
+    async def story() -> str:
+        bodies, order = OneByOne(), []
+
+        async def large() -> None:
+            await bodies.turn()
+            order.append("L")
+
+        async def small() -> None:
+            for _ in range(20):
+                await asyncio.sleep(0)
+                order.append("s")
+
+        await asyncio.gather(*(large() for _ in range(5)), small())
+        return "".join(order)
+
+    order = asyncio.run(story())
+    assert order.count("L") == 5 and "LL" not in order
+
+
+def test_only_large_bodies_wait_for_their_turn(client, check_request, monkeypatch):
+    waited, turn = [], client.app.state.large_bodies.turn
+    monkeypatch.setattr(client.app.state.large_bodies, "turn", lambda: waited.append(1) or turn())
+    for padding, number in ((0, 0), (20_000, 1)):
+        body = json.dumps(check_request).encode() + b" " * padding
+        assert client.post(CHECKS, content=body, headers=JSON).status_code == 201
+        assert len(waited) == number
 
 
 @pytest.mark.parametrize("field", ["created_after", "created_before"])

@@ -19,6 +19,7 @@ import pytest
 
 from app.batches import engine as engines
 from app.batches.service import Asked, BatchService
+from app.jobs.errors import WorkerCrashed
 from app.store.batch_items import unpacked
 from app.store.batch_operations import Claim
 from app.store.batch_reads import items_after
@@ -26,6 +27,7 @@ from app.store.batch_records import BatchRecord, Item
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.store.verify import verify
+from app.store.viewer import seeing_as
 from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
 from tests.child_processes import die_with_test_runner
@@ -107,6 +109,35 @@ def test_an_item_survives_the_death_of_nineteen_lease_holders(tmp_path: Path, de
             return await stored(store, ended)
 
     assert [item.status for item in asyncio.run(story())] == [status]
+
+
+class Unending:
+    """An executor with one batch worker whose solves never end."""
+
+    background_workers = 1
+
+    async def run(self, *_: Any) -> Any:
+        raise WorkerCrashed(None)
+
+    async def run_in_background(self, *_: Any) -> Any:
+        await asyncio.Event().wait()
+
+
+def test_owners_of_batches_take_turns(database_url: str) -> None:
+    async def story(owners: str) -> str:
+        with RunStore(database_url) as store:
+            service, named = BatchService(store, Unending(), 1.0), {}
+            for owner in owners:
+                with seeing_as(owner):
+                    number = (await service.get(await submitted(service, [{"x": k} for k in range(9)]))).number
+                named[number] = owner
+            while await service.engine._claim():
+                pass
+            for task in service.engine._tasks:
+                task.cancel()
+            return "".join(named[number] for number in service.engine._tasks.values())
+
+    assert asyncio.run(story("aaab")) == "ab"
 
 
 def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:

@@ -1,4 +1,4 @@
-"""The fair queue: short before long jobs, round-robin callers, limits, and retry estimates."""
+"""The fair queue: short before long jobs, turns of callers, limits, and retry estimates."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pytest
 
 from app.jobs.errors import Busy, ShareUsed
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
+from app.jobs.turns import Turns
 
 SHORT, LONG = JobLength.SHORT, JobLength.LONG
 
@@ -92,7 +93,7 @@ def test_short_jobs_yield_to_waiting_long_jobs():
 
 
 @pytest.mark.parametrize("length", JobLength)
-def test_callers_are_served_round_robin(length):
+def test_the_caller_served_least_recently_is_next(length):
     async def scenario(queue: FairQueue) -> None:
         work = Work(queue)
         names = ["a0", "a1", "a2", "a3", "b0", "b1", "c0"]
@@ -100,9 +101,35 @@ def test_callers_are_served_round_robin(length):
             await work.submit(name, length)
         for k in range(len(names)):
             await work.end(work.order[k])
-        assert work.order == ["a0", "a1", "b0", "c0", "a2", "b1", "a3"]
+        assert work.order == ["a0", "b0", "c0", "a1", "b1", "a2", "a3"]
 
     run(scenario, workers=1)
+
+
+def test_a_caller_with_one_job_at_a_time_never_waits_for_a_backlog():
+    async def scenario(queue: FairQueue) -> None:
+        work = Work(queue)
+        for k in range(4):
+            await work.submit(f"a{k}", SHORT)
+        for k in range(3):
+            await work.submit(f"b{k}", SHORT)
+            await work.end(f"a{k}")
+            assert work.order[-1] == f"b{k}"
+            await work.end(f"b{k}")
+
+    run(scenario, workers=1)
+
+
+def test_turns_go_to_the_one_served_least_recently():
+    turns: Turns[str] = Turns(memory=2)
+    order = []
+    for _ in range(6):
+        order.append(turns.next("cab"))
+        turns.served(order[-1])
+    # Of three with a memory for two, one is always new again.
+    assert order == ["c", "a", "b", "c", "a", "b"]
+    turns.served("x")
+    assert turns.next("bx") == "b" and turns.next("ax") == "a"
 
 
 def test_waiting_is_limited_in_total_and_per_caller():

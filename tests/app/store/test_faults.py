@@ -21,6 +21,8 @@ from app.store.record import RunFilter
 from app.store.repository import RunStore
 from tests.app.store.records import make_record, make_response
 
+CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
+
 WITHIN_S = 5.5
 """Five seconds, and half of one for a busy machine."""
 
@@ -172,7 +174,9 @@ def test_a_locked_database_fails_all_waiting_writes_in_time_and_recovers(store: 
         late = [asyncio.create_task(fault_kind_of(work)) for work in (store.put(make_record()), store.ping())]
         return list(await asyncio.gather(*first, *late))
 
-    assert asyncio.run(crowd()) == [FaultKind.BUSY] * 5
+    # A minute in the campaign: each time within the same seconds.
+    for _ in range(12 if CAMPAIGN else 1):
+        assert asyncio.run(crowd()) == [FaultKind.BUSY] * 5
     other.execute("ROLLBACK")
     other.close()
     check_reported(store, None)

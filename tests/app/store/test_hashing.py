@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from datetime import UTC, datetime
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.store.hashing import canonical_json, request_hash, row_hash, spec_hash
+from app.store.hashing import canonical_json, canonical_spec, request_hash, row_hash, spec_hash
 
 
 def test_the_spec_hash_ignores_only_formatting_order_and_name() -> None:
@@ -22,6 +23,15 @@ def test_the_spec_hash_ignores_only_formatting_order_and_name() -> None:
         spec_hash("rod", "check", b'{"x":1.5,"y":[1,2],"z":{"name":"b"}}'),
     ]
     assert len({reference, *others}) == 6
+
+
+def test_a_canonical_spec_has_the_bytes_and_the_hash_of_its_json() -> None:
+    content = {"x": 1e-7, "name": "ä", "a": {"z": -0.0, "b": [1, 2.5, None, True]}, "y": 10**20}
+    spec, digest = canonical_spec("rod", "check", content)
+    assert spec == canonical_json(content)
+    meaning = {name: value for name, value in content.items() if name != "name"}
+    assert digest == hashlib.sha256(canonical_json(["rod", "check", meaning])).hexdigest()
+    assert digest == spec_hash("rod", "check", spec)
 
 
 def test_known_digests_do_not_change() -> None:

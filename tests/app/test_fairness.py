@@ -15,7 +15,8 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS, example_of
 from tests.app.running import Running, wait_until
 
-STUDY = {**example_of(KINDS["flexible-rod"], Mode.ACCURACY), "study_budget_s": 2.0}
+EXAMPLE = example_of(KINDS["flexible-rod"], Mode.ACCURACY)
+STUDY = {"spec": {**EXAMPLE["spec"], "accuracy": 1e-12}, "study_budget_s": 2.0}
 CHECK = KINDS["pin-profile"].example(Mode.CHECK)
 STUDIES, CHECKS = "/api/v1/accuracy/flexible-rod", "/api/v1/checks/pin-profile"
 LATER = {"Prefer": "respond-async"}

@@ -33,11 +33,18 @@ class Effect(Protocol[S]):
 
 @dataclass(frozen=True)
 class EffectSelection:
-    """Effects forced on or off by the user; the others follow their bounds (``automatic``) or are all active."""
+    """Effects forced on or off by the user; the others follow their bounds (``automatic``) or are all active.
+
+    Names may be given in any collection.
+    """
 
     include: frozenset[str] = frozenset()
     exclude: frozenset[str] = frozenset()
     automatic: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "include", frozenset(self.include))
+        object.__setattr__(self, "exclude", frozenset(self.exclude))
 
 
 AUTO = EffectSelection()

@@ -54,6 +54,11 @@ def test_explicit_choices_take_precedence():
     assert names(choose(EFFECTS, None, selection, 0.1)) == ["small", "unbounded"]
 
 
+def test_names_may_come_in_any_collection():
+    assert EffectSelection(["a"], {"b"}) == EffectSelection(frozenset({"a"}), frozenset({"b"}))  # type: ignore[arg-type]
+    assert len({EffectSelection({"a"}), EffectSelection(["a"])}) == 1  # type: ignore[arg-type]
+
+
 def test_a_demand_activates_its_effect():
     assert "small" in names(choose(EFFECTS, None, AUTO, 0.1, [Demand("small", "max_small")]))
 

@@ -7,6 +7,7 @@ immediately.
 
 from __future__ import annotations
 
+import asyncio
 import json
 import os
 import sys
@@ -78,6 +79,12 @@ class _Server(uvicorn.Server):
     def __init__(self, config: uvicorn.Config, application: FastAPI, demo: bool) -> None:
         super().__init__(config)
         self._application, self._demo = application, demo
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._told = False
+
+    async def serve(self, sockets: list | None = None) -> None:
+        self._loop = asyncio.get_running_loop()
+        await super().serve(sockets)
 
     async def startup(self, sockets: list | None = None) -> None:
         await super().startup(sockets)
@@ -90,14 +97,23 @@ class _Server(uvicorn.Server):
             threading.Thread(target=_demonstrate, args=(base,), name="demo", daemon=True).start()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        service = self._application.state.service
-        if not service.stopping.is_set():
-            service.stopping.set()
-            # Requests still waiting for a solve get a response instead of a closed connection.
-            last = threading.Timer(self._application.state.settings.drain_s - 1, service.executor.close)
-            last.daemon = True
-            last.start()
+        # The next signal may interrupt this very handler (make and a terminal both send one to the service), and this
+        # one any other code of the thread: waiting for a lock here could wait for oneself.
+        if not self._told and self._loop is not None:
+            self._told = True
+            self._loop.call_soon_threadsafe(self._announce)
         super().handle_exit(sig, frame)
+
+    def _announce(self) -> None:
+        """Tell the application that the service stops, and end its solves before the drain is over."""
+        service = getattr(self._application.state, "service", None)
+        if service is None:  # stopped during its start
+            return
+        service.stopping.set()
+        # Requests still waiting for a solve get a response instead of a closed connection.
+        last = threading.Timer(self._application.state.settings.drain_s - 1, service.executor.close)
+        last.daemon = True
+        last.start()
 
 
 class WarmupPrinter:

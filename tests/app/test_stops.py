@@ -69,6 +69,15 @@ def test_a_cold_service_ends_at_once_at_any_moment(tmp_path: Path, seconds: floa
         assert noted(f"{sent.name}, idle, kernels compiling", service.end(sent)) < AT_ONCE_S
 
 
+def test_signals_that_arrive_together_end_a_service(tmp_path: Path) -> None:
+    """As from a terminal and from make: the second interrupts the handler of the first."""
+    with Running(tmp_path, workers=1) as service, service.client() as client:
+        wait_until(lambda: client.get("/healthz").status_code == 200)
+        for _ in range(300):
+            service.process.send_signal(signal.SIGTERM)
+        assert noted("300 SIGTERM at once", service.end(signal.SIGTERM)) < DRAIN_S
+
+
 def test_while_kernels_compile_pages_are_served_and_requests_are_told_how_long_it_takes(tmp_path: Path) -> None:
     with Running(tmp_path, cold=True) as service, service.client() as client:
         wait_until(lambda: "being compiled" in client.get("/").text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from importlib.util import module_from_spec, spec_from_file_location
+from operator import attrgetter
 from pathlib import Path
 
 from solvers.numerics.linking import _library
@@ -42,7 +43,7 @@ def test_an_inner_kernel_is_linked_into_its_caller_only(tmp_path: Path) -> None:
         assert module.outer(np.array([1.0, 4.0, 0.25])) == 5.25
         assert _library() is not None, "numba looks otherwise than linking.py expects"
         dispatcher = module.inner.inner
-        (linked_in,) = (result.library for result in dispatcher.overloads.values())
+        (linked_in,) = map(attrgetter("library"), dispatcher.overloads.values())
         assert linked_in._inner is True
         (compiled,) = module.outer.compiled.overloads.values()
         assert len(compiled._find_referenced_environments()) <= 1, "each is looked up again wherever it is loaded"

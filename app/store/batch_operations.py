@@ -11,10 +11,11 @@ import hashlib
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from sqlalchemy import Connection, delete, insert, select, update
+from sqlalchemy import Connection, Dialect, delete, insert, select, update
 
 from app.store.batch_items import DIGEST_BYTES, digest
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
@@ -279,23 +280,31 @@ def _update_leased(connection: Connection, chunk: Chunk, owner: str, values: dic
 
 def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
     """Insert items; existing ones are left unchanged."""
-    # Imported by name: each dialect is slow to import, and only one is needed.
-    make = import_module(f"sqlalchemy.dialects.{connection.dialect.name}").insert
-    rows = [
-        {
-            "batch": number,
-            "index": item.index,
-            "line": item.line,
-            "status": item.status,
-            "holds": item.holds,
-            "figure": item.figure,
-            "content": item.content,
-            "digest": digest(number, item),
-            "asked": item.asked,
-        }
+    # Every driver takes these values as they are. To have SQLAlchemy convert them takes longer than to insert them.
+    rows: list[Any] = [
+        (
+            number, item.index, item.line, str(item.status), item.holds, item.figure, item.content,
+            digest(number, item), item.asked,
+        )
         for item in items
-    ]
-    connection.execute(make(batch_items).on_conflict_do_nothing(), rows)
+    ]  # fmt: skip
+    statement, by_name = _insert_items(connection.dialect)
+    if rows:
+        found = [dict(zip(_ITEM_COLUMNS, row, strict=True)) for row in rows] if by_name else rows
+        connection.exec_driver_sql(statement, found)
+
+
+_ITEM_COLUMNS = ("batch", "index", "line", "status", "holds", "figure", "content", "digest", "asked")
+
+
+@lru_cache(maxsize=2)
+def _insert_items(dialect: Dialect) -> tuple[str, bool]:
+    """The statement of ``put_items``, and whether it takes its values by name instead of in order."""
+    # Imported by name: each dialect is slow to import, and only one is needed.
+    make = import_module(f"sqlalchemy.dialects.{dialect.name}").insert
+    compiled = make(batch_items).on_conflict_do_nothing().compile(dialect=dialect, column_keys=_ITEM_COLUMNS)
+    assert not compiled.positional or tuple(compiled.positiontup or ()) == _ITEM_COLUMNS
+    return str(compiled), not compiled.positional
 
 
 @dataclass(frozen=True)

@@ -77,19 +77,17 @@ class LinkageLimits(Strict):
 class Group(Strict):
     """Fields of which all or none must be given."""
 
-    def missing(self) -> list[str]:
-        """Names of the null fields."""
-        return [name for name in type(self).model_fields if getattr(self, name) is None]
-
     @property
     def given(self) -> bool:
-        return len(self.missing()) < len(type(self).model_fields)
+        """Whether any field is not null."""
+        return any(value is not None for _, value in self)
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""
         if not self.given:
             return []
-        return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in self.missing()]
+        missing = [name for name, value in self if value is None]
+        return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in missing]
 
 
 class Drive(Group):

@@ -160,7 +160,7 @@ def openmdao_rate(count: int) -> float:
 
 
 @contextlib.contextmanager
-def _cluster(workers: int) -> Iterator[str]:
+def cluster(workers: int) -> Iterator[str]:
     """The address of a Dask scheduler with so many workers of one process each."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -185,7 +185,7 @@ def _cluster(workers: int) -> Iterator[str]:
 
 def dask_rate(kind: str, count: int, workers: int) -> float:
     """Items a second of a batch on a Dask cluster."""
-    with _cluster(workers) as address:
+    with cluster(workers) as address:
         return batch_rate(kind, count, workers, CRANKWRIGHT_CLUSTER=address)
 
 

@@ -8,6 +8,7 @@ this lock order rules out deadlocks.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
@@ -15,7 +16,7 @@ from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from sqlalchemy import Connection, Dialect, delete, insert, select, update
+from sqlalchemy import Connection, Dialect, delete, func, insert, select, update
 
 from app.store.batch_items import DIGEST_BYTES, digest
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
@@ -24,6 +25,8 @@ from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
 
+_LEAST_PART = 8
+"""By how much the last chunks of a batch may be smaller than the others."""
 RECEIVING_S = 600.0
 """Time [s] after the last block at which an unacknowledged batch counts as abandoned."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
@@ -149,7 +152,8 @@ def _drop(connection: Connection, number: int) -> None:
 class Claim:
     """Lease up to ``chunks`` chunks of one batch: expired leases first, then waiting chunks in order.
 
-    A chunk of more than ``items`` is cut; the remainder stays waiting.
+    A chunk of more than ``items``, or of more than the part ``most`` of all that waits, is cut; the remainder stays
+    waiting. Chunks so become smaller towards the end of a batch, down to ``items`` / 8, and its workers end together.
     """
 
     number: int
@@ -157,6 +161,7 @@ class Claim:
     lease_s: float
     chunks: int
     items: int
+    most: float = 1.0
 
     def __call__(self, connection: Connection) -> list[Chunk]:
         if not _lock(connection, self.number):
@@ -166,14 +171,20 @@ class Claim:
         # A waiting row may be cut into several chunks.
         found += self._select_chunks(connection, ChunkState.WAITING, self.chunks - len(found))
         claimed: list[Chunk] = []
+        items = self._largest(connection)
         for chunk in found:
-            cut = Chunk(chunk.batch, chunk.first, min(self.items, chunk.count), chunk.block, chunk.attempts + 1)
+            cut = Chunk(chunk.batch, chunk.first, min(items, chunk.count), chunk.block, chunk.attempts + 1)
             _resize(connection, chunk, cut, self.owner, time_now + self.lease_s)
             claimed.append(cut)
         if claimed:
             first = batches.c.number == self.number, batches.c.status == BatchStatus.QUEUED
             connection.execute(update(batches).where(*first).values(status=BatchStatus.RUNNING, started_at=utc_now()))
         return claimed
+
+    def _largest(self, connection: Connection) -> int:
+        waits = batch_chunks.c.batch == self.number, batch_chunks.c.state == ChunkState.WAITING
+        waiting = connection.execute(select(func.sum(batch_chunks.c.count)).where(*waits)).scalar() or 0
+        return min(self.items, max(math.ceil(self.most * waiting), math.ceil(self.items / _LEAST_PART)))
 
     def _select_chunks(self, connection: Connection, state: ChunkState, most: int, *more: Any) -> list[Chunk]:
         if most <= 0:

@@ -2,7 +2,7 @@
 
 python -m bench.engine_overhead        measures, and updates the section of docs/benchmarks.md
 
-An item sleeps 0.6 ms, so 833 of them make a chunk of 0.5 s; the batch of 40,000 takes one worker 24 s. Workers are
+An item sleeps 0.6 ms, so 833 of them make a chunk of 0.5 s; the batch of 20,000 takes one worker 12 s. Workers are
 processes of this machine, or those of a Dask cluster on it (a scheduler, and `crankwright worker` with one process each).
 Overhead is the part of the workers' time from the first lease to the last commit in which they did not sleep: leases,
 dispatch, unpacking, storing, and the end of the batch, where one worker waits for the other. What solves cost the
@@ -35,7 +35,7 @@ from bench.batch_rivals import PAGE, cluster
 from bench.sections import put
 
 HEADING = "## The engine of batches"
-COUNT, ITEM_S = 40_000, 6e-4
+COUNT, ITEM_S = 20_000, 6e-4
 _FIRST = 2000
 """Items of a batch before the measured one: it starts the workers."""
 
@@ -57,14 +57,14 @@ def load(_kind: str, _mode: str) -> None:
     """Nothing to load."""
 
 
-def idle_work() -> Iterator[None]:
-    """Nothing to do."""
+def load_step_by_step() -> Iterator[None]:
+    """Nothing to load before the first call, or while idle."""
     return iter(())
 
 
 _SETTINGS: dict[str, Any] = {
-    "entry": answer, "background_entry": answer, "load": load, "idle_work": idle_work,
-    "preload": "bench.engine_overhead", "kernels": False,
+    "entry": answer, "background_entry": answer, "load": load, "idle_work": load_step_by_step,
+    "preload": "bench.engine_overhead", "kernels": False, "niceness": 0, "background_niceness": 0,
 }  # fmt: skip
 
 

@@ -39,11 +39,10 @@ class Restitution:
     high: float
 
     def __post_init__(self) -> None:
-        inside = f"[{LEAST_RESTITUTION:g}, {GREATEST_RESTITUTION:g}]"
         for name in ("low", "high"):
-            value = getattr(self, name)
-            ok = LEAST_RESTITUTION <= value <= GREATEST_RESTITUTION
-            require(ok, f"restitution.{name}", "lies outside what the mechanism can be made for", inside)
+            if not LEAST_RESTITUTION <= getattr(self, name) <= GREATEST_RESTITUTION:
+                inside = f"[{LEAST_RESTITUTION:g}, {GREATEST_RESTITUTION:g}]"
+                raise InvalidInput(f"restitution.{name}", "lies outside what the mechanism can be made for", inside)
         require(self.low <= self.high, "restitution.low", "exceeds restitution.high", "at most restitution.high")
 
     @property

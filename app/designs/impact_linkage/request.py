@@ -223,9 +223,10 @@ class CheckRequest(LinkageRequest):
 
     def given(self) -> linkage.Given:
         """The parts of the scene that the request determines."""
-        timed = self.sized and self.blow_frequency_hz is not None
+        sized = self.sized
+        timed = sized and self.blow_frequency_hz is not None
         return linkage.Given(
-            size=self.sized,
+            size=sized,
             speed=timed,
             speed_asked=timed and self.impact_speed_m_s is not None,
             energy=self.impact_energy_j is not None,

@@ -3,10 +3,10 @@
 python -m bench.engine_overhead        measures, and updates the section of docs/benchmarks.md
 
 An item sleeps 0.6 ms, so 833 of them make a chunk of 0.5 s; the batch of 20,000 takes one worker 12 s. Workers are
-processes of this machine, or those of a Dask cluster on it (a scheduler, and `crankwright worker` with one process each).
+processes of this machine, or those of a Dask cluster on it: a scheduler, and `crankwright worker` with a process each.
 Overhead is the part of the workers' time from the first lease to the last commit in which they did not sleep: leases,
 dispatch, unpacking, storing, and the end of the batch, where one worker waits for the other. What solves cost the
-processor is not in it: a machine whose cores are busy with other work measures the same.
+processor is not in it: a machine whose cores are busy with other work measures nearly the same.
 """
 
 from __future__ import annotations

@@ -40,8 +40,6 @@ _TIMING_DECIMALS = 7
 """Decimal places of a stored time in seconds."""
 
 
-
-
 def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Needs:
     """Solve the chunk of a pickled Task."""
     asked: Task = pickle.loads(payload)
@@ -89,7 +87,8 @@ class _Answered(NamedTuple):
         text = parts_json(parts)
         # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text.
         if (b"NaN" in text or b"Infinity" in text) and not finite(parts):
-            return cls.of(slug, mode, _failure("The result is not finite", "the solver gave a number that is not finite"))
+            why = "the solver gave a number that is not finite"
+            return cls.of(slug, mode, _failure("The result is not finite", why))
         holds = None if found.verdict is None else bool(found.verdict["holds"])
         reusable = found.status in _SETTLED and (found.accuracy or {}).get("met", True)
         return cls(found.status, holds, parts.get("figure"), text, reusable)

@@ -30,7 +30,7 @@ Array = NDArray[np.float64]
 _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
 
-_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 8.0
+_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 6.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
 excite all modes and appear most in the fast ones."""
 
@@ -129,7 +129,8 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
             sampling, seen = turn.sampling, turn.even
             change, share, pace = _change_by_motion(
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
-                sampling.even, line_mass, situation.in_plane, situation.softer, collocation(NODES),
+                sampling.ends, sampling.even, line_mass, material.loss_factor, situation.in_plane, situation.softer,
+                collocation(NODES),
             )  # fmt: skip
             if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _MAX_EXCITED * turn.sharpness:
                 break
@@ -139,7 +140,7 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
             turn = finer
         change *= _MARGIN + (_RINGING_MARGIN - _MARGIN) * min(_RINGING_WEIGHT * share, 1.0)
         # After jumps ringing is overestimated, by enough to cover the iterates beyond the first.
-        left = max(1.0 - change, 0.5) if situation.sharp.size and change < 1.0 else 1.0 - _SERIES_RATIO * change
+        left = max(1.0 - change, 0.5) if situation.is_sharp and change < 1.0 else 1.0 - _SERIES_RATIO * change
         situation.known["inertia"] = change / left if left > 0.0 else math.inf, share, pace
     return situation.known["inertia"]
 
@@ -147,14 +148,15 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
 @kernel
 def _change_by_motion(
     j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
-    even: int, line_mass: float, critical: float, softer: float, tables: Collocation,
+    ends: NDArray[np.bool_], even: int, line_mass: float, loss: float, critical: float, softer: float,
+    tables: Collocation,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Maximum relative change of the main results by the strip's motion; then ``share`` and ``pace`` of ``Motion``.
 
     ``seen`` are the states at which results are evaluated: a regular subset of the uniform angles.
     """
     n = seen.shape[1]
-    motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
+    motion = motion_of(states, order, angle, ends, even, even // n, strip, line_mass, loss, critical, softer, tables)
     worst, of_side = 0.0, _ALL_MODES_SIDE_FORCE if motion.either and order.size > even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _MIN_RINGING_SHARE else 1):
@@ -179,9 +181,11 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
         return change
     influence, share, pace = _by_inertia(situation)
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
-    own = influence / (_JUMP_EXCESS if situation.sharp.size else 1.0)
+    own = influence / (_JUMP_EXCESS if situation.is_sharp else 1.0)
     own = min(own, _MAX_AMPLIFYING + _NEAR_BUCKLING / left)
-    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace)
+    # Ringing keeps the phase of the last revolution, or of as much of it as damping leaves.
+    memory = 1.0 / max(1.0, math.pi * situation.scene.material.loss_factor * pace)
+    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace * memory)
     moved = (own * share if stiffens else 0.0) * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
     if math.isinf(influence):
         if pace < _SLOW_PACE and abs(math.sin(math.pi * pace)) > _MIN_DETUNING:

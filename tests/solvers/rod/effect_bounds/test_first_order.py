@@ -67,7 +67,7 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
     angle = 2.0 * np.pi / 256 * np.arange(256)
     share = np.cos(3.0 * angle)
-    found = _own_motion(angle, share, np.full(256, pace), True)
+    found = _own_motion(angle, share, np.full(256, pace), 0.0, True)
     expected = 9.0 / (pace**2 - 9.0) * share
     # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
     assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
@@ -79,7 +79,7 @@ def test_a_jump_of_the_load_rings_as_strongly_as_a_turn_without_damping_lets_it(
     width = 1e-5
     angle = np.sort(np.concatenate([2.0 * np.pi / 128 * np.arange(1, 128), 1.0 + width * np.arange(5) / 4]))
     share = np.interp(np.mod(angle - 1.0, 2.0 * np.pi), [0.0, width, 2.0 * np.pi], [0.0, -1.0, 0.0])
-    found = _own_motion(angle, share, np.full(angle.size, pace), False)
+    found = _own_motion(angle, share, np.full(angle.size, pace), 0.0, False)
     away = np.abs(np.mod(angle - 1.0 + 0.1, 2.0 * np.pi)) > 0.3
     expected = 0.5 / abs(math.sin(math.pi * pace))
     assert 0.98 * expected <= np.abs(found[away]).max() <= (1.05 + 0.002 * pace) * expected

@@ -126,11 +126,11 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
         d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
         line_mass = material.density * d.b * d.h * m.angular_speed**2
         while True:
-            sampling, seen = turn.sampling, turn.even
+            sampling, seen = turn.sampling, turn.seen
             change, share, pace = _change_by_motion(
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
-                sampling.ends, sampling.even, line_mass, material.loss_factor, situation.in_plane, situation.softer,
-                collocation(NODES),
+                sampling.ends, sampling.even, turn.step, line_mass, material.loss_factor, situation.in_plane,
+                situation.softer, collocation(NODES),
             )  # fmt: skip
             if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _MAX_EXCITED * turn.sharpness:
                 break
@@ -148,24 +148,26 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
 @kernel
 def _change_by_motion(
     j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
-    ends: NDArray[np.bool_], even: int, line_mass: float, loss: float, critical: float, softer: float,
+    ends: NDArray[np.bool_], even: int, every: int, line_mass: float, loss: float, critical: float, softer: float,
     tables: Collocation,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Maximum relative change of the main results by the strip's motion; then ``share`` and ``pace`` of ``Motion``.
 
-    ``seen`` are the states at which results are evaluated: a regular subset of the uniform angles.
+    ``seen`` are the states at the judged angles; the motion there is that at the nearest uniform angle, of which every
+    ``every``-th one is used.
     """
     n = seen.shape[1]
-    motion = motion_of(states, order, angle, ends, even, even // n, strip, line_mass, loss, critical, softer, tables)
+    motion = motion_of(states, order, angle, ends, even, every, strip, line_mass, loss, critical, softer, tables)
     worst, of_side = 0.0, _ALL_MODES_SIDE_FORCE if motion.either and order.size > even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _MIN_RINGING_SHARE else 1):
         sign = 1.0 - 2.0 * turned
         for i in range(n):
-            side[i] = seen[SIDE, i] + motion.side[i] + sign * of_side * motion.rings_side[i]
-            moment[i] = seen[MOMENT, i] + motion.moment[i] + sign * _ALL_MODES * motion.rings_moment[i]
+            k = round(j.angle[i] / TURN * motion.side.size) % motion.side.size
+            side[i] = seen[SIDE, i] + motion.side[k] + sign * of_side * motion.rings_side[k]
+            moment[i] = seen[MOMENT, i] + motion.moment[k] + sign * _ALL_MODES * motion.rings_moment[k]
             for m in range(series.shape[0]):
-                series[m, i] = motion.series[m, i] + sign * _ALL_MODES * motion.rings_series[m, i]
+                series[m, i] = motion.series[m, k] + sign * _ALL_MODES * motion.rings_series[m, k]
         moved = judge(j, strip, seen, side, moment, series, False, judged.critical)
         worst = max(worst, change(j, judged, moved))
     return worst, motion.share, motion.pace

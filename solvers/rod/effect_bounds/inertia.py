@@ -105,12 +105,12 @@ def motion_of(
             # The response itself is the first term of a series.
             rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
+        own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
-            _running_maximum(rings, max(1, round(1.5 / (pace.mean() * step))))
+            _fill_amplitudes(rings, angle[order], free)
             np.maximum(rings, corners, rings)
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
@@ -135,12 +135,13 @@ def _second_difference(values: Array, i: int, n: int) -> float:
 
 
 @kernel
-def _running_maximum(rings: Array, reach: int) -> None:
-    """Replace every value by the maximum magnitude within ``reach`` neighbours: a quarter of a period."""
-    beside, n = np.abs(rings), rings.size
-    for i in range(n):
-        for k in range(i - reach, i + reach + 1):
-            rings[i] = max(abs(rings[i]), beside[k % n])
+def _fill_amplitudes(rings: Array, angle: Array, free: Array) -> None:
+    """The maximum amplitude within a step of each uniform angle, from those at increasing angles [rad]."""
+    rings[:] = 0.0
+    for i in range(free.size):
+        at = angle[i] / _TURN * rings.size
+        for k in (math.floor(at), math.ceil(at)):
+            rings[k % rings.size] = max(rings[k % rings.size], free[i])
 
 
 @kernel
@@ -236,8 +237,10 @@ def _share_of(rise: Array, shape: Array) -> Array:
 
 
 @kernel
-def _own_motion(angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool) -> Array:
-    """a at increasing angles of one revolution, from c and Omega there.
+def _own_motion(
+    angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
+) -> tuple[Array, Array]:
+    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of what rings in it.
 
     For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
     load's pieces.
@@ -273,13 +276,14 @@ def _own_motion(angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_]
     left = 1.0 - first[0] - second[1] + kept * kept
     sine = max(0.5 * math.sqrt(max((left - (1.0 - kept) ** 2) / kept, 0.0)), _MIN_SINE)
     scale = 1.0 / (_divisor(kept, sine) * _divisor(kept, _certain_sine(sine, phase)))
-    state, out = np.empty(2), np.empty(n)
+    state, out, free = np.empty(2), np.empty(n), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
-        out[i] = state[0]
+        out[i], w = state[0], turn[0, i]
+        free[i] = math.hypot(state[0] + begin[i] / w**2, (state[1] + (end[i] - begin[i]) / (width[i] * w**2)) / w)
         _advance(state, turn[:, i], width[i], begin[i], end[i])
-    return out
+    return out, free
 
 
 @kernel

@@ -91,11 +91,6 @@ class Turn:
         """Every other uniform angle of ``seen``: corrections of the shape are smooth."""
         return self._seen(slice(0, self.sampling.even, 2 * self.step))
 
-    @cached_property
-    def even(self) -> Seen:
-        """The evaluated subset without sharp angles."""
-        return self.seen if self.smooth else self._seen(slice(0, self.sampling.even, 1))
-
     @property
     def smooth(self) -> bool:
         return self.sampling.even == self.sampling.angle.size

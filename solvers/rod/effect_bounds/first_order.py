@@ -37,7 +37,7 @@ excite all modes and appear most in the fast ones."""
 _RINGING_WEIGHT = 5.0
 """Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
 
-_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.5, 1.2
+_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.4, 1.1
 """Coefficients of the change by a phase shift of the ringing, to first and second order of the shift."""
 
 _MIN_RINGING_SHARE = 1e-3

@@ -8,10 +8,10 @@ obeys
 
     a'' + eta Omega a' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega,  eta the loss factor
 
-which is solved on steps with constant Omega and linear c'', exactly but for terms of the order of eta, with periodic
-closure: this includes harmonics near a resonance, corners and jumps of the load, however narrow, and the variation of
-Omega. Its difference from -c''/Omega^2, which d already contains, is added in d's shape. A mode too fast for the step
-width is represented by its amplitude, and for a smooth load by the corners due to friction.
+which is solved exactly on steps with constant Omega and linear c'', with periodic closure: this includes harmonics near
+a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference from
+-c''/Omega^2, which d already contains, is added in d's shape. A mode too fast for the step width is represented by its
+amplitude, and for a smooth load by the corners due to friction.
 
 The periodic closure depends on the phase after a revolution, which is shifted toward resonance by its uncertainty.
 Faster modes ring too and are not computed: ``first_order`` has margins for them.
@@ -258,11 +258,13 @@ def _own_motion(
             end[i] = begin[(i + 1) % n]
     else:
         _fill_curvatures(angle, share, width, ends, begin, end)
-    turn = np.empty((3, n))
+    # Omega, half the rate of decay, and the cosine and sine of the damped phase times what remains after the step.
+    turn, slower = np.empty((4, n)), math.sqrt(1.0 - 0.25 * loss * loss)
     for i in range(n):
         w = 0.5 * (pace[i] + pace[(i + 1) % n])
         kept = math.exp(-0.5 * loss * w * width[i])
-        turn[0, i], turn[1, i], turn[2, i] = w, kept * math.cos(w * width[i]), kept * math.sin(w * width[i])
+        turn[0, i], turn[1, i] = w, 0.5 * loss * w
+        turn[2, i], turn[3, i] = kept * math.cos(slower * w * width[i]), kept * math.sin(slower * w * width[i])
     # d and d' after a revolution: forced from rest, and free from unit initial values.
     forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
     for i in range(n):
@@ -280,8 +282,8 @@ def _own_motion(
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
-        out[i], w = state[0], turn[0, i]
-        free[i] = math.hypot(state[0] + begin[i] / w**2, (state[1] + (end[i] - begin[i]) / (width[i] * w**2)) / w)
+        y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
+        out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
         _advance(state, turn[:, i], width[i], begin[i], end[i])
     return out, free
 
@@ -374,12 +376,20 @@ def _certain_sine(sine: float, phase: float) -> float:
 
 
 @kernel
+def _free_part(state: Array, turn: Array, width: float, begin: float, end: float) -> tuple[float, float]:
+    """d and d' less the particular solution -c''/w^2 + 2 g c'''/w^4 at the step's begin."""
+    square = turn[0] * turn[0]
+    slope = (end - begin) / width
+    return state[0] + (begin - 2.0 * turn[1] * slope / square) / square, state[1] + slope / square
+
+
+@kernel
 def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
-    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w, and the cosine and sine of
-    its phase, which damping reduces."""
-    w, cosine, sine = turn[0], turn[1], turn[2]
-    square = w * w
-    rate = -(end - begin) / (width * square)
-    y, v = state[0] + begin / square, state[1] - rate
-    state[0] = y * cosine + v / w * sine - end / square
-    state[1] = -w * y * sine + v * cosine + rate
+    """One step of d'' + 2 g d' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn``: w, g, and the cosine and
+    sine of the damped phase times exp(-g width)."""
+    g, cosine, sine = turn[1], turn[2], turn[3]
+    square, slower = turn[0] * turn[0], math.sqrt(turn[0] * turn[0] - g * g)
+    slope = (end - begin) / width
+    y, v = _free_part(state, turn, width, begin, end)
+    state[0] = y * cosine + (v + g * y) / slower * sine - (end - 2.0 * g * slope / square) / square
+    state[1] = v * cosine - (square * y + g * v) / slower * sine - slope / square

@@ -5,8 +5,9 @@ removed in turn (``situation``). Large displacement and the strip's inertia are 
 (``cycle.large_displacement``, ``inertia``). So each effect is evaluated together with all others except these two; a
 large inertia of the strip amplifies changes due to others, and these may shift the phase of its ringing arbitrarily.
 
-The margins are based on tests over random machines, not on proof (docs/campaign.md): the changes themselves are
-accurate to some percent in most of them, and those of inertia with many ringing modes to a factor of a few.
+The margins are based on tests over random machines, not on proof (``bench.influences``, docs/benchmarks.md): the
+changes themselves are accurate to some percent in most of them, and those of inertia with many ringing modes to a
+factor of a few.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ excite all modes and appear most in the fast ones."""
 _RINGING_WEIGHT = 5.0
 """Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
 
-_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.4, 1.1
+_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.35, 1.1
 """Coefficients of the change by a phase shift of the ringing, to first and second order of the shift."""
 
 _MIN_RINGING_SHARE = 1e-3
@@ -52,7 +53,7 @@ _MAX_EXCITED = 25.0
 _SERIES_RATIO = 1.5
 """Factor on the first iterate's influence for the ratio of successive iterates of inertia."""
 
-_JUMP_EXCESS = 3.0
+_JUMP_EXCESS = 4.0
 """Typical overestimation of the ringing after jumps of the load by its bound."""
 
 _AMPLIFICATION, _MAX_AMPLIFYING, _NEAR_BUCKLING, _UNBOUNDED_FACTOR = 2.0, 1.2, 0.2, 2.0

@@ -54,10 +54,12 @@ def table(curves: Sequence[Curve]) -> Iterator[str]:
     yield f"{first} | setting | time, median | goal | error, median | error, worst | cases | without answer |"
     yield "|---" * (first.count("|") + 7) + "|"
     for curve in curves:
+        of = f"{curve.part} | {curve.name}" if curve.part else curve.name
         for p in curve.points:
+            goal = "" if p.goal is None else shown_time(p.goal)
             yield (
-                f"| {f'{curve.part} | ' if curve.part else ''}{curve.name} | {p.setting} | {shown_time(p.time)} | "
-                f"{'' if p.goal is None else shown_time(p.goal)} | {_shown(p.error)} | {_shown(p.worst)} | {p.cases} | {p.failures} |"
+                f"| {of} | {p.setting} | {shown_time(p.time)} | {goal} | {_shown(p.error)} | {_shown(p.worst)} | "
+                f"{p.cases} | {p.failures} |"
             )
     for part in parts:
         yield ""

@@ -31,7 +31,7 @@ Array = NDArray[np.float64]
 _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
 
-_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 6.0
+_ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
 excite all modes and appear most in the fast ones."""
 

@@ -118,9 +118,11 @@ def motion_of(
         for i in range(even):
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
-    for k in range(rows.shape[0]):
-        for i in range(rows.shape[1]):
-            rung[k, i] = rows[k, greatest] * rings[i * every]
+    for i in range(rows.shape[1]):
+        # Of a mode's motion, its inertia is the square of its frequency.
+        rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
+        for k in range(rows.shape[0]):
+            rung[k, i] = rows[k, greatest] * rate
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,

@@ -103,7 +103,7 @@ def motion_of(
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The response itself is the first term of a series.
-            rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
+            rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
         for i in range(order.size):
@@ -111,7 +111,8 @@ def motion_of(
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
             _fill_amplitudes(rings, angle[order], free)
-            np.maximum(rings, corners, rings)
+            for i in range(even):
+                rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
         # The sign at every angle is that of the stroke, or the opposite at all.
@@ -350,7 +351,8 @@ def _fill_curvatures(
 def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, loss: float, strip: Strip, critical: float
 ) -> float:  # fmt: skip
-    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles.
+    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles, times
+    Omega^(1/2): as Omega varies, that is what remains the same.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -369,7 +371,7 @@ def _corners_ring(
         force = states[FORCE, i] + at * (states[FORCE, j] - states[FORCE, i])
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
-        total += friction * rate * rate / side * moved / (pace[i] * pace[i])
+        total += friction * rate * rate / side * moved / pace[i] ** 1.5
     kept = math.exp(-0.5 * loss * phase)
     return total * max(1.0, 1.0 / _divisor(kept, _certain_sine(abs(math.sin(0.5 * phase)), phase)))
 

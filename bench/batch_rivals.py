@@ -3,8 +3,8 @@
     python -m bench.batch_rivals            # writes the section of docs/benchmarks.md
 
 One pin, its force another for each check; all ways on this machine, one after the other, timed by the clock from the
-first request to the last answer, and by the processor time of all processes that have a part in it. A batch stores every
-answer durably, and so does a loop of requests to a service. joblib and OpenMDAO call the library's own check; joblib's
+first request to the last answer, and by the processor time of all processes that have a part in it. A batch stores its
+answers durably; so does a loop of requests to a service. joblib and OpenMDAO call the library's own check; joblib's
 two processes keep nothing, OpenMDAO's DOEDriver (ListGenerator, one process) records each case with its SqliteRecorder,
 and is left out where OpenMDAO is not installed. Two Dask workers are two `crankwright worker` processes with one batch
 worker each, on a scheduler of this machine. Rod checks take longer: with them the processes that solve weigh more than

@@ -1,17 +1,16 @@
 """What the batch engine costs beside the solves: chunks of 0.5 s that only sleep, on one and two workers.
 
-python -m bench.engine_overhead        measures, and updates the section of docs/benchmarks.md
-
 An item sleeps 0.6 ms, so 833 of them make a chunk of 0.5 s; the batch of 20,000 takes one worker 12 s. Workers are
 processes of this machine, or those of a Dask cluster on it: a scheduler, and `crankwright worker` with a process each.
 Overhead is the part of the workers' time from the first lease to the last commit in which they did not sleep: leases,
 dispatch, unpacking, storing, and the end of the batch, where one worker waits for the other. What solves cost the
 processor is not in it: a machine whose cores are busy with other work measures nearly the same.
+
+python -m bench engine_overhead
 """
 
 from __future__ import annotations
 
-import argparse
 import asyncio
 import json
 import pickle
@@ -31,10 +30,8 @@ from app.store.batch_items import packed
 from app.store.batch_records import Item
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from bench.batch_rivals import PAGE, cluster
-from bench.sections import put
+from bench.batch_rivals import cluster
 
-HEADING = "## The engine of batches"
 COUNT, ITEM_S = 20_000, 6e-4
 _FIRST = 2000
 """Items of a batch before the measured one: it starts the workers."""
@@ -112,6 +109,7 @@ async def _solved(service: BatchService, count: int) -> float:
 
 def table() -> list[str]:
     """Measure, as a table."""
+    engine._INITIAL_ITEM_S = dict.fromkeys(engine._INITIAL_ITEM_S, ITEM_S)
     lines = ["| workers | overhead | two against one | goal |", "|---|---|---|---|"]
     for name, dask in (("process", False), ("Dask worker", True)):
         one, two = (overhead(workers, dask) for workers in (1, 2))
@@ -119,24 +117,3 @@ def table() -> list[str]:
         lines.append(f"| one {name} | {100 * one:.1f} % | | ≤ 5 % |")
         lines.append(f"| two {plural} | {100 * two:.1f} % | {2 * (1 - two) / (1 - one):.2f} | ≤ 5 %, ≥ 1.7 |")
     return lines
-
-
-def main() -> None:
-    """Measure, and write the section."""
-    parser = argparse.ArgumentParser()
-    parser.add_argument("--dry", action="store_true", help="print the table instead of writing it")
-    asked = parser.parse_args()
-    engine._INITIAL_ITEM_S = dict.fromkeys(engine._INITIAL_ITEM_S, ITEM_S)
-    found = table()
-    if asked.dry:
-        print("\n".join(found))
-        return
-    told = (__doc__ or "").partition("\n\n")[2].partition("\n\n")[2].strip()
-    put(PAGE, HEADING, [HEADING, "", told, "", *found, ""])
-
-
-if __name__ == "__main__":
-    # Workers find the functions above under the module's own name.
-    from bench import engine_overhead
-
-    engine_overhead.main()

@@ -21,6 +21,7 @@ from bench import (
     crank,
     design,
     effects,
+    engine_overhead,
     influences,
     kernels,
     linkage,
@@ -44,6 +45,7 @@ SECTIONS: dict[str, tuple[str, ModuleType]] = {
     "effects": ("Effects left out", effects),
     "influences": ("Influences of effects", influences),
     "bulk": ("Many at once", bulk),
+    "engine_overhead": ("The engine of batches", engine_overhead),
     "service": ("The service", service),
     "start": ("The start", start),
 }

@@ -74,8 +74,9 @@ def _checked(strip: Strip, states: Array) -> Array:
     if strip.couples == 0.0:
         return states[FORCE : STROKE + 1]
     rows = np.empty((CHECKED, states.shape[1]))
-    rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-    rows[3], rows[4] = states[CLAMP] + states[HEAD], states[CLAMP]
+    for j in range(states.shape[1]):
+        rows[0, j], rows[1, j], rows[2, j] = states[FORCE, j], states[SIDE, j], states[MOMENT, j]
+        rows[3, j], rows[4, j] = states[CLAMP, j] + states[HEAD, j], states[CLAMP, j]
     return rows
 
 
@@ -121,5 +122,7 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
             found.append(states)
     out = np.empty((ROWS, len(found) * n))
     for p in range(len(found)):
-        out[:, p * n : (p + 1) * n] = found[p]
+        for row in range(ROWS):
+            for j in range(n):
+                out[row, p * n + j] = found[p][row, j]
     return np.array(edges), out

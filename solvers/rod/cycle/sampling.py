@@ -47,10 +47,10 @@ def rule_for(load: Load, accuracy: float) -> Rule:
 def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     """Panel ends over one revolution: ends of the load's pieces and sharp angles, the corners due to friction, and
     enough in between that no panel exceeds a quarter of a revolution."""
-    breaks = np.mod(drive.breaks if drive.breaks.size > 0 else sharp, TURN)
+    breaks = _within_turn(drive.breaks if drive.breaks.size > 0 else sharp)
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
-        breaks = np.concatenate((breaks, np.mod(corners, TURN)))
+        breaks = np.concatenate((breaks, _within_turn(corners)))
     breaks, ends = np.sort(breaks), [0.0 for _ in range(0)]
     for i in range(breaks.size):
         if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _MIN_SEPARATION:
@@ -65,6 +65,15 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
             out.append(ends[i - 1] + k / parts * (ends[i] - ends[i - 1]))
         out.append(ends[i])
     return np.array(out)
+
+
+@kernel
+def _within_turn(angle: Array) -> Array:
+    """The angles modulo one revolution."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        out[i] = angle[i] % TURN
+    return out
 
 
 @kernel

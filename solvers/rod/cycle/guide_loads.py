@@ -72,6 +72,15 @@ def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
 
 
 @kernel
+def beside(one: Array, share: float, other: Array) -> Array:
+    """one + share other."""
+    out = np.empty(one.size)
+    for i in range(one.size):
+        out[i] = one[i] + share * other[i]
+    return out
+
+
+@kernel
 def greater(one: float, of_one: float, other: float, of_other: float) -> tuple[float, float]:
     """The larger of two values, and its error including the possible excess of the other."""
     if one >= other:
@@ -110,9 +119,11 @@ def read_guide(
     if contact:
         couple = couple_of(guide.side, guide.moment, guide.lever, guide.offset)
         of_couple = couple_of(of_side, of_moment, guide.lever, guide.offset)
-        one, of_one = magnitude(edges, rule, guide.side + couple, ripple, of_side + of_couple, tolerance)
-        two, of_two = magnitude(edges, rule, guide.side - couple, ripple, of_side - of_couple, tolerance)
-        out[CONTACT_LOAD], missed = greater(one, of_one, two, of_two)
+        for_one, for_two = beside(guide.side, 1.0, couple), beside(guide.side, -1.0, couple)
+        of_one, of_two = beside(of_side, 1.0, of_couple), beside(of_side, -1.0, of_couple)
+        one, missed = magnitude(edges, rule, for_one, ripple, of_one, tolerance)
+        two, missed_two = magnitude(edges, rule, for_two, ripple, of_two, tolerance)
+        out[CONTACT_LOAD], missed = greater(one, missed, two, missed_two)
         error = max(error, relative(missed, out[CONTACT_LOAD]))
     return error
 
@@ -179,8 +190,8 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
     n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
     # The dead centres, and enough further angles for |v| to be nearly polynomial in between.
     corners = np.concatenate((_EIGHTHS, _graded(guide.ratio)))
-    corners = np.concatenate((corners, zeros(edges, rule, couple - guide.side)))
-    corners = np.concatenate((corners, zeros(edges, rule, couple + guide.side)))
+    corners = np.concatenate((corners, zeros(edges, rule, beside(couple, -1.0, guide.side))))
+    corners = np.concatenate((corners, zeros(edges, rule, beside(couple, 1.0, guide.side))))
     for k in range(corners.size):
         corners[k] = edges[0] + (corners[k] - edges[0]) % TURN
     ends = np.sort(np.concatenate((edges, corners)))

@@ -174,12 +174,12 @@ def create_app(
     app.add_middleware(Heads)
     contract.install(app)
     for router in (
+        submissions.router,  # first, since every route before it is tried in vain
         operation.router,
         runs.router,
         exports.router,
         catalogue.router,
         batches.router,
-        submissions.router,
         pages.router,
         form_pages.router,
         run_pages.router,

@@ -57,14 +57,17 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     memory = _MemoryLimit(settings.memory_bytes)
     connection.send((Reply.READY, None))
     idle_work: Iterator[None] | None = settings.idle_work()
+    loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
             while idle_work is not None and not connection.poll(_IDLE_DELAY_S):
                 with memory.unlimited():
                     idle_work = _one_step(idle_work)
             call = connection.recv()
-            with memory.unlimited():
-                settings.load(call[0], call[1])
+            if call[:2] not in loaded:
+                with memory.unlimited():
+                    settings.load(call[0], call[1])
+                loaded.add(call[:2])
             # From here on, a crash is attributed to the call.
             connection.send((Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))

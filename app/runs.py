@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from pydantic import BaseModel
@@ -21,6 +20,14 @@ from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.store.viewer import viewer
 from app.version import NAME, VERSION
+
+
+@dataclass(frozen=True)
+class AnsweredRun(RunRecord):
+    """A run just answered, with the names of its plots and exports, found before its result became bytes."""
+
+    plots: tuple[str, ...] = ()
+    exports: tuple[str, ...] = ()
 
 
 def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
@@ -57,7 +64,9 @@ def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
         return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
     timing = to_json({**answer.timing, "total_s": time.perf_counter() - started})
     holds = None if answer.verdict is None else answer.verdict["holds"]
-    return replace(run, status=answer.status, timing=timing, holds=holds, **parts, **_figure(run, answer))
+    plots, exports = _offered(run.kind, run.mode, answer.status, answer.result)
+    changed = {"status": answer.status, "timing": timing, "holds": holds, "plots": plots, "exports": exports}
+    return AnsweredRun(**{**vars(run), **changed, **parts, **_figure(run, answer)})
 
 
 def _finite(text: bytes | None, value: Any) -> bool:
@@ -150,17 +159,23 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
 def links(run: RunRecord) -> dict[str, Any]:
     """URLs of the run, its page, plots and exports."""
     at = f"/api/v1/runs/{run.id}"
-    kind = KINDS.get(run.kind)
-    result = None if run.result is None else from_json(run.result)
-    shown = {"kind": run.kind, "mode": run.mode, "status": run.status, "result": result}
-    drawn = kind is not None and run.status == RunStatus.SUCCEEDED and result is not None
-    plots: Iterable[str] = plots_for(kind, shown) if drawn else ()
+    if isinstance(run, AnsweredRun):
+        plots, exports = run.plots, run.exports
+    else:
+        plots, exports = _offered(run.kind, run.mode, run.status, run.result and from_json(run.result))
     return {
         "self": at,
         "page": f"/runs/{run.id}",
         "plots": {name: f"{at}/plots/{name}" for name in plots},
-        "exports": {name: f"{at}/exports/{name}" for name in exports_for(shown)},
+        "exports": {name: f"{at}/exports/{name}" for name in exports},
     }
+
+
+def _offered(slug: str, mode: str, status: str, result: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the plots and exports of a run."""
+    kind, shown = KINDS.get(slug), {"kind": slug, "mode": mode, "status": status, "result": result}
+    drawn = kind is not None and status == RunStatus.SUCCEEDED and result is not None
+    return tuple(plots_for(kind, shown) if drawn else ()), tuple(exports_for(shown))
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:

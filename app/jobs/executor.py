@@ -106,7 +106,7 @@ class Lane:
         self._lock = threading.Lock()
 
     def acquire(self) -> WorkerSlot:
-        """Take an idle slot, preferably one whose worker is running; the last used one, whose memory is in the caches."""
+        """Take an idle slot, preferably one whose worker runs, of these the last used: its memory is in the caches."""
         with self._lock:
             for slot in reversed(self._idle):
                 if slot.ready:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import resource
 import time
@@ -68,6 +69,7 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
                 with memory.unlimited():
                     settings.load(call[0], call[1])
                 loaded.add(call[:2])
+                gc.freeze()  # kernels stay; later collections need not look through them
             # From here on, a crash is attributed to the call.
             connection.send((Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))

@@ -154,7 +154,7 @@ def test_plot_effects_health_and_metrics(client, check_request):
     assert client.get("/readyz").status_code == 200
     client.get("/static/style.css")
     counted = client.get("/metrics").text
-    for handler, method in ((CHECKS, "POST"), ("/api/v1/runs/{run_id}/plots/{name}", "GET"), ("/static", "GET")):
+    for handler, method in ((CHECKS, "POST"), ("/api/v1/runs/{run_id}/plots/{plot}", "GET"), ("/static", "GET")):
         assert f'http_requests_total{{handler="{handler}",method="{method}",status="2xx"}}' in counted
     paths = client.get("/openapi.json").json()["paths"]
     assert {CHECKS, DESIGNS, "/api/v1/runs", "/api/v1/effects/{kind}"} <= set(paths)

@@ -89,7 +89,7 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
         if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
             out[i] = 0.0
             continue
-        # The neighbour's, or without a bore: a cube root of the bending term, a square root of the shear and axial ones.
+        # The neighbour's; without a bore a cube root of the bending term, a square root of the shear and axial ones.
         t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
         low, high, before = 0.0, np.inf, np.inf
         for _ in range(_MAX_STEPS):

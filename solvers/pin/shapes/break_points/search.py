@@ -156,7 +156,6 @@ class _Search:
                 # The incumbent's multiplier does not give this part's best bound.
                 around, part = self._improve(replace(part, settled=False))
                 bound, keep = self._bounded(part, bound)
-            volume = self.walls.volume
             if bound >= self._proven(part) or not all(k.any() for k in keep):
                 done = min(done, bound)
                 continue

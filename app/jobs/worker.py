@@ -70,8 +70,8 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
                     settings.load(call[0], call[1])
                 loaded.add(call[:2])
                 gc.freeze()  # kernels stay; later collections need not look through them
-            # From here on, a crash is attributed to the call.
-            connection.send((Reply.ACCEPTED, None))
+                # From here on, time is the call's. A worker that has what a call needs begins it at once.
+                connection.send((Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))
             connection.send((reply, content))
             if reply is Reply.MEMORY:

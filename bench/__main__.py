@@ -20,6 +20,7 @@ from bench import (
     random_designs,
     rod_problems,
     service,
+    service_requests,
     start,
 )
 
@@ -52,7 +53,7 @@ def main() -> None:
     for title, bench in sections:
         lines += [f"## {title}", "", bench.__doc__.partition("\n\n")[2].strip(), "", *bench.table(), ""]
     lines += ["## The service", "", service.__doc__.partition("\n\n")[2].strip(), "", *service.table(), ""]
-    lines += start.section()
+    lines += [*service_requests.section(), *start.section()]
     PAGE.write_text("\n".join(lines), "utf-8")
     print("\n".join(lines))
 

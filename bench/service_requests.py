@@ -6,8 +6,6 @@ The solve is the same requests answered in the bench's own process, from the val
 between is HTTP, validation, the hand-over to a worker that can be killed, and a commit that survives a power cut. Of
 several rounds the least disturbed counts: on a busy machine every change of process empties the caches, and the same
 request takes twice the time.
-
-python -m bench.service_requests        measures, and updates the section of docs/benchmarks.md
 """
 
 from __future__ import annotations
@@ -26,13 +24,10 @@ from typing import Any
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
-from bench.sections import put
 from bench.service import free_port, process, wait_for_answer
 
 REQUESTS, ROUNDS = 50, 10
-HEADING = "## One request after another"
 GOAL_S = 1.5e-3
-_PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
 
 def _rod(request: dict[str, Any], small: float) -> None:
@@ -166,14 +161,3 @@ def table() -> list[str]:
         for row in run()
     ]
     return [*lines, "", f"Load of the machine's {os.cpu_count()} cores at the end: {os.getloadavg()[0]:.1f}."]
-
-
-def section() -> list[str]:
-    """The section of docs/benchmarks.md."""
-    return [HEADING, "", __doc__.partition("\n\n")[2].strip(), "", *table(), ""]
-
-
-if __name__ == "__main__":
-    written = section()
-    put(_PAGE, HEADING, written)
-    print("\n".join(written))

@@ -29,6 +29,7 @@ from bench import (
     random_designs,
     rod_problems,
     service,
+    service_requests,
     start,
 )
 from bench.sections import put
@@ -47,6 +48,7 @@ SECTIONS: dict[str, tuple[str, ModuleType]] = {
     "bulk": ("Many at once", bulk),
     "engine_overhead": ("The engine of batches", engine_overhead),
     "service": ("The service", service),
+    "service_requests": ("One request after another", service_requests),
     "start": ("The start", start),
 }
 

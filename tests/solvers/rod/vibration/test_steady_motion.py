@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers.numerics.radau import radau
-from solvers.rod.vibration.motion import closed
 from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
+from solvers.rod.vibration.turn import closed
 
 TURN = 2 * np.pi
 RULE = radau(10)

@@ -7,6 +7,7 @@ strip, corrections refine its shape. Models outside the composition are not comp
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -83,8 +84,22 @@ class Correction(Protocol):
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
-    def like(self, refinement: Refinement) -> Correction:
-        """This correction at the resolution that one already prepared has found to be enough."""
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement]:
+        """Prepare it for cycles of strips next to one, all at once, at the resolution that was found there."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A correction that has been prepared for a cycle."""
+
+    correction: Correction
+    refinement: Refinement
+
+    def prepare(self, cycle: Cycle) -> Refinement:
+        return self.refinement
+
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement]:
+        return self.correction.beside(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -159,16 +174,20 @@ class Cycle:
         """This cycle with the linear shape."""
         return replace(self, composition=replace(self.composition, corrections=()))
 
-    def beside(self, dimensions: Dimensions) -> Cycle:
-        """The cycle of a strip next to this one, its corrections at the same resolution.
+    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle]:
+        """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution.
 
-        So differences between the two are free of changes of the resolution.
+        So differences between them are free of changes of the resolution, and all are solved at once.
         """
-        corrections = tuple(
-            correction.like(refinement)
-            for correction, refinement in zip(self.composition.corrections, self.refinements, strict=True)
-        )
-        return replace(self, dimensions=dimensions, composition=replace(self.composition, corrections=corrections))
+        cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
+        found = [
+            [Prepared(correction, one) for one in correction.beside(refinement, cycles)]
+            for correction, refinement in zip(corrections, self.refinements, strict=True)
+        ]
+        return [
+            replace(cycle, composition=replace(self.composition, corrections=own))
+            for cycle, own in zip(cycles, zip(*found, strict=True), strict=True)
+        ]
 
     @cached_property
     def drive(self) -> Drive:

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,10 +73,30 @@ class Stencil:
     def solved(self, y: tuple[float, ...]) -> tuple[FullStrip, FullStrip]:
         """The strip at y without its corrections, and with them, at the resolution that the centre asked for."""
         if y not in self._solved:
-            self.watch()
-            strip = self.centre if y == _CENTRE else FullStrip(self.centre.cycle.beside(self._dimensions(y)))
-            self._solved[y] = FullStrip(strip.cycle.without_corrections()), strip
+            places = {y} if y == _CENTRE or not self.curved else {y, *self._together()}
+            self._solve([place for place in places if place not in self._solved])
         return self._solved[y]
+
+    def _solve(self, places: list[tuple[float, ...]]) -> None:
+        """Solve strips, all those that do not buckle at the same time."""
+        self.watch()
+        cycles = {place: self._cycle(place) for place in places}
+        beside = [place for place, cycle in cycles.items() if place != _CENTRE and _stands(cycle)]
+        together = self.centre.cycle.beside([cycles[place].dimensions for place in beside])
+        cycles.update(zip(beside, together, strict=True))
+        for place, cycle in cycles.items():
+            self._solved[place] = FullStrip(cycle.without_corrections()), FullStrip(cycle)
+
+    def _cycle(self, y: tuple[float, ...]) -> Cycle:
+        """The strip at y, its resolution to be sought."""
+        centre = self.centre.cycle
+        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
+
+    def _together(self) -> list[tuple[float, ...]]:
+        """Places of which all are asked for, if any is: those of all slopes and curvatures."""
+        one = self.step * np.eye(3)
+        mixed = [one[v] + one[w] for v, w in _PAIRS if v != w]
+        return [place for place in map(tuple, np.vstack([one, -one, mixed]).tolist()) if not self.ends(place)]
 
     def ends(self, y: tuple[float, ...]) -> bool:
         """Whether a strip there would be longer than the rod."""
@@ -161,6 +181,11 @@ def difference(rows_of: Callable[[FullStrip], Array], plain: FullStrip, correcte
     """What corrections add to the rows of a strip; nothing where it buckles."""
     without = rows_of(plain)
     return np.zeros_like(without) if without[rows.STABILITY] >= 0.0 else rows_of(corrected) - without
+
+
+def _stands(cycle: Cycle) -> bool:
+    """Whether a strip does not buckle."""
+    return -float(np.min(cycle.axial_force(_MEAN))) < min(FullStrip(cycle).critical)
 
 
 def log_frequency_ratio(cycle: Cycle) -> tuple[float, Array]:

@@ -16,7 +16,7 @@ P_s = EI q_s, with the stroke W(l) + e W'(l) and the moment EI (W'' + e W''') at
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -96,13 +96,6 @@ class StripEquation:
             tip=stiffness[..., 0] * turned[..., -1, :],
             leaning=((l[..., 0] * zeta)[..., None, :] @ borne)[..., 0, :],
         )
-
-    def of_strip(self, k: int) -> StripEquation:
-        """The equation of one of several strips."""
-        own = {one.name: getattr(self, one.name) for one in fields(self)}
-        strip, basis = Strip(*(part[k] for part in self.strip)), self.basis.of_strip(k)
-        arrays = {name: part[k] for name, part in own.items() if name not in ("strip", "loss", "basis")}
-        return StripEquation(strip=strip, loss=self.loss, basis=basis, **arrays)
 
     @property
     def pace(self) -> Array:

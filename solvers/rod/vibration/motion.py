@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
-from solvers.rod.cycle.state import MOMENT, SIDE
+from solvers.rod.cycle.state import MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, points, split, states_at
+from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.ringing import FreeModes, chosen, closing, kicks
 from solvers.rod.vibration.turn import Turn, with_one
 
@@ -68,14 +70,18 @@ class Errors:
 @dataclass(frozen=True)
 class Motion:
     """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges``, and ringing;
-    ``amplification`` is by which closing the turn enlarges what one turn misses."""
+    ``amplification`` is by which closing the turn enlarges what one turn misses. So many modes are ``slow``, and the
+    phases of those that ring were to be as good as ``phases`` (ringing,) on every element."""
 
-    equation: StripEquation
+    strip: Strip
+    basis: StripBasis
     edges: Array
     samples: Array
     ringing: Ripple
     errors: Errors
     amplification: float
+    slow: int
+    phases: Array
 
     @property
     def quiet(self) -> Motion:
@@ -145,8 +151,42 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         mean_time=float(time @ turn.widths) / TURN,
         closing=_ROUNDING * float(amplification),
     )
-    samples = np.ascontiguousarray(d @ equation.modes.T)
-    return Motion(equation, edges, samples, ringing, errors, float(amplification))
+    samples, strip = np.ascontiguousarray(d @ equation.modes.T), equation.strip
+    return Motion(strip, equation.basis, edges, samples, ringing, errors, float(amplification), m, enough)
+
+
+def motions_beside(
+    found: Motion, around: Excitation, beside: Sequence[Excitation], loss: float, wanted: float
+) -> list[Motion]:
+    """The motions of strips next to one that was ``found`` with the excitation ``around``, as well resolved: with as
+    many modes, on elements that go with the corners (``Excitation.beside``). What they leave unknown is taken to be the
+    same."""
+    strips = Strip(*np.array([one.strip for one in beside]).T)
+    coarse, states = np.stack([one.edges for one in beside]), np.stack([one.states for one in beside], axis=1)
+    inertia, mean = np.array([one.inertia for one in beside]), np.array([one.mean for one in beside])
+    equation = StripEquation.of(strips, inertia, mean, found.basis.polynomials, loss)
+    edges = np.stack([np.interp(found.edges, around.anchors, one.anchors) for one in beside])
+    fine = [states_at(one.drive, one.strip, points(own)) for one, own in zip(beside, edges, strict=True)]
+    turn = Turn.of(equation, np.stack(fine, axis=1), edges, around.panels(found.edges), found.slow, wanted)
+    free = None
+    if found.phases.size:
+        free = FreeModes.of(equation, coarse, around.panels(around.edges), states, found.slow, found.phases)
+    begun, rung, amplification = turn.closed(free)
+    d = turn.amplitudes(turn.begin(begun)) - turn.still
+    samples = np.ascontiguousarray(d @ equation.modes[..., None, :, :].mT)
+    ringing = [found.ringing] * len(beside) if free is None else free.ringing(equation, rung)
+    return [
+        replace(
+            found,
+            strip=one.strip,
+            basis=equation.basis.of_strip(k),
+            edges=edges[k],
+            samples=samples[k],
+            ringing=ringing[k],
+            amplification=float(amplification[k]),
+        )
+        for k, one in enumerate(beside)
+    ]
 
 
 def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
@@ -167,7 +207,7 @@ def _space(equation: StripEquation, d: Array, greatest: Array) -> float:
     """What the polynomials along the strip leave out."""
     combined = equation.basis.combination @ equation.modes
     series = np.abs(d.reshape(-1, d.shape[2]) @ combined.T).max(axis=0)
-    ends = np.stack([equation.basis.polynomials(0.0, order) * series for order in (2, 3)], axis=1)
+    ends = np.stack([equation.basis.uncombined(0.0, order) * series for order in (2, 3)], axis=1)
     margin = _ALGEBRAIC if equation.loss else 1.0
     return margin * float(np.max(left_by_series(ends[-4:]) / greatest))
 

@@ -93,22 +93,27 @@ class StripBasis:
     geometric: Array
     mass: Array
 
+    @property
+    def polynomials(self) -> int:
+        """How many there are."""
+        return self.combination.shape[-2]
+
     def values(self, zeta: Array, order: int) -> Array:
         """d^order psi/dz^order at the sections: (..., sections, basis)."""
-        return self._per_length(_derivatives(zeta, self.combination.shape[-2], order) @ self.combination, order)
+        return self._per_length(_derivatives(zeta, self.polynomials, order) @ self.combination, order)
 
     def series(self, order: int) -> Array:
         """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (..., terms, basis)."""
-        return self._per_length(_coefficients(self.combination.shape[-2], order) @ self.combination, order)
+        return self._per_length(_coefficients(self.polynomials, order) @ self.combination, order)
 
-    def polynomials(self, zeta: float, order: int) -> Array:
+    def uncombined(self, zeta: float, order: int) -> Array:
         """d^order/dz^order at one section of the polynomials that ``combination`` combines: (..., polynomials)."""
-        one = _derivatives(np.array([zeta]), self.combination.shape[-2], order)
+        one = _derivatives(np.array([zeta]), self.polynomials, order)
         return self._per_length(one, order)[..., 0, :]
 
     def quadrature(self) -> tuple[Array, Array]:
         """Sections and weights, over a unit of length, that integrate products of two basis functions exactly."""
-        zeta, weights, _, _ = _quadrature(self.combination.shape[-2])
+        zeta, weights, _, _ = _quadrature(self.polynomials)
         return zeta, weights
 
     def of_strip(self, k: int) -> StripBasis:

@@ -89,6 +89,12 @@ class Excitation:
         edges = split(self.edges, parts)
         return replace(self, edges=edges, states=states_at(self.drive, self.strip, points(edges)))
 
+    def states_on(self, edges: Array) -> Array:
+        """The states at all points of elements between other edges."""
+        if np.array_equal(edges, self.edges):
+            return self.states
+        return states_at(self.drive, self.strip, points(edges))
+
     def panels(self, edges: Array) -> NDArray[np.int64]:
         """The first elements behind the corners; without corners the first one of the turn."""
         return np.searchsorted(edges, self.corners) if self.corners.size else np.zeros(1, dtype=np.int64)

@@ -13,7 +13,7 @@ from solvers.numerics.radau import Radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation, points, split, states_at
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.ringing import FreeModes, chosen, closing, kicks
 from solvers.rod.vibration.turn import Turn, with_one
@@ -102,7 +102,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     if m:
         most = equation.swing(excitation.states).reshape(-1, RULE.points.size).max(axis=1)
         edges = split(edges, step / equation.fastest(m, most))
-    states = states_at(excitation.drive, excitation.strip, points(edges))
+    states = excitation.states_on(edges)
     turn = Turn.of(equation, states, edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = turn.closed()
 
@@ -166,7 +166,7 @@ def motions_beside(
     inertia, mean = np.array([one.inertia for one in beside]), np.array([one.mean for one in beside])
     equation = StripEquation.of(strips, inertia, mean, found.basis.polynomials, loss)
     edges = np.stack([np.interp(found.edges, around.anchors, one.anchors) for one in beside])
-    fine = [states_at(one.drive, one.strip, points(own)) for one, own in zip(beside, edges, strict=True)]
+    fine = [one.states_on(own) for one, own in zip(beside, edges, strict=True)]
     turn = Turn.of(equation, np.stack(fine, axis=1), edges, around.panels(found.edges), found.slow, wanted)
     free = None
     if found.phases.size:

@@ -27,7 +27,7 @@ from solvers.rod.cycle.state import (
 )
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import critical_force
+from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
@@ -134,7 +134,7 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
         friction=4.0 / math.pi * friction,
         lever=6.0 / scene.piston.skirt_length,
         offset=scene.piston.clamp_offset,
-        buckled=-2.0 * float(critical_force(modulus, d.b, d.h, d.l, length)),
+        buckled=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
     )
 
 
@@ -146,6 +146,11 @@ class Composition:
     beam: BeamModel = PLAIN_BENDING
     feedback: bool = False
     corrections: tuple[Correction, ...] = ()
+
+    @cached_property
+    def linear(self) -> Composition:
+        """This without corrections."""
+        return replace(self, corrections=())
 
 
 @dataclass(frozen=True)
@@ -172,7 +177,7 @@ class Cycle:
 
     def without_corrections(self) -> Cycle:
         """This cycle with the linear shape."""
-        return replace(self, composition=replace(self.composition, corrections=()))
+        return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
     def beside(self, strips: Sequence[Dimensions]) -> list[Cycle]:
         """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution.

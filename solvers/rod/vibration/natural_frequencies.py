@@ -23,6 +23,7 @@ from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.legendre import legendre_at
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
@@ -55,18 +56,7 @@ def _coefficients(polynomials: int, order: int) -> Array:
 
 def _derivatives(zeta: Array, polynomials: int, order: int) -> Array:
     """Derivatives d^order/dzeta^order of the polynomials, whose second ones have unit norm: (points, basis)."""
-    return _legendre(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
-
-
-@kernel
-def _legendre(x: Array, degree: int) -> Array:
-    """Legendre's polynomials up to this degree, at least 1, by Bonnet's recursion: (points, degree + 1)."""
-    out = np.empty((x.size, degree + 1))
-    for i in range(x.size):
-        out[i, 0], out[i, 1] = 1.0, x[i]
-        for n in range(2, degree + 1):
-            out[i, n] = ((2 * n - 1) * x[i] * out[i, n - 1] - (n - 1) * out[i, n - 2]) / n
-    return out
+    return legendre_at(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
 
 
 @lru_cache(maxsize=8)

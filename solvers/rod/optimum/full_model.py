@@ -16,8 +16,9 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.check import RodCheck, check
+from solvers.rod.check import RodCheck, check_chosen, cycle_for
 from solvers.rod.cycle.composition import Array, Composition, Cycle
+from solvers.rod.effects import choose_for
 from solvers.rod.optimum.corrections import Added, Stencil, difference
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
@@ -134,12 +135,19 @@ class FullModel:
         if key not in self._strips:
             self.watch()
             self.strips += 1
-            while len(self._strips) >= _KEPT:
-                del self._strips[next(iter(self._strips))]
-            looser = _FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER
-            cycle = Cycle(self.scene, d, self.composition, looser * self.accuracy)
-            self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
+            composition = self.composition if corrected else self.composition.linear
+            self._keep(*key, FullStrip(Cycle(self.scene, d, composition, self._tolerance)))
         return self._strips[key]
+
+    @property
+    def _tolerance(self) -> float:
+        """Of the corrections of strips."""
+        return self.accuracy * (_FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER)
+
+    def _keep(self, d: Dimensions, corrected: bool, strip: FullStrip) -> None:
+        while len(self._strips) >= _KEPT:
+            del self._strips[next(iter(self._strips))]
+        self._strips[d, corrected] = strip
 
     def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
         """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
@@ -147,14 +155,12 @@ class FullModel:
             return self._checks[d]
         self.watch()
         self.checks += 1
-        found = check(
-            self.scene,
-            d,
-            self.effects,
-            self.effect_tolerance,
-            accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK),
-            self.criterion,
-        )
+        within = accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK)
+        choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
+        cycle = cycle_for(self.scene, d, choice, within)
+        found = check_chosen(cycle, choice, within, self.criterion)
+        if cycle.tolerance <= self._tolerance:
+            self._keep(d, self.corrected, FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:
             self._checks[d] = found
         return found

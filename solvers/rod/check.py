@@ -97,19 +97,20 @@ def check(
     require_accuracy(accuracy)
     require_within_rod(scene, dimensions)
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
-    return check_chosen(cycle_for(scene, dimensions, choice, accuracy), choice, accuracy, criterion)
+    cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
+    return check_chosen(cycle, choice, accuracy, criterion)
 
 
-def cycle_for(scene: Scene, dimensions: Dimensions, choice: Choice[RodEffect], accuracy: float) -> Cycle:
-    """The cycle of a strip that a check of this accuracy begins with."""
-    return Cycle(scene, dimensions, compose(choice), _HALF * accuracy)
+def tolerance_of(accuracy: float) -> float:
+    """Of the cycle that a check of this accuracy begins with."""
+    return _HALF * accuracy
 
 
 def check_chosen(
     cycle: Cycle, choice: Choice[RodEffect], accuracy: float, criterion: FatigueCriterion | None = None
 ) -> Outcome[RodCheck]:
-    """``check`` with effects that have been chosen, of a cycle of ``cycle_for``; what its corrections need is prepared
-    in it, for others to read."""
+    """``check`` with effects that have been chosen, of a cycle that they compose, to ``tolerance_of`` the accuracy;
+    what its corrections need is prepared in it, for others to read."""
     started = time.perf_counter()
     scene, dimensions, composition = cycle.scene, cycle.dimensions, cycle.composition
     criterion = criterion or serensen(scene.material)

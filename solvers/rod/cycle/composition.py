@@ -84,21 +84,24 @@ class Correction(Protocol):
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement]:
-        """Prepare it for cycles of strips next to one, all at once, at the resolution that was found there."""
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        """Prepare it for cycles of strips next to one, all at once, at the resolution that was found there; None where
+        that does not fit."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A correction that has been prepared for a cycle."""
+    """A correction that has been prepared for a cycle of a certain ``tolerance``."""
 
     correction: Correction
     refinement: Refinement
+    tolerance: float
 
     def prepare(self, cycle: Cycle) -> Refinement:
-        return self.refinement
+        """What has been prepared; anew where more is asked."""
+        return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement]:
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
         return self.correction.beside(found, cycles)
 
 
@@ -179,20 +182,27 @@ class Cycle:
         """This cycle with the linear shape."""
         return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
-    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle]:
-        """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution.
+    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
+        """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution; None
+        where that does not fit.
 
         So differences between them are free of changes of the resolution, and all are solved at once.
         """
         cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
         found = [
-            [Prepared(correction, one) for one in correction.beside(refinement, cycles)]
+            correction.beside(refinement, cycles)
             for correction, refinement in zip(corrections, self.refinements, strict=True)
         ]
         return [
-            replace(cycle, composition=replace(self.composition, corrections=own))
+            None if any(one is None for one in own) else cycle._prepared(own)
             for cycle, own in zip(cycles, zip(*found, strict=True), strict=True)
         ]
+
+    def _prepared(self, refinements: Sequence[Refinement]) -> Cycle:
+        """This cycle with corrections that have been prepared for it."""
+        own = zip(self.composition.corrections, refinements, strict=True)
+        prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in own)
+        return replace(self, composition=replace(self.composition, corrections=prepared))
 
     @cached_property
     def drive(self) -> Drive:

@@ -83,9 +83,9 @@ class Stencil:
         """Solve strips, all those that do not buckle at the same time."""
         self.watch()
         cycles = {place: self._cycle(place) for place in places}
-        beside = [place for place, cycle in cycles.items() if place != _CENTRE and _stands(cycle)]
+        beside = [place for place, cycle in cycles.items() if place != _CENTRE and stands(cycle)]
         together = self.centre.cycle.beside([cycles[place].dimensions for place in beside])
-        cycles.update(zip(beside, together, strict=True))
+        cycles.update((place, own) for place, own in zip(beside, together, strict=True) if own is not None)
         for place, cycle in cycles.items():
             self.solved[place] = FullStrip(cycle.without_corrections()), FullStrip(cycle)
 
@@ -191,7 +191,7 @@ def difference(rows_of: RowsOf, plain: Sequence[Array] | Array, corrected: Seque
     return out
 
 
-def _stands(cycle: Cycle) -> bool:
+def stands(cycle: Cycle) -> bool:
     """Whether a strip does not buckle."""
     return -float(np.min(cycle.axial_force(_MEAN))) < min(FullStrip(cycle).critical)
 

@@ -16,10 +16,10 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.check import RodCheck, check_chosen, cycle_for
+from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
-from solvers.rod.optimum.corrections import Added, Stencil, difference
+from solvers.rod.optimum.corrections import Added, Stencil, difference, stands
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.rows_at_peaks import RowsAtPeaks
@@ -39,6 +39,8 @@ _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
 _CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
 """Of differences to both sides, where what corrections add is taken as quadratic."""
+_BESIDE = 0.1
+"""In ln b, ln h, ln l: so near strips the same resolution is enough, roughly."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
 _FINE_ANGLE_STEP = 1e-3
@@ -75,9 +77,11 @@ class FullModel:
     curved: bool = False
     strips: int = 0
     checks: int = 0
-    _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
+    _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
     _stencils: list[Stencil] = field(default_factory=list)
+    _sought: list[Cycle] = field(default_factory=list)
+    """Of which resolutions have been found."""
 
     @property
     def rings(self) -> bool:
@@ -122,7 +126,7 @@ class FullModel:
 
     def _anew(self) -> FullModel:
         """The same without its strips."""
-        return replace(self, strips=0, checks=0, _strips={}, _stencils=[])
+        return replace(self, strips=0, checks=0, _strips={}, _stencils=[], _sought=[])
 
     @property
     def corrected(self) -> bool:
@@ -130,24 +134,43 @@ class FullModel:
         return bool(self.composition.corrections)
 
     def strip(self, d: Dimensions, corrected: bool = True) -> FullStrip:
-        """One strip at any angles and sections, with its corrections or without; the last few are kept."""
-        key = d, corrected and self.corrected
-        if key not in self._strips:
-            self.watch()
-            self.strips += 1
-            composition = self.composition if corrected else self.composition.linear
-            self._keep(*key, FullStrip(Cycle(self.scene, d, composition, self._tolerance)))
-        return self._strips[key]
+        """One strip at any angles and sections, with its corrections or without; the last few with are kept."""
+        if not (corrected and self.corrected):
+            return self._new(Cycle(self.scene, d, self.composition.linear, self._tolerance))
+        if d not in self._strips:
+            self._keep(self._new(self._cycle(d, self._tolerance)))
+        return self._strips[d]
+
+    def _new(self, cycle: Cycle) -> FullStrip:
+        self.watch()
+        self.strips += 1
+        return FullStrip(cycle)
+
+    def _cycle(self, d: Dimensions, tolerance: float) -> Cycle:
+        """The turn of a strip, its corrections roughly at the resolution that was found for one near it, if there is
+        one: what that leaves unknown is hardly more."""
+        within = tolerance_of(max(_CHECKED * self.accuracy, _CLOSEST_CHECK))
+        sought = Cycle(self.scene, d, self.composition, min(tolerance, within))
+        if self.fine or self.ripples or not self.rings or not stands(sought):
+            return sought
+        x = logarithms(d)
+        for known in self._sought:
+            near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _BESIDE
+            beside = known.beside([d])[0] if near else None
+            if beside is not None:
+                return beside
+        self._sought = [sought, *self._sought[: _KEPT - 1]]
+        return sought
 
     @property
     def _tolerance(self) -> float:
         """Of the corrections of strips."""
         return self.accuracy * (_FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER)
 
-    def _keep(self, d: Dimensions, corrected: bool, strip: FullStrip) -> None:
+    def _keep(self, strip: FullStrip) -> None:
         while len(self._strips) >= _KEPT:
             del self._strips[next(iter(self._strips))]
-        self._strips[d, corrected] = strip
+        self._strips[strip.dimensions] = strip
 
     def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
         """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
@@ -157,10 +180,10 @@ class FullModel:
         self.checks += 1
         within = accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK)
         choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
-        cycle = cycle_for(self.scene, d, choice, within)
+        cycle = self._cycle(d, tolerance_of(within))
         found = check_chosen(cycle, choice, within, self.criterion)
         if cycle.tolerance <= self._tolerance:
-            self._keep(d, self.corrected, FullStrip(cycle))
+            self._keep(FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:
             self._checks[d] = found
         return found

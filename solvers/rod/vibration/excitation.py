@@ -33,8 +33,8 @@ _GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 16
 _APART = 1e-9
 """Corners closer than this [rad] are one."""
-_SAME_CORNER = 0.05
-"""By no more than this [rad] a corner moves from a strip to the next."""
+_SAME_CORNER, _WIDENED = 0.3, 0.5
+"""By no more than this [rad] a corner moves from a strip to the next, and by this share what is between two."""
 _MOST_CORNERS = 400
 """More are no corners to a motion, but texture."""
 _MOST_ELEMENTS = 2000
@@ -77,7 +77,10 @@ class Excitation:
         go."""
         strip, drive = cycle.strip, cycle.drive
         corners, anchors = _anchors(cycle)
-        if anchors.size != self.anchors.size or np.max(np.abs(anchors - self.anchors)) > _SAME_CORNER:
+        if anchors.size != self.anchors.size:
+            return None
+        moved = anchors - self.anchors
+        if np.max(np.abs(moved)) > _SAME_CORNER or np.any(np.abs(np.diff(moved)) > _WIDENED * np.diff(self.anchors)):
             return None
         edges = np.interp(self.edges, self.anchors, anchors)
         states = states_at(drive, strip, points(edges))

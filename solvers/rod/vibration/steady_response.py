@@ -73,8 +73,8 @@ class RodInertia:
         with one_thread():
             return _vibration(cycle)
 
-    def beside(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration]:
-        """At the resolution of a vibration that was found, all at once; sought anew where corners come or go."""
+    def beside(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
+        """At the resolution of a vibration that was found, all at once; None where corners come or go."""
         with one_thread():
             return _beside(found, cycles)
 
@@ -151,7 +151,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return best
 
 
-def _beside(found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration]:
+def _beside(found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
     """Those of strips next to the one found, whatever their resolution leaves unknown."""
     excitations = [found.excitation.beside(cycle) for cycle in cycles]
     placed = [one for one in excitations if one is not None]
@@ -159,10 +159,7 @@ def _beside(found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibra
     if placed:
         loss, wanted = cycles[0].scene.material.loss_factor, max(0.5 * cycles[0].tolerance, LEAST_ERROR)
         motions = iter(motions_beside(found.motion, found.excitation, placed, loss, wanted))
-    return [
-        _vibration(cycle) if one is None else replace(found, motion=next(motions), excitation=one)
-        for cycle, one in zip(cycles, excitations, strict=True)
-    ]
+    return [None if one is None else replace(found, motion=next(motions), excitation=one) for one in excitations]
 
 
 def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:

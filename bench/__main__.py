@@ -8,7 +8,20 @@ from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 
-from bench import bulk, crank, design, effects, kernels, linkage, pin, random_designs, rod_problems, service, start
+from bench import (
+    bulk,
+    crank,
+    design,
+    effects,
+    influences,
+    kernels,
+    linkage,
+    pin,
+    random_designs,
+    rod_problems,
+    service,
+    start,
+)
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
@@ -33,6 +46,7 @@ def main() -> None:
         ("The impact linkage", linkage),
         ("Crank dynamics", crank),
         ("Effects left out", effects),
+        ("Influences of effects", influences),
         ("Many at once", bulk),
     )
     for title, bench in sections:

@@ -62,27 +62,42 @@ def test_main_results_are_the_checks():
     assert judged.results[POWER] * PAPER.mechanism.angular_speed == pytest.approx(s.friction_power, rel=1e-3)
 
 
+EVEN, NO_ENDS = 2.0 * np.pi / 256 * np.arange(256), np.zeros(256, bool)
+
+
 @pytest.mark.parametrize("pace", [0.4, 7.3, 33.3])
 def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
-    angle = 2.0 * np.pi / 256 * np.arange(256)
-    share = np.cos(3.0 * angle)
-    found = _own_motion(angle, share, np.full(256, pace), True)
+    share = np.cos(3.0 * EVEN)
+    found, _ = _own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True)
     expected = 9.0 / (pace**2 - 9.0) * share
     # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
     assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
 
 
+@pytest.mark.parametrize("loss", [0.01, 0.1])
+def test_damping_bounds_a_resonance(loss):
+    """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
+    found, free = _own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True)
+    assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
+    assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
+
+
+@pytest.mark.parametrize("loss", [0.0, 0.01])
 @pytest.mark.parametrize("pace", [5.3, 30.3, 101.3])
-def test_a_jump_of_the_load_rings_as_strongly_as_a_turn_without_damping_lets_it(pace):
-    """Of c that falls by 1 at once and comes back evenly, a - -c''/W^2 has the amplitude 1/(2 |sin(pi W)|)."""
+def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, loss):
+    """Of c that falls by 1 at once and comes back evenly, a - -c''/W^2 has the amplitude 1/|1 - k exp(2 pi i W)| after
+    the fall, where k = exp(-pi eta W) is left of it after a turn."""
     width = 1e-5
     angle = np.sort(np.concatenate([2.0 * np.pi / 128 * np.arange(1, 128), 1.0 + width * np.arange(5) / 4]))
-    share = np.interp(np.mod(angle - 1.0, 2.0 * np.pi), [0.0, width, 2.0 * np.pi], [0.0, -1.0, 0.0])
-    found = _own_motion(angle, share, np.full(angle.size, pace), False)
-    away = np.abs(np.mod(angle - 1.0 + 0.1, 2.0 * np.pi)) > 0.3
-    expected = 0.5 / abs(math.sin(math.pi * pace))
-    assert 0.98 * expected <= np.abs(found[away]).max() <= (1.05 + 0.002 * pace) * expected
+    since = np.mod(angle - 1.0, 2.0 * np.pi)
+    inside = np.clip(since / width, 0.0, 1.0)
+    share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
+    ends = (angle == 1.0) | (angle == 1.0 + width)
+    _, free = _own_motion(angle, share, np.full(angle.size, pace), ends, loss, False)
+    expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
+    after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
+    assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected
 
 
 @pytest.mark.parametrize("name", ["shear", "friction_feedback", "large_displacement", "rod_inertia"])

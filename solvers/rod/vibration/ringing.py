@@ -71,6 +71,9 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     Of fewer than the slower half of all modes so few polynomials tell the frequencies to a hundredth of a radian in a
     turn; beyond these shares are taken to fall as n^-4. Behind a corner modes ring in step: their shares add up.
     """
+    if not shares.size:
+        # All modes are followed.
+        return 0, 0.0
     known = max((shares.size + slow) // 2 - 1 - slow, 1)
     beyond = shares[known - 1] * (known + slow) / 3.0
     left = _MARGIN * (np.append(np.cumsum(shares[:known][::-1])[::-1], 0.0) + beyond)

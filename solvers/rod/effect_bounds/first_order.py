@@ -31,11 +31,11 @@ Array = NDArray[np.float64]
 _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
 
-_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 6.0
+_ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
 excite all modes and appear most in the fast ones."""
 
-_RINGING_WEIGHT = 5.0
+_RINGING_WEIGHT = 3.0
 """Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
 
 _PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.35, 1.1

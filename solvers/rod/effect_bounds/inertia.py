@@ -103,7 +103,7 @@ def motion_of(
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The response itself is the first term of a series.
-            rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
+            rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
         for i in range(order.size):
@@ -111,16 +111,19 @@ def motion_of(
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
             _fill_amplitudes(rings, angle[order], free)
-            np.maximum(rings, corners, rings)
+            for i in range(even):
+                rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
         # The sign at every angle is that of the stroke, or the opposite at all.
         for i in range(even):
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
-    for k in range(rows.shape[0]):
-        for i in range(rows.shape[1]):
-            rung[k, i] = rows[k, greatest] * rings[i * every]
+    for i in range(rows.shape[1]):
+        # Of a mode's motion, its inertia is the square of its frequency.
+        rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
+        for k in range(rows.shape[0]):
+            rung[k, i] = rows[k, greatest] * rate
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
@@ -246,7 +249,7 @@ def _own_motion(
     load's pieces.
     """
     n = angle.size
-    width, begin, end = np.empty(n), np.empty(n), np.empty(n)
+    width, begin, end, kick = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
     for i in range(n):
         width[i] = (angle[i + 1] if i < n - 1 else angle[0] + _TURN) - angle[i]
     if smooth:
@@ -257,7 +260,7 @@ def _own_motion(
         for i in range(n):
             end[i] = begin[(i + 1) % n]
     else:
-        _fill_curvatures(angle, share, width, ends, begin, end)
+        _fill_curvatures(angle, share, width, ends, begin, end, kick)
     # Omega, half the rate of decay, and the cosine and sine of the damped phase times what remains after the step.
     turn, slower = np.empty((4, n)), math.sqrt(1.0 - 0.25 * loss * loss)
     for i in range(n):
@@ -268,6 +271,7 @@ def _own_motion(
     # d and d' after a revolution: forced from rest, and free from unit initial values.
     forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
     for i in range(n):
+        forced[1] -= kick[i]
         _advance(forced, turn[:, i], width[i], begin[i], end[i])
         _advance(first, turn[:, i], width[i], 0.0, 0.0)
         _advance(second, turn[:, i], width[i], 0.0, 0.0)
@@ -282,6 +286,7 @@ def _own_motion(
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
+        state[1] -= kick[i]
         y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
         out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
         _advance(state, turn[:, i], width[i], begin[i], end[i])
@@ -290,7 +295,7 @@ def _own_motion(
 
 @kernel
 def _fill_curvatures(
-    angle: Array, share: Array, width: Array, ends: NDArray[np.bool_], begin: Array, end: Array
+    angle: Array, share: Array, width: Array, ends: NDArray[np.bool_], begin: Array, end: Array, kick: Array
 ) -> None:
     """c'' at the begin and the end of each interval, linear in it.
 
@@ -312,7 +317,7 @@ def _fill_curvatures(
         secant = (share[j] - share[i]) / h
         begin[i] = (6.0 * secant - 4.0 * slope[i] - 2.0 * slope[j]) / h
         end[i] = (-6.0 * secant + 2.0 * slope[i] + 4.0 * slope[j]) / h
-    at, value = np.empty(4), np.empty(4)
+    at, value, before, after = np.empty(4), np.empty(4), np.zeros(n), np.zeros(n)
     for i in range(n):
         first, last = i, i + 1
         while last - first < 3 and not (ends[first % n] and ends[last % n]):
@@ -332,13 +337,22 @@ def _fill_curvatures(
                 value[k] = (value[k] - value[k - 1]) / (at[k] - at[k - order])
         begin[i] = 2.0 * value[2] - 2.0 * value[3] * (at[0] + at[1] + at[2])
         end[i] = begin[i] + 6.0 * value[3] * width[i]
+        before[i] = (
+            value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
+        )
+        after[i] = before[i] + 0.5 * (begin[i] + end[i]) * width[i]
+    for i in range(n):
+        j = i - 1 if i > 0 else n - 1
+        if ends[i] and before[i] != 0.0 and after[j] != 0.0:
+            kick[i] = before[i] - after[j]
 
 
 @kernel
 def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, loss: float, strip: Strip, critical: float
 ) -> float:  # fmt: skip
-    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles.
+    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles, times
+    Omega^(1/2): as Omega varies, that is what remains the same.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -357,7 +371,7 @@ def _corners_ring(
         force = states[FORCE, i] + at * (states[FORCE, j] - states[FORCE, i])
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
-        total += friction * rate * rate / side * moved / (pace[i] * pace[i])
+        total += friction * rate * rate / side * moved / pace[i] ** 1.5
     kept = math.exp(-0.5 * loss * phase)
     return total * max(1.0, 1.0 / _divisor(kept, _certain_sine(abs(math.sin(0.5 * phase)), phase)))
 

@@ -146,7 +146,7 @@ def test_nothing_corrects_a_strip_that_gas_buckles():
     assert influence(PAPER, thin, "large_displacement") == influence(PAPER, thin, "rod_inertia") == 0.0
 
 
-def campaign_scene(load, lengths, piston, material):
+def campaign_scene(load, lengths, piston, material, loss=0.0):
     """Scenes that a campaign found: crank, rod [mm], speed [Hz]; diameter, skirt, offset [mm], friction; E, density."""
     radius, length, speed = lengths
     diameter, skirt, offset, friction = piston
@@ -155,7 +155,7 @@ def campaign_scene(load, lengths, piston, material):
         rod.Mechanism(radius * 1e-3, length * 1e-3, speed),
         rod.Piston(diameter * 1e-3, skirt * 1e-3, 0.0, offset * 1e-3, friction),
         load,
-        rod.Material(modulus * 1e9, 480e6, 1.15, sensitivity, 1200e6, density, loss_factor=0.0),
+        rod.Material(modulus * 1e9, 480e6, 1.15, sensitivity, 1200e6, density, loss_factor=loss),
     )
 
 
@@ -181,12 +181,45 @@ JUMP = (
     rod.Dimensions(3.00674e-3, 0.801517e-3, 11.1549e-3),
 )
 
+BRIEF = (
+    campaign_scene(
+        table(
+            [74.24694, 75.71432, 81.1858, 81.97266, 87.52197, 113.1974, 165.863, 206.0724, 208.381, 247.858],
+            [1.68246, 0.5909809, 0.6788735, 0.7120734, 1.288462, 1.477002, 0.914233, 1.540432, 1.408112, 1.617776],
+        ),
+        (0.006919153, 21.07082, 0.4126777),
+        (11.04571, 10.2771, 0.0, 0.2262176),
+        (121.2024, 6664.636, 0.0825717),
+        loss=0.01,
+    ),
+    rod.Dimensions(4.75478e-3, 0.2337151e-3, 19.91831e-3),
+)
+"""Ringing that damping ends within a few degrees, between the uniform angles."""
+PULLED = (
+    campaign_scene(
+        table(
+            [47.76598, 114.8291, 285.1621, 327.4051, 331.9573, 343.149, 345.5727],
+            [1.523891, 1.472764, 1.453959, 1.437954, 0.730703, 1.380549, 1.019259],
+        ),
+        (0.002013318, 11.61305, 31.76611),
+        (6.784784, 13.05219, 0.0, 0.0),
+        (91.99268, 5651.029, 0.1276379),
+        loss=0.01,
+    ),
+    rod.Dimensions(3.80165e-3, 0.06753292e-3, 4.371571e-3),
+)
+"""A strip that rings where it is pulled, at 2.6 times the frequency of where it is pushed."""
 
-@pytest.mark.parametrize(("scene", "strip"), [STEEP, JUMP], ids=["1.7 degrees", "5.4 degrees"])
-def test_a_steep_fall_calls_for_the_strips_inertia(scene, strip):
-    """It sets the strip ringing for good, since no damping ends that: more than its accelerations alone would tell."""
+
+@pytest.mark.parametrize(
+    ("scene", "strip", "sharp"),
+    [(*STEEP, 40.0), (*JUMP, 40.0), (*BRIEF, 150.0), (*PULLED, math.inf)],
+    ids=["1.7 degrees", "5.4 degrees", "brief", "pulled"],
+)
+def test_a_steep_fall_calls_for_the_strips_inertia(scene, strip, sharp):
+    """It sets the strip ringing, without damping for good: more than its accelerations alone would tell."""
     truth = change_without(scene, strip, "rod_inertia", accuracy=1e-5)
-    assert truth <= influence(scene, strip, "rod_inertia") <= 40.0 * truth
+    assert truth <= influence(scene, strip, "rod_inertia") <= sharp * truth
 
 
 STUBBY = (
@@ -231,7 +264,7 @@ KICKED = (
 
 @pytest.mark.parametrize(
     ("scene", "strip", "sharp"),
-    [(*STUBBY, 3.0), (*NARROW, 3.0), (*SLANTED, 3.0), (*KICKED, 20.0)],
+    [(*STUBBY, 3.0), (*NARROW, 3.0), (*SLANTED, 3.0), (*KICKED, 40.0)],
     ids=["soft in shear, near buckling", "a narrow peak", "a narrow side force", "corners of friction"],
 )
 def test_the_strips_inertia_is_not_underrated(scene, strip, sharp):

@@ -160,8 +160,8 @@ def each(strips: tuple[int, ...], function: Callable[..., tuple[Array, ...]], *a
 
 def _at_the_end(coupling: Array, clamp: Array, shear: Array, head: Array, l: float) -> tuple[Array, ...]:
     """psi', psi and int psi dz at the strip's end for all angles."""
-    out = np.empty((3, coupling.size))
-    bend(coupling, clamp, shear, head, l, l, *out)
+    out, end = np.empty((3, coupling.size)), float(l)
+    bend(coupling, clamp, shear, head, end, end, *out)
     return tuple(out)
 
 

@@ -16,7 +16,7 @@ from solvers.rod.effects import choose_for, compose
 from solvers.rod.optimum.full_model import FullModel
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.peaks import Wanted
-from solvers.rod.rows import UTILISATION
+from solvers.rod.rows import BUCKLED, UTILISATION
 
 EFFECTS = EffectSelection(
     frozenset({"beam_column", "friction_feedback", "rod_inertia", "friction"}),
@@ -75,6 +75,18 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
             assert np.allclose(moment, centre.at(angles).shape.clamp_moment(), rtol=1e-10, atol=0.0)
         else:
             assert not np.array_equal(own.motion.edges, found.motion.edges)
+
+
+def test_rows_of_strips_side_by_side_are_those_of_each(rows):
+    """One of them buckles, and one has its corrections."""
+    home = logarithms(rows.home)
+    thin, beside = home - np.array([0.0, 0.6, 0.0]), home + 1e-3
+    strips = [rows.model.strip(dimensions_of(x, rows.model.scene), corrected=False) for x in (home, thin, beside)]
+    strips.append(rows.model.strip(rows.home))
+    together = rows._read(strips)
+    assert together[1, UTILISATION] == BUCKLED and (together[[0, 2, 3], UTILISATION] < BUCKLED).all()
+    for k, strip in enumerate(strips):
+        assert together[k] == pytest.approx(rows._read([strip])[0], rel=1e-12)
 
 
 def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):

@@ -337,9 +337,7 @@ def _fill_curvatures(
                 value[k] = (value[k] - value[k - 1]) / (at[k] - at[k - order])
         begin[i] = 2.0 * value[2] - 2.0 * value[3] * (at[0] + at[1] + at[2])
         end[i] = begin[i] + 6.0 * value[3] * width[i]
-        before[i] = (
-            value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
-        )
+        before[i] = value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
         after[i] = before[i] + 0.5 * (begin[i] + end[i]) * width[i]
     for i in range(n):
         j = i - 1 if i > 0 else n - 1

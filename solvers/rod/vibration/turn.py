@@ -151,7 +151,7 @@ def with_one(unknowns: Array) -> Array:
 def closed(lefts: Array, rights: Array) -> tuple[Array, Array]:
     """The unknowns of every panel (..., panels, unknowns), from the states at the panels' two ends for unit unknowns
     and, last, for none, (..., panels, unknowns + 1, unknowns) each; and the greatest factor by which closing the turn
-    enlarges what one turn misses, (...)."""
+    enlarges what one turn misses, (...): infinite, and the unknowns nought, exactly at a resonance without damping."""
     count, unknowns = lefts.shape[-3], lefts.shape[-1]
     if unknowns == 0:
         return np.empty((*lefts.shape[:-2], 0)), np.ones(lefts.shape[:-3])
@@ -167,7 +167,7 @@ def closed(lefts: Array, rights: Array) -> tuple[Array, Array]:
     least = np.linalg.svd(missing, compute_uv=False)[..., -1]
     fine = (least > 0.0)[..., None]
     begun = np.linalg.solve(np.where(fine[..., None], missing, np.eye(unknowns)).mT, whole[..., -1, :, None])[..., 0]
-    found = [np.where(fine, begun, np.inf)]
+    found = [np.where(fine, begun, 0.0)]
     for k in range(count - 1):
         found.append((found[-1][..., None, :] @ steps[..., k, :-1, :])[..., 0, :] + steps[..., k, -1, :])
     with np.errstate(divide="ignore"):

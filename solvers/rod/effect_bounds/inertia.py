@@ -169,7 +169,8 @@ def paces(force: Array, per_force: float, head: float, inertia: float, tables: C
             for k in range(n + 2):
                 product += sunk[k] * shape[k] / (2 * k + 1)
                 square += sunk[k] * sunk[k] / (2 * k + 1)
-            shape[:] = sunk / math.sqrt(square)
+            for k in range(n + 2):
+                shape[k] = sunk[k] / math.sqrt(square)
         squares[m] = product / (square * inertia)
     out, middle = np.empty(force.size), 0.5 * (least + most)
     bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])

@@ -3,11 +3,12 @@
     python -m bench.batch_rivals            # writes the section of docs/benchmarks.md
 
 One pin, its force another for each check; all ways on this machine, one after the other, timed by the clock from the
-first request to the last answer. A batch stores every answer durably, and so does a loop of requests to a service.
-joblib and OpenMDAO call the library's own check; joblib's two processes keep nothing, OpenMDAO's DOEDriver
-(ListGenerator, one process) records each case with its SqliteRecorder, and is left out where OpenMDAO is not installed.
-Two Dask workers are two `crankwright worker` processes with one batch worker each, on a scheduler of this machine. Rod
-checks take longer: with them the processes that solve weigh more than the one that stores.
+first request to the last answer, and by the processor time of all processes that have a part in it. A batch stores its
+answers durably; so does a loop of requests to a service. joblib and OpenMDAO call the library's own check; joblib's
+two processes keep nothing, OpenMDAO's DOEDriver (ListGenerator, one process) records each case with its SqliteRecorder,
+and is left out where OpenMDAO is not installed. Two Dask workers are two `crankwright worker` processes with one batch
+worker each, on a scheduler of this machine. Rod checks take longer: with them the processes that solve weigh more than
+the one that stores.
 """
 
 from __future__ import annotations
@@ -23,9 +24,12 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
+from itertools import islice
 from pathlib import Path
+from typing import NamedTuple
 
 import httpx
+import psutil
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -36,6 +40,9 @@ from solvers import pin
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 HEADING = "## A batch and what a user would write"
 SLUG = "pin-profile"
+_LONGEST_START_S, _AT_REST = 60, 0.1
+_FIRST = 400
+"""Items of a batch before the measured one: its workers are then started. No item is in both."""
 _MORE = 10
 """So many more items a batch has than each of the other ways solves one by one."""
 
@@ -45,50 +52,81 @@ class Row:
     """A way, and how many items a second it solves; what its rate is to be against, by its name, and by how much."""
 
     name: str
-    rate: float
+    rate: Rate
     against: str = ""
     goal: float | None = None
 
 
-def batch_rate(kind: str, count: int, workers: int, **environment: str) -> float:
-    """Items a second of a batch, from its sending to its end; its workers have solved some before."""
+class Rate(NamedTuple):
+    """Items a second, and processor time of an item [us]."""
+
+    per_s: float
+    cpu_us: float
+
+
+def _rate(count: int, run: Callable[[], object]) -> Rate:
+    """The rate of ``count`` items solved by ``run``."""
+    spent, began = _processor_s(), time.perf_counter()
+    run()
+    return Rate(count / (time.perf_counter() - began), 1e6 * (_processor_s() - spent) / count)
+
+
+def _processor_s() -> float:
+    """Processor time [s] of this process and all that it has started."""
+    here = psutil.Process()
+    return sum(sum(process.cpu_times()[:2]) for process in (here, *here.children(recursive=True)))
+
+
+def _rested() -> None:
+    """Wait until what this process has started rests: a new service loads kernels that are not asked for yet."""
+    for _ in range(_LONGEST_START_S):
+        spent = _processor_s()
+        time.sleep(1.0)
+        if _processor_s() - spent < _AT_REST:
+            return
+
+
+def batch_rate(kind: str, count: int, workers: int, **environment: str) -> Rate:
+    """Rate of a batch, from its sending to its end; its workers have solved some before."""
     with tempfile.TemporaryDirectory() as folder:
         process, client = served(Path(folder), workers, **environment)
         try:
-            _ended(client, kind, 400)
-            began = time.perf_counter()
-            _ended(client, kind, count)
-            return count / (time.perf_counter() - began)
+            rows = bodies(kind, Mode.CHECK, _FIRST + count)
+            _ended(client, kind, islice(rows, _FIRST))
+            _rested()
+            return _rate(count, lambda: _ended(client, kind, rows))
         finally:
             process.kill()
             process.wait()
 
 
-def _ended(client: httpx.Client, kind: str, count: int) -> None:
+def _ended(client: httpx.Client, kind: str, rows: Iterator[bytes]) -> None:
     sent = client.post(
         f"/api/v1/batches?kind={kind}&mode=check",
-        content=pieces(bodies(kind, Mode.CHECK, count)),
+        content=pieces(rows),
         headers={"Content-Type": "application/x-ndjson"},
     ).raise_for_status()
     batch = sent.json()
     while batch["status"] not in ("ended", "cancelled"):
         time.sleep(0.1)
         batch = client.get(batch["links"]["self"]).json()
-    assert batch["items"]["succeeded"] == count
+    assert batch["items"]["succeeded"] == batch["items"]["total"]
 
 
-def request_rate(count: int) -> float:
-    """Requests a second in a loop."""
+def request_rate(count: int) -> Rate:
+    """Rate of a loop of requests."""
     with tempfile.TemporaryDirectory() as folder:
         process, client = served(Path(folder))
         try:
             rows = [*bodies(SLUG, Mode.CHECK, count + 20)]
-            for row in rows[count:]:
-                client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
-            began = time.perf_counter()
-            for row in rows[:count]:
-                client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
-            return count / (time.perf_counter() - began)
+
+            def send(some: Sequence[bytes]) -> None:
+                for row in some:
+                    client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
+
+            send(rows[count:])
+            _rested()
+            return _rate(count, lambda: send(rows[:count]))
         finally:
             process.kill()
             process.wait()
@@ -112,20 +150,22 @@ def _forces(scene: pin.Scene, count: int) -> list[float]:
     return [scene.force * (0.8 + 0.2 * k / count) for k in range(count)]
 
 
-def joblib_rate(count: int) -> float:
-    """Checks a second of joblib's two processes."""
+def joblib_rate(count: int) -> Rate:
+    """Rate of joblib's two processes."""
     from joblib import Parallel, delayed
 
     scene, profile = _case()
     with Parallel(n_jobs=2) as pool:
-        pool(delayed(_mass_and_use)(scene, profile, force) for force in _forces(scene, 200))
-        began = time.perf_counter()
-        pool(delayed(_mass_and_use)(scene, profile, force) for force in _forces(scene, count))
-        return count / (time.perf_counter() - began)
+
+        def solve(many: int) -> None:
+            pool(delayed(_mass_and_use)(scene, profile, force) for force in _forces(scene, many))
+
+        solve(200)
+        return _rate(count, lambda: solve(count))
 
 
-def openmdao_rate(count: int) -> float:
-    """Cases a second of OpenMDAO's design of experiments, recorded."""
+def openmdao_rate(count: int) -> Rate:
+    """Rate of OpenMDAO's design of experiments, recorded."""
     import openmdao.api as om
 
     scene, profile = _case()
@@ -140,7 +180,7 @@ def openmdao_rate(count: int) -> float:
         def compute(self, inputs, outputs) -> None:
             outputs["mass"], outputs["use"] = _mass_and_use(scene, profile, float(inputs["force"][0]))
 
-    def run(forces: Sequence[float], folder: str) -> float:
+    def run(forces: Sequence[float], folder: str) -> Rate:
         problem = om.Problem(reports=None)
         problem.model.add_subsystem("pin", Pin(), promotes=["*"])
         problem.model.add_design_var("force")
@@ -149,18 +189,20 @@ def openmdao_rate(count: int) -> float:
         problem.driver = om.DOEDriver(om.ListGenerator([[("force", force)] for force in forces]))
         problem.driver.add_recorder(om.SqliteRecorder(f"{folder}/cases-{len(forces)}.sql"))
         problem.setup()
-        began = time.perf_counter()
-        problem.run_driver()
-        problem.cleanup()
-        return time.perf_counter() - began
+
+        def drive() -> None:
+            problem.run_driver()
+            problem.cleanup()
+
+        return _rate(len(forces), drive)
 
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
         run(_forces(scene, 20), folder)
-        return count / run(_forces(scene, count), folder)
+        return run(_forces(scene, count), folder)
 
 
 @contextlib.contextmanager
-def _cluster(workers: int) -> Iterator[str]:
+def cluster(workers: int) -> Iterator[str]:
     """The address of a Dask scheduler with so many workers of one process each."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
@@ -183,16 +225,16 @@ def _cluster(workers: int) -> Iterator[str]:
             process.wait()
 
 
-def dask_rate(kind: str, count: int, workers: int) -> float:
-    """Items a second of a batch on a Dask cluster."""
-    with _cluster(workers) as address:
+def dask_rate(kind: str, count: int, workers: int) -> Rate:
+    """Rate of a batch on a Dask cluster."""
+    with cluster(workers) as address:
         return batch_rate(kind, count, workers, CRANKWRIGHT_CLUSTER=address)
 
 
 def measure(count: int) -> list[Row]:
     """Every way; the slow ones with fewer items."""
-    many, rods = _MORE * count, max(200, count // 2)
-    ways: list[tuple[str, Callable[[], float], str, float | None]] = [
+    many, rods = _MORE * count, 2 * count
+    ways: list[tuple[str, Callable[[], Rate], str, float | None]] = [
         ("batch, two processes", lambda: batch_rate(SLUG, many, 2), "batch, one process", 1.7),
         ("batch, one process", lambda: batch_rate(SLUG, many, 1), "", None),
         ("batch, two Dask workers", lambda: dask_rate(SLUG, many, 2), "batch, one Dask worker", 1.7),
@@ -222,18 +264,19 @@ def measure(count: int) -> list[Row]:
     rows = []
     for name, run, against, goal in ways:
         rows.append(Row(name, run(), against, goal))
-        print(f"{name}: {rows[-1].rate:,.0f}/s", flush=True)
+        print(f"{name}: {rows[-1].rate.per_s:,.0f}/s, {rows[-1].rate.cpu_us:,.0f} us", flush=True)
     return rows
 
 
 def table(rows: Sequence[Row]) -> list[str]:
     """The rows as a table."""
-    rates = {row.name: row.rate for row in rows}
-    lines = ["| way | items a second | against | ratio | goal |", "|---|---|---|---|---|"]
+    rates = {row.name: row.rate.per_s for row in rows}
+    lines = ["| way | items a second | processor time of one | against | ratio | goal |", "|---|---|---|---|---|---|"]
     for row in rows:
-        ratio = f"{row.rate / rates[row.against]:.3g}" if row.against else ""
+        ratio = f"{row.rate.per_s / rates[row.against]:.3g}" if row.against else ""
         goal = "" if row.goal is None else f"≥ {row.goal:g}"
-        lines.append(f"| {row.name} | {row.rate:,.0f} | {row.against} | {ratio} | {goal} |")
+        spent = f"{row.rate.cpu_us:,.0f} µs"
+        lines.append(f"| {row.name} | {row.rate.per_s:,.0f} | {spent} | {row.against} | {ratio} | {goal} |")
     if find_spec("openmdao") is None:
         lines += ["", "OpenMDAO is not installed where this was measured."]
     load = os.getloadavg()[0]

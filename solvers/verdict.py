@@ -10,6 +10,7 @@ import math
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 from solvers.outcome import Accuracy, EffectReport, EffectState
 
@@ -30,8 +31,7 @@ class Sense(StrEnum):
     YES = "yes"
 
 
-@dataclass(frozen=True)
-class Criterion:
+class Criterion(NamedTuple):
     """A judged value and its requirement.
 
     name      of the request's field if requested there, else of the quantity

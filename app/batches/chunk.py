@@ -14,7 +14,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 from pydantic_core import to_json
@@ -30,7 +30,7 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, Entry, entry, finite
 from app.jobs.budget import budget
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import encoded, packed, unpacked
+from app.store.batch_items import encoded, joined, packed, parts_json, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
@@ -38,10 +38,6 @@ _MAX_CACHED_ANSWERS = 4000
 _MAX_REFUSED_BYTES = 20_000
 _TIMING_DECIMALS = 7
 """Decimal places of a stored time in seconds."""
-
-
-_answer_cache: OrderedDict[bytes, Answer] = OrderedDict()
-"""Answers of this worker by request hash, the newest last."""
 
 
 def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Needs:
@@ -74,6 +70,33 @@ class _Refused:
 
     answer: Answer
     spec: bytes | None
+
+
+class _Answered(NamedTuple):
+    """An answer as it is stored, without the spec: ``parts`` as JSON; ``reusable`` for an equal request."""
+
+    status: str
+    holds: bool | None
+    figure: float | None
+    parts: bytes
+    reusable: bool
+
+    @classmethod
+    def of(cls, slug: str, mode: Mode, found: Answer) -> _Answered:
+        parts = parts_of(slug, mode, found)
+        text = parts_json(parts)
+        # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text.
+        if (b"NaN" in text or b"Infinity" in text) and not finite(parts):
+            why = "the solver gave a number that is not finite"
+            return cls.of(slug, mode, _failure("The result is not finite", why))
+        holds = None if found.verdict is None else bool(found.verdict["holds"])
+        reusable = found.status in _SETTLED and (found.accuracy or {}).get("met", True)
+        return cls(found.status, holds, parts.get("figure"), text, reusable)
+
+
+_SETTLED = ("succeeded", "infeasible")
+_answer_cache: OrderedDict[bytes, _Answered] = OrderedDict()
+"""Answers of this worker by request hash, the newest last."""
 
 
 @contextmanager
@@ -109,11 +132,11 @@ class _Chunk:
         items = []
         for index, (line, asked) in enumerate(read, task.first):
             if isinstance(asked, _Refused):
-                items.append(self._item(index, line, asked.spec, asked.answer))
+                items.append(self._item(index, line, asked.spec, self._answered(asked.answer)))
                 continue
             found, repeated = answers[asked.key], asked.key in self.told
             self.told.add(asked.key)
-            found_by = asked.number if self.looks_up and not repeated and _is_reusable(found) else None
+            found_by = asked.number if self.looks_up and not repeated and found.reusable else None
             items.append(self._item(index, line, asked.spec, found, repeated, found_by))
         return items
 
@@ -162,32 +185,35 @@ class _Chunk:
                 return _refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
         return request
 
-    def _answers(self, asked: Sequence[_Request]) -> dict[bytes, Answer]:
+    def _answers(self, asked: Sequence[_Request]) -> dict[bytes, _Answered]:
         """The answers by key; equal requests are solved once."""
-        known = {each.key: _answer_cache[each.key] for each in asked if each.key in _answer_cache}
+        answers = {each.key: _answer_cache[each.key] for each in asked if each.key in _answer_cache}
         for each in asked:
             stored = (self.task.known or {}).get(each.number)
             if stored is not None and (found := self._stored(each, stored)) is not None:
-                known[each.key] = found
-        self.told |= known.keys()
-        new = {each.key: each.request for each in asked if each.key not in known}
-        timed = [self._timed(request) for request in new.values()]
-        found = dict(zip(new, answers_of(self.slug, self.mode, timed, self.detail), strict=True))
+                answers[each.key] = found
+        self.told |= answers.keys()
+        new = {each.key: each.request for each in asked if each.key not in answers}
+        found = answers_of(self.slug, self.mode, [self._timed(request) for request in new.values()], self.detail)
+        solved = {key: self._answered(answer) for key, answer in zip(new, found, strict=True)}
         if self.detail is Detail.SCALARS and self.job.repeatable:
-            self._cache_answers(found)
-        return known | found
+            self._cache(solved)
+        return answers | solved
 
-    def _stored(self, asked: _Request, item: Item) -> Answer | None:
+    def _answered(self, found: Answer) -> _Answered:
+        return _Answered.of(self.slug, self.mode, found)
+
+    def _stored(self, asked: _Request, item: Item) -> _Answered | None:
         """The answer of a stored item, if its request is the same (guards against hash collisions)."""
         parts = unpacked(item.content, self.task.dictionary)
-        same = json.loads(asked.plain)
-        if {name: value for name, value in parts["spec"].items() if name != "name"} != same:
+        spec = parts.pop("spec")
+        if {name: value for name, value in spec.items() if name != "name"} != json.loads(asked.plain):
             return None
-        told = [parts.get(name, empty) for name, empty in (("result", None), ("effects", []), ("accuracy", None))]
-        return Answer(item.status, *told, parts.get("timing", {}), None, parts.get("verdict"))
+        parts.pop("cached", None)
+        return _Answered(item.status, item.holds, item.figure, parts_json(parts), True)
 
-    def _cache_answers(self, found: Mapping[bytes, Answer]) -> None:
-        _answer_cache.update((key, answer) for key, answer in found.items() if _is_reusable(answer))
+    def _cache(self, found: Mapping[bytes, _Answered]) -> None:
+        _answer_cache.update((key, answer) for key, answer in found.items() if answer.reusable)
         while len(_answer_cache) > _MAX_CACHED_ANSWERS:
             _answer_cache.popitem(last=False)
 
@@ -199,24 +225,11 @@ class _Chunk:
         return request if times.solver_s is None else request.model_copy(update={"time_budget_s": times.solver_s})
 
     def _item(
-        self, index: int, line: int | None, spec: bytes | None, found: Answer, repeated: bool = False,
+        self, index: int, line: int | None, spec: bytes | None, found: _Answered, repeated: bool = False,
         found_by: int | None = None,
     ) -> Item:  # fmt: skip
-        parts = parts_of(self.slug, self.mode, found)
-        content = encoded(spec, parts, repeated)
-        # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text.
-        if (b"NaN" in content or b"Infinity" in content) and not finite(parts):
-            found = _failure("The result is not finite", "the solver gave a number that is not finite")
-            parts = parts_of(self.slug, self.mode, found)
-            content = encoded(spec, parts, repeated)
-        holds = None if found.verdict is None else bool(found.verdict["holds"])
-        text = packed(content, self.task.dictionary)
-        return Item(index, line, found.status, holds, parts.get("figure"), text, found_by)
-
-
-def _is_reusable(answer: Answer) -> bool:
-    """Whether the answer may be reused for an equal request."""
-    return answer.status in ("succeeded", "infeasible") and (answer.accuracy or {}).get("met", True)
+        content = packed(joined(spec, found.parts, repeated), self.task.dictionary)
+        return Item(index, line, found.status, found.holds, found.figure, content, found_by)
 
 
 def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:

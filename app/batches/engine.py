@@ -160,7 +160,8 @@ class BatchEngine:
             owner = self._owners.next(owner for owner, _ in waiting)
             number = self._batches.next(number for other, number in waiting if other == owner)
             batch = await self._record(number)
-            claim = Claim(number, self.owner, self._lease_s, share, self._items_of(batch))
+            most = 1.0 / (2 * max(1, self._executor.background_workers))
+            claim = Claim(number, self.owner, self._lease_s, share, self._items_of(batch), most)
             chunks = await self._store.write(claim)
             for chunk in chunks:
                 self._launch(batch, chunk)

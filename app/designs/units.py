@@ -33,7 +33,7 @@ def power(value: float, digits: int = 0) -> str:
 
 def tidy(text: str) -> str:
     """The exponents in a text without plus sign and leading zeros: 1e-06 → 1e-6, 2e+07 → 2e7."""
-    return _EXPONENT.sub(r"e\1", text)
+    return _EXPONENT.sub(r"e\1", text) if "e" in text else text
 
 
 def split_unit(name: str) -> tuple[str, str]:

@@ -74,6 +74,9 @@ class Word:
 Words = Mapping[str, Word]
 
 
+_AS_WRITTEN = NullTranslations()
+
+
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
     """A verdict as JSON; a missed accuracy is mentioned in its summary."""
     governing = verdict.governing
@@ -85,7 +88,8 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    return {**result, "summary": summary_of(result, denials(words), reached, NullTranslations())}
+    result["summary"] = summary_of(result, denials(words), reached, _AS_WRITTEN)
+    return result
 
 
 def labels(words: Words) -> dict[str, str]:
@@ -99,17 +103,17 @@ def denials(words: Words) -> dict[str, str]:
 
 
 def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
-    reached = criterion.reached
+    _, sense, required, reached, margin, holds, asked = criterion
     return {
         "name": word.name,
         "label": word.label,
-        "sense": str(criterion.sense),
-        "required": word.shown(criterion.required),
+        "sense": sense.value,
+        "required": word.shown(required),
         "reached": word.shown(reached) if reached is not None and math.isfinite(reached) else None,
         "unit": word.unit,
-        "margin": criterion.margin,
-        "holds": criterion.holds,
-        "asked": criterion.asked,
+        "margin": margin,
+        "holds": holds,
+        "asked": asked,
     }
 
 

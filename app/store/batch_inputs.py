@@ -11,6 +11,7 @@ import json
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from itertools import pairwise
 from typing import Any
 
@@ -108,7 +109,7 @@ class Source:
 
 def _json(content: bytes) -> Any:
     try:
-        return json.loads(content, object_pairs_hook=_unique_names, parse_constant=_reject_constant)
+        return _DECODER.decode(content.decode(json.detect_encoding(content), "surrogatepass"))
     except UnreadableRow:
         raise
     except RecursionError:
@@ -126,6 +127,9 @@ def _unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 
 def _reject_constant(constant: str) -> Any:
     raise UnreadableRow(f"has {constant}, which is no JSON")
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_unique_names, parse_constant=_reject_constant)
 
 
 def _nested(base: Mapping[str, Any], columns: Sequence[str], cells: Sequence[Any]) -> dict[str, Any]:
@@ -188,13 +192,18 @@ def packed_rows(rows: Sequence[Row]) -> bytes:
 
 def unpacked_rows(content: bytes, start: int = 0, end: int | None = None) -> list[Row]:
     """Rows [``start``, ``end``) of a block, relative to its first row."""
-    whole = zlib.decompress(content)
-    head_end = whole.index(b"\n")
-    head = json.loads(whole[:head_end])
+    head, whole = _opened(content)
     lines, sizes, unfit = head["lines"], head["sizes"], head["unfit"]
-    at = head_end + 1 + sum(sizes[:start])
+    at = sum(sizes[:start])
     rows = []
     for k in range(start, len(sizes) if end is None else min(end, len(sizes))):
         rows.append(Row(lines[k], whole[at : at + sizes[k]], unfit.get(str(k))))
         at += sizes[k]
     return rows
+
+
+@lru_cache(maxsize=1)
+def _opened(content: bytes) -> tuple[dict[str, Any], bytes]:
+    """Header and rows of a block; the last one is kept, since its chunks mostly follow one another."""
+    head, _, whole = zlib.decompress(content).partition(b"\n")
+    return json.loads(head), whole

@@ -6,6 +6,7 @@ import hashlib
 import json
 import zlib
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Any
 
 from pydantic_core import to_json
@@ -19,19 +20,39 @@ DIGEST_BYTES = 16
 _PARTS = ("spec", "result", "problem", "effects", "accuracy", "timing", "verdict")
 
 
-def encoded(spec: bytes | None, parts: Mapping[str, Any], cached: bool = False) -> bytes:
-    """The parts of an answered item as JSON, the encoded ``spec`` first; non-finite numbers as NaN and Infinity.
+def encoded(spec: bytes | None, parts: Mapping[str, Any]) -> bytes:
+    """The parts of an answered item as JSON, the encoded ``spec`` first."""
+    return joined(spec, parts_json(parts))
+
+
+def parts_json(parts: Mapping[str, Any]) -> bytes:
+    """The parts of an answer, or those of an item beside its spec, as JSON; non-finite numbers as NaN and Infinity."""
+    return to_json(parts)
+
+
+def joined(spec: bytes | None, parts: bytes, cached: bool = False) -> bytes:
+    """The JSON of an item from its spec and its other parts, each a JSON object without spaces.
 
     ``cached`` marks an item answered from an equal one.
     """
-    text = to_json({**parts, "cached": True} if cached else parts)
-    return text if spec is None else b'{"spec":' + spec + (b"," if len(text) > 2 else b"") + text[1:]
+    fields = [] if spec is None else [b'"spec":' + spec]
+    if parts != b"{}":
+        fields.append(parts[1:-1])
+    if cached:
+        fields.append(b'"cached":true')
+    return b"{" + b",".join(fields) + b"}"
 
 
 def packed(content: bytes, dictionary: bytes) -> bytes:
     """The JSON of an answered item, compressed by DEFLATE with the batch's preset dictionary."""
-    deflate = zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
+    deflate = _deflate(dictionary).copy()
     return deflate.compress(content) + deflate.flush()
+
+
+@lru_cache(maxsize=8)
+def _deflate(dictionary: bytes) -> Any:
+    """A compressor that has read the dictionary: copied for each item, which costs less than reading it again."""
+    return zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
 
 
 def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:

@@ -8,13 +8,15 @@ this lock order rules out deadlocks.
 from __future__ import annotations
 
 import hashlib
+import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import lru_cache
 from importlib import import_module
 from typing import Any
 
-from sqlalchemy import Connection, delete, insert, select, update
+from sqlalchemy import Connection, Dialect, delete, func, insert, select, update
 
 from app.store.batch_items import DIGEST_BYTES, digest
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
@@ -23,6 +25,8 @@ from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
 
+_LEAST_PART = 8
+"""By how much the last chunks of a batch may be smaller than the others."""
 RECEIVING_S = 600.0
 """Time [s] after the last block at which an unacknowledged batch counts as abandoned."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
@@ -148,7 +152,8 @@ def _drop(connection: Connection, number: int) -> None:
 class Claim:
     """Lease up to ``chunks`` chunks of one batch: expired leases first, then waiting chunks in order.
 
-    A chunk of more than ``items`` is cut; the remainder stays waiting.
+    A chunk of more than ``items``, or of more than the part ``most`` of all that waits, is cut; the remainder stays
+    waiting. Chunks so become smaller towards the end of a batch, down to ``items`` / 8, and its workers end together.
     """
 
     number: int
@@ -156,6 +161,7 @@ class Claim:
     lease_s: float
     chunks: int
     items: int
+    most: float = 1.0
 
     def __call__(self, connection: Connection) -> list[Chunk]:
         if not _lock(connection, self.number):
@@ -165,14 +171,20 @@ class Claim:
         # A waiting row may be cut into several chunks.
         found += self._select_chunks(connection, ChunkState.WAITING, self.chunks - len(found))
         claimed: list[Chunk] = []
+        items = self._largest(connection)
         for chunk in found:
-            cut = Chunk(chunk.batch, chunk.first, min(self.items, chunk.count), chunk.block, chunk.attempts + 1)
+            cut = Chunk(chunk.batch, chunk.first, min(items, chunk.count), chunk.block, chunk.attempts + 1)
             _resize(connection, chunk, cut, self.owner, time_now + self.lease_s)
             claimed.append(cut)
         if claimed:
             first = batches.c.number == self.number, batches.c.status == BatchStatus.QUEUED
             connection.execute(update(batches).where(*first).values(status=BatchStatus.RUNNING, started_at=utc_now()))
         return claimed
+
+    def _largest(self, connection: Connection) -> int:
+        waits = batch_chunks.c.batch == self.number, batch_chunks.c.state == ChunkState.WAITING
+        waiting = connection.execute(select(func.sum(batch_chunks.c.count)).where(*waits)).scalar() or 0
+        return min(self.items, max(math.ceil(self.most * waiting), math.ceil(self.items / _LEAST_PART)))
 
     def _select_chunks(self, connection: Connection, state: ChunkState, most: int, *more: Any) -> list[Chunk]:
         if most <= 0:
@@ -279,23 +291,31 @@ def _update_leased(connection: Connection, chunk: Chunk, owner: str, values: dic
 
 def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
     """Insert items; existing ones are left unchanged."""
-    # Imported by name: each dialect is slow to import, and only one is needed.
-    make = import_module(f"sqlalchemy.dialects.{connection.dialect.name}").insert
-    rows = [
-        {
-            "batch": number,
-            "index": item.index,
-            "line": item.line,
-            "status": item.status,
-            "holds": item.holds,
-            "figure": item.figure,
-            "content": item.content,
-            "digest": digest(number, item),
-            "asked": item.asked,
-        }
+    # Every driver takes these values as they are. To have SQLAlchemy convert them takes longer than to insert them.
+    rows: list[Any] = [
+        (
+            number, item.index, item.line, str(item.status), item.holds, item.figure, item.content,
+            digest(number, item), item.asked,
+        )
         for item in items
-    ]
-    connection.execute(make(batch_items).on_conflict_do_nothing(), rows)
+    ]  # fmt: skip
+    statement, by_name = _insert_items(connection.dialect)
+    if rows:
+        found = [dict(zip(_ITEM_COLUMNS, row, strict=True)) for row in rows] if by_name else rows
+        connection.exec_driver_sql(statement, found)
+
+
+_ITEM_COLUMNS = ("batch", "index", "line", "status", "holds", "figure", "content", "digest", "asked")
+
+
+@lru_cache(maxsize=2)
+def _insert_items(dialect: Dialect) -> tuple[str, bool]:
+    """The statement of ``put_items``, and whether it takes its values by name instead of in order."""
+    # Imported by name: each dialect is slow to import, and only one is needed.
+    make = import_module(f"sqlalchemy.dialects.{dialect.name}").insert
+    compiled = make(batch_items).on_conflict_do_nothing().compile(dialect=dialect, column_keys=_ITEM_COLUMNS)
+    assert not compiled.positional or tuple(compiled.positiontup or ()) == _ITEM_COLUMNS
+    return str(compiled), not compiled.positional
 
 
 @dataclass(frozen=True)

@@ -43,14 +43,15 @@ class Limits:
 
     def __post_init__(self) -> None:
         names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
-        require_positive({f"limits.{name}": getattr(self, name) for name in names})
+        require_positive(self, names, "limits.")
         for name in ("min_link", "joint_radius"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value >= 0, f"limits.{name}", "must not be negative", "[0, inf)")
+            if not 0.0 <= getattr(self, name) < math.inf:
+                raise InvalidInput(f"limits.{name}", "must not be negative", "[0, inf)")
         for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
             value = getattr(self, name)
-            ok = value is None or value > pads * self.joint_radius
-            require(ok, f"limits.{name}", "leaves no room beside the joints themselves", "more than the joints need")
+            if value is not None and value <= pads * self.joint_radius:
+                reason = "leaves no room beside the joints themselves"
+                raise InvalidInput(f"limits.{name}", reason, "more than the joints need")
         if self.transmission_angle is not None:
             low, high = self.transmission_angle
             ok = 0 <= low <= high <= math.pi

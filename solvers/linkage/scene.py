@@ -6,9 +6,10 @@ Every dataclass rejects values outside the model with ``InvalidInput``; all othe
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
-from solvers.errors import require
+from solvers.errors import InvalidInput, require
 from solvers.linkage.mechanism.change_point import Gain
 from solvers.linkage.mechanism.lengths import Mechanism
 
@@ -22,10 +23,12 @@ TRANSMISSION = (math.radians(40.0), math.radians(140.0))
 """Usual limits of the mid-cycle transmission angle; at the change point itself it is 0 in every cycle."""
 
 
-def require_positive(values: dict[str, float | None]) -> None:
-    """Raise InvalidInput for values that are neither None nor positive and finite."""
-    for field, value in values.items():
-        require(value is None or (math.isfinite(value) and value > 0), field, "must be positive", "(0, inf)")
+def require_positive(owner: object, names: Iterable[str], prefix: str = "") -> None:
+    """Raise InvalidInput for fields of ``owner`` that are neither None nor positive and finite."""
+    for name in names:
+        value = getattr(owner, name)
+        if value is not None and not 0.0 < value < math.inf:
+            raise InvalidInput(prefix + name, "must be positive", "(0, inf)")
 
 
 @dataclass(frozen=True)
@@ -36,11 +39,10 @@ class Restitution:
     high: float
 
     def __post_init__(self) -> None:
-        inside = f"[{LEAST_RESTITUTION:g}, {GREATEST_RESTITUTION:g}]"
         for name in ("low", "high"):
-            value = getattr(self, name)
-            ok = LEAST_RESTITUTION <= value <= GREATEST_RESTITUTION
-            require(ok, f"restitution.{name}", "lies outside what the mechanism can be made for", inside)
+            if not LEAST_RESTITUTION <= getattr(self, name) <= GREATEST_RESTITUTION:
+                inside = f"[{LEAST_RESTITUTION:g}, {GREATEST_RESTITUTION:g}]"
+                raise InvalidInput(f"restitution.{name}", "lies outside what the mechanism can be made for", inside)
         require(self.low <= self.high, "restitution.low", "exceeds restitution.high", "at most restitution.high")
 
     @property
@@ -66,7 +68,7 @@ class Motor:
     free_speed: float
 
     def __post_init__(self) -> None:
-        require_positive({"drive.stall_torque": self.stall_torque, "drive.free_speed": self.free_speed})
+        require_positive(self, ("stall_torque", "free_speed"), "drive.")
 
     @property
     def slope(self) -> float:
@@ -82,7 +84,10 @@ class Drive:
     crank_inertia: float
 
     def __post_init__(self) -> None:
-        require_positive({"drive.crank_inertia": self.crank_inertia})
+        require_positive(self, ("crank_inertia",), "drive.")
+
+
+_GIVEN = ("blow_frequency", "impact_speed", "impact_energy")
 
 
 @dataclass(frozen=True)
@@ -103,10 +108,8 @@ class Scene:
     length_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        given = ("blow_frequency", "impact_speed", "impact_energy")
-        optional = ("tool_radius", "coupler_stiffness", "length_tolerance")
-        require_positive({name: getattr(self, name) for name in given + optional})
-        for name in given:
+        require_positive(self, (*_GIVEN, "tool_radius", "coupler_stiffness", "length_tolerance"))
+        for name in _GIVEN:
             require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
 
     @property

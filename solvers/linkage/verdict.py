@@ -44,10 +44,11 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
     elif check.running is not None:
         criteria.append(yes("runs_steadily", True))
     for row in CONSTRAINTS:
-        limit, value = row.limit(limits), row.reached(check)
+        limit = row.limit(limits)
         if limit is None:
             continue
-        if value is not None and all(getattr(given, name) for name in row.needs):
+        value = row.reached(check) if all(getattr(given, name) for name in row.needs) else None
+        if value is not None:
             criteria.append(_JUDGED[row.sense](row.name, limit, value, slack, asked=row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))

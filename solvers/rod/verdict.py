@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
 
 from solvers.outcome import Accuracy, EffectReport
 from solvers.rod.check import RodCheck
@@ -69,4 +68,4 @@ def _stability(check: RodCheck, name: str, required: float, slack: float, asked:
     if check.stresses is not None or found.margin is None:
         return found
     # It buckles, possibly by friction only: the safety is then reported as 1, which is not sufficient.
-    return replace(found, holds=False, margin=min(found.margin, -slack))
+    return found._replace(holds=False, margin=min(found.margin, -slack))

@@ -81,8 +81,9 @@ def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]
 def _answer(
     request: CheckRequest, case: linkage.Case, outcome: Outcome[linkage.LinkageCheck], detail: Detail = Detail.FULL
 ) -> Answer:
-    verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, request.given())
-    result = result_of(outcome.value, case.scene, request, request.sized)
+    given = request.given()
+    verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, given)
+    result = result_of(outcome.value, case.scene, request, given.size)
     if detail is Detail.FULL:
         result["transfer"] = transfer_json(outcome.value.strike)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))

@@ -77,19 +77,17 @@ class LinkageLimits(Strict):
 class Group(Strict):
     """Fields of which all or none must be given."""
 
-    def missing(self) -> list[str]:
-        """Names of the null fields."""
-        return [name for name in type(self).model_fields if getattr(self, name) is None]
-
     @property
     def given(self) -> bool:
-        return len(self.missing()) < len(type(self).model_fields)
+        """Whether any field is not null."""
+        return any(value is not None for _, value in self)
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""
         if not self.given:
             return []
-        return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in self.missing()]
+        missing = [name for name, value in self if value is None]
+        return [entry(f"{pointer}/{name}", "is missing beside the others", "a number") for name in missing]
 
 
 class Drive(Group):
@@ -225,9 +223,10 @@ class CheckRequest(LinkageRequest):
 
     def given(self) -> linkage.Given:
         """The parts of the scene that the request determines."""
-        timed = self.sized and self.blow_frequency_hz is not None
+        sized = self.sized
+        timed = sized and self.blow_frequency_hz is not None
         return linkage.Given(
-            size=self.sized,
+            size=sized,
             speed=timed,
             speed_asked=timed and self.impact_speed_m_s is not None,
             energy=self.impact_energy_j is not None,

@@ -123,12 +123,19 @@ def _window(found: Window | None) -> dict[str, Any] | None:
     }
 
 
+_STRIKE = (
+    "u31_start", "u31_end", "kinematic_restitution", "restitution_mismatch", "u31_max", "transmission_angle_deg",
+)  # fmt: skip
+
+
 def _strike(strike: Strike | None) -> dict[str, Any]:
-    names = ("u31_start", "u31_end", "kinematic_restitution", "restitution_mismatch")
     if strike is None:
-        return dict.fromkeys((*names, "u31_max", "transmission_angle_deg"), None)
+        return dict.fromkeys(_STRIKE)
     return {
-        **dict(zip(names, (strike.start, strike.end, strike.restitution, strike.mismatch), strict=True)),
+        "u31_start": strike.start,
+        "u31_end": strike.end,
+        "kinematic_restitution": strike.restitution,
+        "restitution_mismatch": strike.mismatch,
         "u31_max": strike.greatest if math.isfinite(strike.greatest) else None,
         "transmission_angle_deg": math.degrees(strike.transmission_angle),
     }

@@ -21,7 +21,6 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any, ClassVar
 
 Number = Any
@@ -61,16 +60,24 @@ class Gain:
     def below(self, ratio: Number) -> Number:
         """ratio - g; for a single number correctly rounded, however close the ratio is to g."""
         if isinstance(ratio, float):
-            r = Fraction(self.restitution)
-            return float(Fraction(ratio) - (1 + r) / (1 - r))
+            up, down = self._exact
+            p, q = ratio.as_integer_ratio()
+            return (p * down - q * up) / (q * down)
         return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
 
     def square_below(self, ratio: Number) -> Number:
         """ratio - g^2, likewise."""
         if isinstance(ratio, float):
-            r = Fraction(self.restitution)
-            return float(Fraction(ratio) - ((1 + r) / (1 - r)) ** 2)
+            up, down = self._exact
+            p, q = ratio.as_integer_ratio()
+            return (p * down**2 - q * up**2) / (q * down**2)
         return (ratio - 1.0) - self.square_less_one
+
+    @property
+    def _exact(self) -> tuple[int, int]:
+        """g as a ratio of integers, whose quotients Python rounds correctly."""
+        p, q = self.restitution.as_integer_ratio()
+        return q + p, q - p
 
 
 @dataclass(frozen=True)

@@ -29,12 +29,12 @@ class FourBar:
         """lambda0, lambda2, lambda3, N, M, kappa, sigma: shape (7,)."""
         return coefficients(self.kind, self.ratios)
 
-    @property
+    @cached_property
     def gain(self) -> float:
         """g = sqrt(lambda0 lambda2/lambda3)."""
         return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
 
-    @property
+    @cached_property
     def gain_less_one(self) -> float:
         """g - 1 = (kappa/lambda3)/(g + 1)."""
         return float(self.coefficients[5] / self.ratios.rocker) / (self.gain + 1.0)
@@ -44,12 +44,12 @@ class FourBar:
         """R_k = (g - 1)/(g + 1)."""
         return self.gain_less_one / (self.gain + 1.0)
 
-    @property
+    @cached_property
     def start(self) -> float:
         """|u31(0)| = (g - 1)/e, after the blow."""
         return self.gain_less_one / float(self.kind.pin_to_pivot(self.ratios))
 
-    @property
+    @cached_property
     def end(self) -> float:
         """|u31(2 pi)| = (g + 1)/e, before the blow."""
         return (self.gain + 1.0) / float(self.kind.pin_to_pivot(self.ratios))
@@ -59,7 +59,7 @@ class FourBar:
         """Whether the crank rotates fully."""
         return float(self.coefficients[4]) >= 0.0
 
-    @property
+    @cached_property
     def swing(self) -> float:
         """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0."""
         return float(swing(self.kind, self.ratios))
@@ -120,7 +120,7 @@ def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) ->
 def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
     """lambda0, lambda2, lambda3, N, M, kappa, sigma in the last axis; kappa = |N| e."""
     numerator = kind.half_angle_coefficient(ratios)
-    kappa = np.abs(numerator) * kind.pin_to_pivot(ratios)
+    kappa = abs(numerator) * kind.pin_to_pivot(ratios)
     parts = [
         ratios.base,
         ratios.coupler,
@@ -130,6 +130,8 @@ def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
         kappa,
         kind.rocker_sign,
     ]
+    if all(isinstance(part, float) for part in parts):
+        return np.array(parts)
     return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
 
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from solvers.errors import require
+from solvers.errors import InvalidInput
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
 from solvers.linkage.mechanism.closure import Closure, closure, confinement, turns_fully
 from solvers.linkage.mechanism.kinematics import FourBar
@@ -25,11 +25,12 @@ class Lengths:
 
     def __post_init__(self) -> None:
         for name, value in zip(_NAMES, self.links, strict=True):
-            require(math.isfinite(value) and value > 0, f"lengths.{name}", "must be positive", "(0, inf)")
+            if not 0.0 < value < math.inf:
+                raise InvalidInput(f"lengths.{name}", "must be positive", "(0, inf)")
         longest = max(self.links)
-        name = _NAMES[self.links.index(longest)]
-        others = self.base + self.crank + self.coupler + self.rocker - longest
-        require(longest < others, f"lengths.{name}", "the other links cannot reach around it", "less than their sum")
+        if not longest < self.base + self.crank + self.coupler + self.rocker - longest:
+            name = _NAMES[self.links.index(longest)]
+            raise InvalidInput(f"lengths.{name}", "the other links cannot reach around it", "less than their sum")
 
     @property
     def links(self) -> tuple[float, float, float, float]:

@@ -16,7 +16,7 @@ from app.designs.many import answers_of
 from app.designs.progress import ignore_progress
 from app.designs.registry import KINDS
 from app.store.batch_inputs import Row, Source, packed_rows
-from app.store.batch_items import unpacked
+from app.store.batch_items import joined, parts_json, unpacked
 
 SLUG, MODE, DICTIONARY = "pin-profile", "check", b"what items resemble"
 
@@ -87,3 +87,11 @@ def test_a_non_finite_number_fails_only_its_item(monkeypatch: pytest.MonkeyPatch
     bodies = [{**body, "load": {"force_n": 1000.0 + k}} for k in range(2)]
     told = solved(replace(task(bodies), known={}))
     assert isinstance(told, Solved) and [item.status for item in told.items] == ["failed", "succeeded"]
+
+
+@pytest.mark.parametrize("spec", [None, b'{"x":1}'])
+@pytest.mark.parametrize("parts", [{}, {"result": {"y": 2.5}}])
+@pytest.mark.parametrize("cached", [False, True])
+def test_the_json_of_an_item_is_joined_from_its_parts(spec: bytes | None, parts: dict[str, Any], cached: bool) -> None:
+    found = json.loads(joined(spec, parts_json(parts), cached))
+    assert found == {**({} if spec is None else {"spec": {"x": 1}}), **parts, **({"cached": True} if cached else {})}

@@ -97,6 +97,18 @@ def test_every_item_is_stored_exactly_once(database_url: str) -> None:
     assert (report.damages, report.batch_items) == ((), 10)
 
 
+def test_chunks_become_smaller_towards_the_end(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store, 96)
+        counts = []
+        while claimed := await store.write(Claim(batch.number, "a", 30.0, 1, 16, 0.25)):
+            counts += [chunk.count for chunk in claimed]
+        # A quarter of what waits, at most 16 and at least 16/8; a block's last chunk is what is left of it.
+        assert counts == [16, 16, 16, 12, 9, 7, 5, 4, 3, 2, 2, 2, 2]
+
+    run(database_url, story)
+
+
 def test_expired_leases_are_taken_over_and_late_answers_are_dropped(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         batch = await received(store)

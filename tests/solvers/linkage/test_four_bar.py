@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from fractions import Fraction
 
 import mpmath as mp
 import numpy as np
@@ -28,6 +29,18 @@ def test_reference_values_to_all_printed_digits(kind, restitution, parameter, ph
 
 
 ANGLES = [1e-15, 1e-12, 1e-9, 1e-7, 1e-4, 0.03, 0.7, 1.9, 3.0, math.pi, -2.2, -0.9, -0.02, -1e-4, -1e-7, -1e-11, -1e-15]
+
+
+@pytest.mark.parametrize("restitution", [1e-6, 0.05, 0.3, 1.0 / 3.0, 0.95])
+def test_differences_from_g_are_correctly_rounded(restitution):
+    gain = Gain(restitution)
+    g = (1 + Fraction(restitution)) / (1 - Fraction(restitution))
+    for power, difference in ((1, gain.below), (2, gain.square_below)):
+        nearest = float(g**power)
+        for ratio in (nearest, math.nextafter(nearest, 0.0), nearest * (1 + 1e-12), 1.7 * nearest, 1e-3, 1e9):
+            assert difference(ratio) == float(Fraction(ratio) - g**power)
+
+
 FAR = {
     "largest_coupler": (1 + 1e-12, 1 + 1e-6, 1.01, 1.4, 3.0, 50.0),
     "largest_base": (1 + 1e-12, 1 + 1e-6, 1.01, 1.4, 3.0, 50.0),

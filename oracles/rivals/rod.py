@@ -16,6 +16,7 @@ import numpy as np
 
 from oracles.rivals import starts
 from oracles.rivals.hunt import Array, Hunt, Look, Space
+from oracles.rivals.search import finish, look_beside
 from oracles.rivals.starts import Strength, along, step_along_limits
 from solvers import rod
 from solvers.errors import InvalidInput
@@ -42,8 +43,14 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 }
 
 
-WEAK = Strength(3, 60, ("SLSQP", "linear programs"))
-STRONG = Strength(20, most=4000)
+SCOUTS = Strength(20, 80, ("SLSQP", "COBYQA"))
+ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
+"""Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
+_LED, _FINISHING = 3, 80
+"""So many of the best strips seen by scouts are followed to the last, in each way with so many checks."""
+_HOPE, _ELSEWHERE = 2e-3, 1e-3
+"""In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
+_GRID_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -150,24 +157,57 @@ def contest(
     criterion: FatigueCriterion | None = None,
 ) -> Contest:
     """Run the competition against an answer."""
-    selection = settled(outcome.effects)
-    look, found = looker(problem, selection, accuracy, criterion), outcome.status is Status.SUCCEEDED
-    hunt = Hunt(space_of(problem), look, seeking=found)
-    own, missed, first = math.nan, 0.0, None
-    if found:
-        check = outcome.value.check
-        own, strip = log_cost(problem, check), check.dimensions
-        first = np.log([strip.b, strip.h, strip.l])
-        missed = hunt.at(first).violation
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    hunt = Hunt(space_of(problem), looker(problem, selection, accuracy, criterion), first is not None)
+    missed = 0.0 if first is None else hunt.at(first).violation
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH, criterion)
     compete(hunt, first, core, rough, strength, np.random.default_rng(seed))
+    return _ended(problem, outcome, hunt, missed, 0)
+
+
+def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], seed: int = 0) -> Contest:
+    """The same where many starts count and checks are dear: scouts search from all of them on rough checks, and, where
+    sizes come in steps, over those next to the answer's; the answer and the best strips that scouts have seen are
+    starts of the searches that count."""
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    space, found = space_of(problem), first is not None
+    hunt, scouts = (
+        Hunt(space, looker(problem, selection), found),
+        Hunt(space, looker(problem, selection, ROUGHLY), found),
+    )
+    scouts.difference = ROUGHLY_DIFFERENCE
+    missed = hunt.at(first).violation if found else 0.0
+    if found and space.stepped:
+        look_beside(scouts, first, _GRID_STEPS, SCOUTS.evaluations)
+    core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH)
+    compete(scouts, first, core, rough, SCOUTS, np.random.default_rng(seed))
+    if found:
+        step_along_limits(hunt, first)
+    most = scouts.merit(first) + _HOPE if found else _HOPE
+    led = scouts.promising(_LED, _ELSEWHERE, most, ROUGHLY, [first] if found else [])
+    for start in [first, *led] if found else led:
+        finish(hunt, start, _FINISHING)
+    return _ended(problem, outcome, hunt, missed, scouts.evaluations)
+
+
+def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
+    """Logarithms of an answer's sizes."""
+    if outcome.status is not Status.SUCCEEDED:
+        return None
+    strip = outcome.value.check.dimensions
+    return np.log([strip.b, strip.h, strip.l])
+
+
+def _ended(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], hunt: Hunt, missed: float, more: int) -> Contest:
+    """The result of a hunt, with so many more evaluations."""
+    estimated, evaluations = outcome.accuracy.estimated, hunt.evaluations + more
     if hunt.best is None:
-        return Contest(-math.inf, outcome.accuracy.estimated, missed, None, None, "", hunt.evaluations)
+        return Contest(-math.inf, estimated, missed, None, None, "", evaluations)
     cost, sizes = hunt.best
-    gain = math.expm1(own - cost) if found else math.inf
+    gain = math.expm1(log_cost(problem, outcome.value.check) - cost) if hunt.seeking else math.inf
     value = math.exp(problem.objective.sign * cost)
     strip = rod.Dimensions(*map(float, sizes))
-    return Contest(gain, outcome.accuracy.estimated, missed, strip, value, hunt.found_by, hunt.evaluations)
+    return Contest(gain, estimated, missed, strip, value, hunt.found_by, evaluations)
 
 
 def compete(

@@ -193,7 +193,7 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         if everything:
             WAYS[way](hunt, start, everything, reach)
     end = hunt.lead[1] if hunt.lead else start
-    if everything and way != POLISHER:
+    if everything and way != POLISHER and not hunt.rough:
         hunt.allow(evaluations // 2, f"{way}, then {POLISHER}")
         with contextlib.suppress(Spent):
             WAYS[POLISHER](hunt, end, everything, _POLISH)
@@ -205,6 +205,38 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         hunt.allow(evaluations, f"{way}, then over the grid")
         with contextlib.suppress(Spent):
             _walk(hunt, way, end, tuple(i for i in everything if i not in hunt.space.stepped), reach)
+
+
+def finish(hunt: Hunt, start: Array, evaluations: int) -> None:
+    """Search closely around a start, the sizes that lie on a grid held: by SLSQP and by linear programs."""
+    free = tuple(i for i in hunt.space.free if i not in hunt.space.stepped)
+    for way in ("SLSQP", POLISHER):
+        hunt.allow(evaluations, f"{way}, to the last")
+        with contextlib.suppress(Spent):
+            hunt.at(start)
+            if free:
+                WAYS[way](hunt, start, free, _POLISH)
+        with contextlib.suppress(Spent):
+            hunt.allow_more(PULLS)
+            hunt.pull_in()
+
+
+def look_beside(hunt: Hunt, start: Array, steps: int, evaluations: int) -> None:
+    """Everything on the grid up to so many steps from a start, by SLSQP over the sizes that are not on it."""
+    stepped, grids = hunt.space.stepped, hunt.space.grids
+    free = tuple(i for i in hunt.space.free if i not in stepped)
+    near = []
+    for i in stepped:
+        at = int(np.abs(np.log(grids[i]) - start[i]).argmin())
+        near.append(np.log(grids[i][max(at - steps, 0) : at + steps + 1]))
+    for place in itertools.product(*near):
+        logs = start.copy()
+        logs[list(stepped)] = place
+        hunt.allow(evaluations, "SLSQP, beside on the grid")
+        with contextlib.suppress(Spent):
+            hunt.at(logs)
+            if free:
+                slsqp(hunt, logs, free, 0.0)
 
 
 def _walk(hunt: Hunt, way: str, start: Array, free: tuple[int, ...], reach: float) -> None:

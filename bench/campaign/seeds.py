@@ -13,6 +13,7 @@ from bench.campaign.choices import judge_choice
 from bench.campaign.combinations import judge_combinations
 from bench.campaign.designs import judge_design
 from bench.campaign.honesty import judge_estimate
+from bench.campaign.rod_contests import judge_contest
 from bench.campaign.scenes import scene_of
 
 COMBINED_EVERY = 50
@@ -22,7 +23,7 @@ STRONG_EVERY = 5
 NEEDLESS_EVERY: Mapping[str, int] = {"flexible-rod": 10}
 """Interval of scenes for testing unnecessary effects, for kinds with many expensive ones."""
 
-ESTIMATE, CHOICE, COMBINATIONS, DESIGN = "estimate", "effects", "combinations", "design"
+ESTIMATE, CHOICE, COMBINATIONS, DESIGN, CONTEST = "estimate", "effects", "combinations", "design", "contest"
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,11 @@ def judge_seed(slug: str, seed: int, limit: float) -> list[Part]:
 def judge_designed(slug: str, seed: int, limit: float) -> list[Part]:
     """The design problem of a seed with its competitors, within ``limit`` [s]."""
     return [_part(seed, DESIGN, lambda: judge_design(slug, seed, quick=seed % STRONG_EVERY != 0), limit)]
+
+
+def judge_contested(slug: str, seed: int, limit: float) -> list[Part]:
+    """The realistic rod design of a seed with its competitors, within ``limit`` [s]."""
+    return [_part(seed, CONTEST, lambda: judge_contest(seed), limit)]
 
 
 def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float) -> Part:

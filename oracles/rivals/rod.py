@@ -43,11 +43,11 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 }
 
 
-SCOUTS = Strength(20, 80, ("SLSQP", "COBYQA"))
+SCOUTS = Strength(20, 40, ("SLSQP", "COBYQA"))
 ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
 """Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
-_LED, _FINISHING = 3, 80
-"""So many of the best strips seen by scouts are followed to the last, in each way with so many checks."""
+_LED, _FINISHING, _JUDGED = 3, 80, 1e-7
+"""So many of the best strips seen by scouts are followed to the last, with so many checks of this accuracy."""
 _HOPE, _ELSEWHERE = 2e-3, 1e-3
 """In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
 _GRID_STEPS = 2
@@ -62,6 +62,7 @@ class Contest:
     estimated    the answer's own error estimate
     missed       relative violation of a requirement by the answer, rechecked
     rival        the best competitor, its objective, and the search that found it
+    accuracy     of the checks that judge
     """
 
     gain: float
@@ -71,10 +72,11 @@ class Contest:
     objective: float | None
     found_by: str
     evaluations: int
+    accuracy: float
 
     @property
     def won(self) -> bool:
-        return self.gain > self.estimated + ACCURACY
+        return self.gain > self.estimated + self.accuracy
 
 
 def settled(effects: tuple[EffectReport, ...]) -> rod.EffectSelection:
@@ -162,7 +164,7 @@ def contest(
     missed = 0.0 if first is None else hunt.at(first).violation
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH, criterion)
     compete(hunt, first, core, rough, strength, np.random.default_rng(seed))
-    return _ended(problem, outcome, hunt, missed, 0)
+    return _ended(problem, outcome, hunt, missed, hunt.evaluations, accuracy)
 
 
 def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], seed: int = 0) -> Contest:
@@ -187,7 +189,7 @@ def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], se
     led = scouts.promising(_LED, _ELSEWHERE, most, ROUGHLY, [first] if found else [])
     for start in [first, *led] if found else led:
         finish(hunt, start, _FINISHING)
-    return _ended(problem, outcome, hunt, missed, scouts.evaluations)
+    return _ended(problem, outcome, hunt, missed, hunt.evaluations + scouts.evaluations, _JUDGED)
 
 
 def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
@@ -198,16 +200,23 @@ def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
     return np.log([strip.b, strip.h, strip.l])
 
 
-def _ended(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], hunt: Hunt, missed: float, more: int) -> Contest:
-    """The result of a hunt, with so many more evaluations."""
-    estimated, evaluations = outcome.accuracy.estimated, hunt.evaluations + more
+def _ended(
+    problem: rod.RodProblem,
+    outcome: Outcome[rod.RodDesign],
+    hunt: Hunt,
+    missed: float,
+    evaluations: int,
+    accuracy: float,
+) -> Contest:
+    """The result of a hunt."""
+    estimated = outcome.accuracy.estimated
     if hunt.best is None:
-        return Contest(-math.inf, estimated, missed, None, None, "", evaluations)
+        return Contest(-math.inf, estimated, missed, None, None, "", evaluations, accuracy)
     cost, sizes = hunt.best
     gain = math.expm1(log_cost(problem, outcome.value.check) - cost) if hunt.seeking else math.inf
     value = math.exp(problem.objective.sign * cost)
     strip = rod.Dimensions(*map(float, sizes))
-    return Contest(gain, estimated, missed, strip, value, hunt.found_by, evaluations)
+    return Contest(gain, estimated, missed, strip, value, hunt.found_by, evaluations, accuracy)
 
 
 def compete(

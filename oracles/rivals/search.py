@@ -208,17 +208,16 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
 
 
 def finish(hunt: Hunt, start: Array, evaluations: int) -> None:
-    """Search closely around a start, the sizes that lie on a grid held: by SLSQP and by linear programs."""
+    """Search closely around a start by linear programs, the sizes that lie on a grid held."""
     free = tuple(i for i in hunt.space.free if i not in hunt.space.stepped)
-    for way in ("SLSQP", POLISHER):
-        hunt.allow(evaluations, f"{way}, to the last")
-        with contextlib.suppress(Spent):
-            hunt.at(start)
-            if free:
-                WAYS[way](hunt, start, free, _POLISH)
-        with contextlib.suppress(Spent):
-            hunt.allow_more(PULLS)
-            hunt.pull_in()
+    hunt.allow(evaluations, f"{POLISHER}, to the last")
+    with contextlib.suppress(Spent):
+        hunt.at(start)
+        if free:
+            linear_programs(hunt, start, free, _POLISH)
+    with contextlib.suppress(Spent):
+        hunt.allow_more(PULLS)
+        hunt.pull_in()
 
 
 def look_beside(hunt: Hunt, start: Array, steps: int, evaluations: int) -> None:

@@ -37,7 +37,7 @@ _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
-_CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
+_CURVED_STEP, _ROUGH_CURVED_STEP = 1e-4, 4e-3
 """Of differences to both sides, where what corrections add is taken as quadratic."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""

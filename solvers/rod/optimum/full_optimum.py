@@ -10,6 +10,7 @@ come in steps: see ``available_sizes``.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
+from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
     FINE_RADIUS,
@@ -50,6 +51,8 @@ _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_SEARCHES = 2
 """At full accuracy between damped resonances: a second one where the first has not come to its end."""
+_CONTENDERS = 3
+"""So many ends of rough searches are led on at full accuracy."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -243,15 +246,43 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     rough = explored.bent()
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
     left = search_other_gaps(rough, context.bounds)
-    best, last, ends = rough.best() or explored.best(), context.finer(), _different(rough.ends)
-    for _ in range(_LAST_SEARCHES):
-        best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
-        if best is None or best.found is None:
-            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
-        if best.gain <= context.model.accuracy:
-            break
+    known = rough.ends or explored.ends
+    best = at_full_accuracy(context.finer(), known, lambda _: context.bounds)
+    ends = _different(known)
+    if best is None or best.found is None:
+        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     return Optimum(best, conditions, None, context.starts, ends, left)
+
+
+def at_full_accuracy(last: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
+    """The best of the ends of rough searches, each led on within bounds as long as it gains much; of those that are
+    dearer than the best by less than they, and it, may be wrong or still gain."""
+    for end in _contenders(ends):
+        for _ in range(_LAST_SEARCHES):
+            best = last.best()
+            known = math.inf if best is None or best.found is None else best.best.log_cost
+            strip = end.best.outcome.value.dimensions
+            end = last.search_from(strip, within(strip), FINE_RADIUS, known=known)
+            if end is None or end.found is None or end.gain <= last.model.accuracy:
+                break
+    return last.best()
+
+
+def _contenders(ends: list[Local]) -> list[Local]:
+    """The best end, and those of other strips that may be as good."""
+
+    def doubt(end: Local) -> float:
+        return end.best.outcome.accuracy.estimated + CATCHES_UP * end.gain
+
+    first, *others = sorted(ends, key=lambda end: (end.best.excess, end.best.log_cost))
+    if first.found is None:
+        return [first]
+    most, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
+    for end in others:
+        if end.found is not None and end.best.log_cost - doubt(end) < most and not near(end.best.x, out, _SAME):
+            out.append(end)
+    return out[:_CONTENDERS]
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> float:

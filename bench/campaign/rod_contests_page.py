@@ -28,7 +28,7 @@ def contests_section(slug: str, parts: Sequence[Part], day: str) -> str:
         f"{day}: {len(parts):,} of the problems of `python -m bench.rod_problems`, with every setting at its default; "
         f"with their rivals they took {sum(p.seconds for p in parts):,.0f} s together. Rivals are searches on the "
         f"check to 1e-5 ({SCOUTS}) and over sizes in steps next to the answer's; the best strips they see, and the "
-        "answer, are starts of linear programs on the check to 1e-7, which judge.",
+        "answer, are starts of linear programs and steps along ridges on the check to 1e-7, which judge.",
         "",
         "| promise | held | seeds where it was not |",
         "|---|---|---|",

@@ -9,8 +9,8 @@ check's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,7 +46,7 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 SCOUTS = Strength(20, 40, ("SLSQP", "COBYQA"))
 ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
 """Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
-_LED, _FINISHING, _JUDGED = 3, 80, 1e-7
+_LED, _FINISHING, _JUDGED = 2, 150, 1e-7
 """So many of the best strips seen by scouts are followed to the last, with so many checks of this accuracy."""
 _HOPE, _ELSEWHERE = 2e-3, 1e-3
 """In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
@@ -164,32 +164,44 @@ def contest(
     missed = 0.0 if first is None else hunt.at(first).violation
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH, criterion)
     compete(hunt, first, core, rough, strength, np.random.default_rng(seed))
-    return _ended(problem, outcome, hunt, missed, hunt.evaluations, accuracy)
+    return _ended(problem, outcome, hunt, missed, accuracy)
 
 
 def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], seed: int = 0) -> Contest:
     """The same where many starts count and checks are dear: scouts search from all of them on rough checks, and, where
-    sizes come in steps, over those next to the answer's; the answer and the best strips that scouts have seen are
-    starts of the searches that count."""
+    sizes come in steps, over those next to the answer's; the best strips that they have seen meet the answer in a
+    ``close_contest``."""
     selection, first = settled(outcome.effects), _sizes_of(outcome)
     space, found = space_of(problem), first is not None
-    hunt, scouts = (
-        Hunt(space, looker(problem, selection), found),
-        Hunt(space, looker(problem, selection, ROUGHLY), found),
-    )
-    scouts.difference = ROUGHLY_DIFFERENCE
-    missed = hunt.at(first).violation if found else 0.0
+    scouts = Hunt(space, looker(problem, selection, ROUGHLY), found, ROUGHLY_DIFFERENCE)
     if found and space.stepped:
         look_beside(scouts, first, _GRID_STEPS, SCOUTS.evaluations)
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH)
     compete(scouts, first, core, rough, SCOUTS, np.random.default_rng(seed))
-    if found:
-        step_along_limits(hunt, first)
     most = scouts.merit(first) + _HOPE if found else _HOPE
     led = scouts.promising(_LED, _ELSEWHERE, most, ROUGHLY, [first] if found else [])
-    for start in [first, *led] if found else led:
-        finish(hunt, start, _FINISHING)
-    return _ended(problem, outcome, hunt, missed, hunt.evaluations + scouts.evaluations, _JUDGED)
+    close = close_contest(problem, outcome, led)
+    return replace(close, evaluations=close.evaluations + scouts.evaluations)
+
+
+def close_contest(
+    problem: rod.RodProblem,
+    outcome: Outcome[rod.RodDesign],
+    others: Sequence[Array] = (),
+    evaluations: int = _FINISHING,
+    accuracy: float = _JUDGED,
+) -> Contest:
+    """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
+    from it and from other sizes (logarithms), so many checks each."""
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    hunt, missed = Hunt(space_of(problem), looker(problem, selection, accuracy), first is not None), 0.0
+    if first is not None:
+        missed = hunt.at(first).violation
+        step_along_limits(hunt, first)
+        finish(hunt, first, evaluations)
+    for start in others:
+        finish(hunt, start, evaluations)
+    return _ended(problem, outcome, hunt, missed, accuracy)
 
 
 def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
@@ -201,22 +213,17 @@ def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
 
 
 def _ended(
-    problem: rod.RodProblem,
-    outcome: Outcome[rod.RodDesign],
-    hunt: Hunt,
-    missed: float,
-    evaluations: int,
-    accuracy: float,
+    problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], hunt: Hunt, missed: float, accuracy: float
 ) -> Contest:
     """The result of a hunt."""
     estimated = outcome.accuracy.estimated
     if hunt.best is None:
-        return Contest(-math.inf, estimated, missed, None, None, "", evaluations, accuracy)
+        return Contest(-math.inf, estimated, missed, None, None, "", hunt.evaluations, accuracy)
     cost, sizes = hunt.best
     gain = math.expm1(log_cost(problem, outcome.value.check) - cost) if hunt.seeking else math.inf
     value = math.exp(problem.objective.sign * cost)
     strip = rod.Dimensions(*map(float, sizes))
-    return Contest(gain, estimated, missed, strip, value, hunt.found_by, evaluations, accuracy)
+    return Contest(gain, estimated, missed, strip, value, hunt.found_by, hunt.evaluations, accuracy)
 
 
 def compete(

@@ -52,7 +52,7 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     context.ends = []
     strip = optimum.local.best.outcome.value.dimensions
     if _among_gaps(context):
-        local = at_full_accuracy(context.finer(), explored.ends, lambda d: _within(context, d))
+        local = at_full_accuracy(context, explored.ends, lambda d: _within(context, d))
     else:
         local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
     if local is None:

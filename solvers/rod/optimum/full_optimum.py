@@ -50,7 +50,9 @@ _SHIFTS = 3
 _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_SEARCHES = 2
-"""At full accuracy between damped resonances: a second one where the first has not come to its end."""
+"""To the bottom of a valley between damped resonances: a second one where the first has not come to its end."""
+_LAST_RADIUS = 5e-4
+"""The first radius of these, in ln b, ln h, ln l."""
 _CONTENDERS = 3
 """So many ends of rough searches are led on at full accuracy."""
 _LAST_ROUNDS = 2
@@ -135,6 +137,10 @@ class Context:
     def finer(self) -> Context:
         """The same with smaller steps and rows as good as checks."""
         return replace(self, model=self.model.finer(), ends=[])
+
+    def closest(self) -> Context:
+        """The same with the smallest steps."""
+        return replace(self, model=self.model.closest(), ends=[])
 
     def bent(self) -> Context:
         """The same with corrections to second order."""
@@ -247,7 +253,7 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
     left = search_other_gaps(rough, context.bounds)
     known = rough.ends or explored.ends
-    best = at_full_accuracy(context.finer(), known, lambda _: context.bounds)
+    best = at_full_accuracy(context, known, lambda _: context.bounds)
     ends = _different(known)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
@@ -255,18 +261,23 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     return Optimum(best, conditions, None, context.starts, ends, left)
 
 
-def at_full_accuracy(last: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
-    """The best of the ends of rough searches, each led on within bounds as long as it gains much; of those that are
-    dearer than the best by less than they, and it, may be wrong or still gain."""
+def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
+    """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
+    those that are dearer by less than they, and it, may be wrong or still gain."""
+    finer = context.finer()
+    closest = finer.closest()
     for end in _contenders(ends):
+        best, strip = closest.best(), end.best.outcome.value.dimensions
+        known = math.inf if best is None or best.found is None else best.best.log_cost
+        led = finer.search_from(strip, within(strip), FINE_RADIUS, known=known)
         for _ in range(_LAST_SEARCHES):
-            best = last.best()
-            known = math.inf if best is None or best.found is None else best.best.log_cost
-            strip = end.best.outcome.value.dimensions
-            end = last.search_from(strip, within(strip), FINE_RADIUS, known=known)
-            if end is None or end.found is None or end.gain <= last.model.accuracy:
+            if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
                 break
-    return last.best()
+            strip = led.best.outcome.value.dimensions
+            led = closest.search_from(strip, within(strip), _LAST_RADIUS)
+            if led is not None and led.gain <= context.model.accuracy:
+                break
+    return closest.best() or finer.best()
 
 
 def _contenders(ends: list[Local]) -> list[Local]:

@@ -116,7 +116,7 @@ def local_search(
         if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
             break
         moved = float(np.max(np.abs(step - at.x)))
-        if moved == 0.0 or radius < model.closest:
+        if moved == 0.0 or radius < model.least_radius:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)

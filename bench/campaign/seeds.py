@@ -90,5 +90,7 @@ def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float
     except _TooLong:
         trouble = f"took more than {limit:g} s"
     except Exception as error:
-        trouble = f"{type(error).__name__}: {error}"
+        # Out of compiled code the end of the time comes as a SystemError.
+        ended = time.perf_counter() - started >= limit
+        trouble = f"took more than {limit:g} s" if ended else f"{type(error).__name__}: {error}"
     return Part(seed, name, time.perf_counter() - started, verdict, trouble)

@@ -37,7 +37,7 @@ _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
-_ROUGH_CURVED_STEP, _CURVED_STEP, _LAST_CURVED_STEP = 4e-3, 1e-3, 1e-4
+_ROUGH_CURVED_STEP, _CURVED_STEP, _LAST_CURVED_STEP = 2e-3, 1e-3, 1e-4
 """Of differences to both sides, where what corrections add is taken as quadratic: the long ones lead past small
 valleys, the last to the bottom of one."""
 _DAMPED = 0.003

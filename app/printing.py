@@ -14,6 +14,7 @@ from rich.table import Table
 
 from app.designs.progress import Progress, Report
 from app.designs.schema import LARGEST_INFLUENCE
+from app.words.verdicts import margin
 
 Row = tuple[str, str]
 
@@ -155,7 +156,7 @@ def shown_progress(console: Console | None = None) -> Iterator[Report]:
 def _reached(item: dict[str, Any]) -> str:
     sign = {"at_least": "≥", "at_most": "≤", "equal": "=", "yes": "="}[item["sense"]]
     found = "none" if item["reached"] is None else f"{item['reached']:.5g}"
-    spare = "" if item["margin"] is None else f", margin {100.0 * round(item['margin'], 7):+.3g} %"
+    spare = "" if item["margin"] is None else f", margin {margin(item)}"
     return (
         f"{'holds' if item['holds'] else 'DOES NOT HOLD'}: {found}, {sign} {item['required']:.5g} {item['unit']}{spare}"
     )

@@ -33,7 +33,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.fatigue.kernels.severities", "f2 f2 f3 f1 f2"),
         ("solvers.rod.cycle.state.axial_force_with_friction", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.cycle.state.fill_states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f2"),
-        ("solvers.rod.effect_bounds.first_order._change_by_motion", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.Judged f2 i1 f1 i f f f solvers.rod.strip.elastica_kernels.Collocation"),
+        ("solvers.rod.effect_bounds.first_order._change_by_motion", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.Judged f2 i1 f1 b1 i i f f f f solvers.rod.strip.elastica_kernels.Collocation"),
         ("solvers.rod.effect_bounds.first_order._change_in_large", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.Judged solvers.rod.strip.elastica_kernels.Collocation"),
         ("solvers.rod.effect_bounds.main_results.changes_without", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.load.axial_force.Drive solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f f solvers.rod.effect_bounds.main_results.Judged"),
         ("solvers.rod.effect_bounds.main_results.judge_turn", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f2 f"),

@@ -40,21 +40,29 @@ class Part:
     trouble: str = ""
 
 
-class _TooLong(BaseException):
+class TooLong(BaseException):
     """A BaseException, so that no ``except Exception`` swallows it."""
 
 
 @contextmanager
-def _limited(seconds: float) -> Iterator[None]:
+def limited(seconds: float) -> Iterator[None]:
     """A time limit; in a process's main thread only."""
+    rung = False
 
     def ring(_signal: int, _frame: FrameType | None) -> None:
-        raise _TooLong
+        nonlocal rung
+        rung = True
+        raise TooLong
 
     before = signal.signal(signal.SIGALRM, ring)
     signal.setitimer(signal.ITIMER_REAL, seconds)
     try:
         yield
+    except SystemError:
+        # A compiled kernel that was interrupted complains of the exception.
+        if rung:
+            raise TooLong from None
+        raise
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
@@ -85,9 +93,9 @@ def judge_contested(slug: str, seed: int, limit: float) -> list[Part]:
 def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float) -> Part:
     started, verdict, trouble = time.perf_counter(), None, ""
     try:
-        with _limited(limit):
+        with limited(limit):
             verdict = judge()
-    except _TooLong:
+    except TooLong:
         trouble = f"took more than {limit:g} s"
     except Exception as error:
         # Out of compiled code the end of the time comes as a SystemError.

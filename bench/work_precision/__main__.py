@@ -38,7 +38,8 @@ HEAD = """# What accuracy costs
 
 Written by `make bench`, every section on the day that it names; `python -m bench.work_precision KIND` measures one
 again. A quarter of the cases is hard, where a section does not say otherwise. Absolute times move with the machine,
-ratios less. Any request of your own is put to the same question by `POST /api/v1/accuracy/{kind}`.
+ratios less; goals are medians on one idle core. Any request of your own is put to the same question by
+`POST /api/v1/accuracy/{kind}`.
 """
 
 

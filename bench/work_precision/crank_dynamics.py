@@ -31,6 +31,7 @@ JUDGED = ("mean_torque_nm", "work_fluctuation_j", "side_force_max_n", "crank_pin
 _ALL = {"include": ["reciprocating_inertia", "rod_inertia_couple", "pin_offset"], "exclude": ["engine"]}
 _EFFECTS = EffectSelection(frozenset(_ALL["include"]), frozenset(_ALL["exclude"]))
 _LADDER = (1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+_GOALS = {"accuracy 0.001": 0.4e-3, "accuracy 1e-10": 1.5e-3}
 _DENSE_ANGLES = 72_000
 _BESIDE = 1e-12
 _CANCELLED = 1e-2
@@ -241,7 +242,7 @@ def _adaptive(tolerance: float, case: CrankCase) -> Results:
 
 def methods() -> Iterator[Method[CrankCase]]:
     """The accuracy ladders of library and service, then the peers."""
-    yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
+    yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER}, goals=_GOALS)
     yield Method("Crankwright, a request's answer", {f"accuracy {a:g}": partial(_service, a) for a in _LADDER})
     grids = {f"{n:,} angles": partial(_equal_angles, n) for n in (24, 72, 180, 720, 7_200, 72_000)}
     yield Method("numpy and scipy on equal angles", grids)

@@ -6,7 +6,7 @@ import math
 import statistics
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 Case = TypeVar("Case")
@@ -21,19 +21,21 @@ class Method(Generic[Case]):
     """A method: name, settings from loose to tight, and number of cases.
 
     A setting maps a case to results by name, or raises ArithmeticError; only the returned results are judged. ``part``
-    assigns the method to a part of a page with several sets of results.
+    assigns the method to a part of a page with several sets of results. ``goals`` are the median times [s] that some
+    settings are to take at most.
     """
 
     name: str
     settings: Mapping[str, Callable[[Case], Results]]
     cases: int = 200
     part: str = ""
+    goals: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class Point:
-    """A setting: median time [s] and median maximum relative error over the cases, the worst error, and the
-    failures."""
+    """A setting: median time [s] and median maximum relative error over the cases, the worst error, the failures, and
+    the time that is the goal."""
 
     setting: str
     time: float
@@ -41,6 +43,7 @@ class Point:
     worst: float
     cases: int
     failures: int
+    goal: float | None = None
 
 
 @dataclass(frozen=True)
@@ -74,7 +77,7 @@ def measure(
     return [
         Curve(
             m.name,
-            tuple(_point(s, times[m.part, m.name, s], errors[m.part, m.name, s]) for s in m.settings),
+            tuple(_point(s, times[m.part, m.name, s], errors[m.part, m.name, s], m.goals.get(s)) for s in m.settings),
             m.part,
         )
         for m in methods
@@ -97,7 +100,7 @@ def _run(solve: Callable[[Case], Results], case: Case, truth: Results, repeats: 
     return least, max(abs(found[n] - x) / abs(x) if x else abs(found[n]) for n, x in ((n, truth[n]) for n in found))
 
 
-def _point(setting: str, times: Sequence[float], errors: Sequence[float]) -> Point:
+def _point(setting: str, times: Sequence[float], errors: Sequence[float], goal: float | None) -> Point:
     solved = [e for e in errors if math.isfinite(e)]
     return Point(
         setting,
@@ -106,4 +109,5 @@ def _point(setting: str, times: Sequence[float], errors: Sequence[float]) -> Poi
         max(solved, default=math.inf),
         len(errors),
         len(errors) - len(solved),
+        goal,
     )

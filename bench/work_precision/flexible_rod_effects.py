@@ -45,6 +45,7 @@ EFFECTS = ("shear", "friction_feedback", "large_displacement", "rod_inertia")
 PARTS = {"core": (), **{name: (name,) for name in EFFECTS}, "all": EFFECTS}
 """Active effects of each part, besides the core."""
 LADDER = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
+_GOALS = {"all": {"accuracy 1e-06": 10e-3, "accuracy 1e-08": 35e-3}}
 _CORE = frozenset({"beam_column", "friction"})
 _MIN_SAFETY, _MIN_PACE, _MAX_DELTA = 1.3, 3.0, 0.6
 _ELASTICA_GRID, _ELASTICA_TOLERANCE = 72, 1e-8
@@ -278,7 +279,7 @@ def methods() -> Iterator[Method[EffectsCase]]:
     sizes = ((90, 11, 1e-4), (360, 41, 1e-6), (1440, 161, 1e-8))
     for part in PARTS:
         ladder = {f"accuracy {a:g}": partial(_ours, part, a) for a in LADDER}
-        yield Method("Crankwright", ladder, part=part)
+        yield Method("Crankwright", ladder, part=part, goals=_GOALS.get(part, {}))
         peers: dict[str, dict[str, Callable[[EffectsCase], Results]]] = {}
         if part in ("core", "shear", "friction_feedback"):
             name = "numpy grid, fixed point" if part == "friction_feedback" else "numpy grid"

@@ -29,6 +29,7 @@ CASES = 200
 JUDGED = ("u31_max", "peak_torque_nm", "box_area_mm2")
 _CORE = {"include": ["envelope"], "exclude": ["impact_dynamics", "coupler_elasticity", "tolerances"]}
 _LADDER = (1e-2, 1e-6, 1e-12)
+_GOALS = {f"accuracy {a:g}": 0.3e-3 for a in _LADDER}
 _DIGITS = 40
 _PEAK_THRESHOLD = 0.7
 """Fraction of the largest sample above which a peak is refined."""
@@ -240,7 +241,7 @@ def _fsolve(count: int, case: LinkageCase) -> Results:
 
 def methods() -> Iterator[Method[LinkageCase]]:
     """The service's accuracy ladder, then the peers."""
-    yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER})
+    yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER}, goals=_GOALS)
     yield Method("circles, numpy", {f"{n} angles": partial(_circles, n) for n in (90, 360, 1440, 5760)})
     yield Method("pylinkage", {f"{n} angles": partial(_pylinkage, n) for n in (90, 360, 1440)}, cases=50)
     yield Method("scipy fsolve", {f"{n} angles": partial(_fsolve, n) for n in (90, 360)}, cases=20)

@@ -51,13 +51,15 @@ def table(curves: Sequence[Curve]) -> Iterator[str]:
     """Markdown rows of every setting, then what each method takes to reach an error, part by part."""
     parts = list(dict.fromkeys(curve.part for curve in curves))
     first = "| part | method" if any(parts) else "| method"
-    yield f"{first} | setting | time, median | error, median | error, worst | cases | without answer |"
-    yield "|---" * (first.count("|") + 6) + "|"
+    yield f"{first} | setting | time, median | goal | error, median | error, worst | cases | without answer |"
+    yield "|---" * (first.count("|") + 7) + "|"
     for curve in curves:
+        of = f"{curve.part} | {curve.name}" if curve.part else curve.name
         for p in curve.points:
+            goal = "" if p.goal is None else shown_time(p.goal)
             yield (
-                f"| {f'{curve.part} | ' if curve.part else ''}{curve.name} | {p.setting} | {shown_time(p.time)} | "
-                f"{_shown(p.error)} | {_shown(p.worst)} | {p.cases} | {p.failures} |"
+                f"| {of} | {p.setting} | {shown_time(p.time)} | {goal} | {_shown(p.error)} | {_shown(p.worst)} | "
+                f"{p.cases} | {p.failures} |"
             )
     for part in parts:
         yield ""

@@ -10,6 +10,7 @@ import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
+from app import printing
 from app.cli import app
 from app.designs.kind import Mode
 from app.designs.progress import Progress
@@ -109,3 +110,9 @@ def test_a_report_is_written_to_the_given_file(call, tmp_path):
     for run_id, name in ((run["id"], "report.txt"), ("no-such-run", "report.pdf")):
         refused = runner.invoke(app, ["report", run_id, "-o", str(tmp_path / name), "--database-url", database])
         assert refused.exit_code == 2
+
+
+def test_a_margin_of_rounding_is_printed_as_none():
+    criterion = {"name": "n", "sense": "at_least", "reached": 2.0, "required": 2.0, "unit": "", "holds": True}
+    rows = printing._verdict({"criteria": [criterion | {"margin": 1e-7}], "cautions": []})
+    assert dict(rows)["n"].endswith("margin 0 %")

@@ -5,8 +5,9 @@ removed in turn (``situation``). Large displacement and the strip's inertia are 
 (``cycle.large_displacement``, ``inertia``). So each effect is evaluated together with all others except these two; a
 large inertia of the strip amplifies changes due to others, and these may shift the phase of its ringing arbitrarily.
 
-The margins are based on tests over random machines, not on proof (docs/campaign.md): the changes themselves are
-accurate to some percent in most of them, and those of inertia with many ringing modes to a factor of a few.
+The margins are based on tests over random machines, not on proof (``bench.influences``, docs/benchmarks.md): the
+changes themselves are accurate to some percent in most of them, and those of inertia with many ringing modes to a
+factor of a few.
 """
 
 from __future__ import annotations
@@ -30,14 +31,14 @@ Array = NDArray[np.float64]
 _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
 
-_ALL_MODES, _ALL_MODES_SIDE_FORCE = 2.0, 8.0
+_ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
 excite all modes and appear most in the fast ones."""
 
-_RINGING_WEIGHT = 5.0
+_RINGING_WEIGHT = 3.0
 """Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
 
-_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.5, 1.2
+_PHASE_FIRST_ORDER, _PHASE_SECOND_ORDER = 0.35, 1.1
 """Coefficients of the change by a phase shift of the ringing, to first and second order of the shift."""
 
 _MIN_RINGING_SHARE = 1e-3
@@ -52,7 +53,7 @@ _MAX_EXCITED = 25.0
 _SERIES_RATIO = 1.5
 """Factor on the first iterate's influence for the ratio of successive iterates of inertia."""
 
-_JUMP_EXCESS = 3.0
+_JUMP_EXCESS = 4.0
 """Typical overestimation of the ringing after jumps of the load by its bound."""
 
 _AMPLIFICATION, _MAX_AMPLIFYING, _NEAR_BUCKLING, _UNBOUNDED_FACTOR = 2.0, 1.2, 0.2, 2.0
@@ -126,10 +127,11 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
         d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
         line_mass = material.density * d.b * d.h * m.angular_speed**2
         while True:
-            sampling, seen = turn.sampling, turn.even
+            sampling, seen = turn.sampling, turn.seen
             change, share, pace = _change_by_motion(
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, sampling.order, sampling.angle,
-                sampling.even, line_mass, situation.in_plane, situation.softer, collocation(NODES),
+                sampling.ends, sampling.even, turn.step, line_mass, material.loss_factor, situation.in_plane,
+                situation.softer, collocation(NODES),
             )  # fmt: skip
             if not turn.smooth or pace * TURN < FOLLOWED * sampling.even or pace > _MAX_EXCITED * turn.sharpness:
                 break
@@ -139,7 +141,7 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
             turn = finer
         change *= _MARGIN + (_RINGING_MARGIN - _MARGIN) * min(_RINGING_WEIGHT * share, 1.0)
         # After jumps ringing is overestimated, by enough to cover the iterates beyond the first.
-        left = max(1.0 - change, 0.5) if situation.sharp.size and change < 1.0 else 1.0 - _SERIES_RATIO * change
+        left = max(1.0 - change, 0.5) if situation.is_sharp and change < 1.0 else 1.0 - _SERIES_RATIO * change
         situation.known["inertia"] = change / left if left > 0.0 else math.inf, share, pace
     return situation.known["inertia"]
 
@@ -147,23 +149,26 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
 @kernel
 def _change_by_motion(
     j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, order: NDArray[np.intp], angle: Array,
-    even: int, line_mass: float, critical: float, softer: float, tables: Collocation,
+    ends: NDArray[np.bool_], even: int, every: int, line_mass: float, loss: float, critical: float, softer: float,
+    tables: Collocation,
 ) -> tuple[float, float, float]:  # fmt: skip
     """Maximum relative change of the main results by the strip's motion; then ``share`` and ``pace`` of ``Motion``.
 
-    ``seen`` are the states at which results are evaluated: a regular subset of the uniform angles.
+    ``seen`` are the states at the judged angles; the motion there is that at the nearest uniform angle, of which every
+    ``every``-th one is used.
     """
     n = seen.shape[1]
-    motion = motion_of(states, order, angle, even, even // n, strip, line_mass, critical, softer, tables)
+    motion = motion_of(states, order, angle, ends, even, every, strip, line_mass, loss, critical, softer, tables)
     worst, of_side = 0.0, _ALL_MODES_SIDE_FORCE if motion.either and order.size > even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((motion.series.shape[0], n))
     for turned in range(2 if motion.either and motion.share > _MIN_RINGING_SHARE else 1):
         sign = 1.0 - 2.0 * turned
         for i in range(n):
-            side[i] = seen[SIDE, i] + motion.side[i] + sign * of_side * motion.rings_side[i]
-            moment[i] = seen[MOMENT, i] + motion.moment[i] + sign * _ALL_MODES * motion.rings_moment[i]
+            k = round(j.angle[i] / TURN * motion.side.size) % motion.side.size
+            side[i] = seen[SIDE, i] + motion.side[k] + sign * of_side * motion.rings_side[k]
+            moment[i] = seen[MOMENT, i] + motion.moment[k] + sign * _ALL_MODES * motion.rings_moment[k]
             for m in range(series.shape[0]):
-                series[m, i] = motion.series[m, i] + sign * _ALL_MODES * motion.rings_series[m, i]
+                series[m, i] = motion.series[m, k] + sign * _ALL_MODES * motion.rings_series[m, k]
         moved = judge(j, strip, seen, side, moment, series, False, judged.critical)
         worst = max(worst, change(j, judged, moved))
     return worst, motion.share, motion.pace
@@ -179,9 +184,11 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
         return change
     influence, share, pace = _by_inertia(situation)
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
-    own = influence / (_JUMP_EXCESS if situation.sharp.size else 1.0)
+    own = influence / (_JUMP_EXCESS if situation.is_sharp else 1.0)
     own = min(own, _MAX_AMPLIFYING + _NEAR_BUCKLING / left)
-    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace)
+    # Ringing keeps the phase of the last revolution, or of as much of it as damping leaves.
+    memory = 1.0 / max(1.0, math.pi * situation.scene.material.loss_factor * pace)
+    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace * memory)
     moved = (own * share if stiffens else 0.0) * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
     if math.isinf(influence):
         if pace < _SLOW_PACE and abs(math.sin(math.pi * pace)) > _MIN_DETUNING:

@@ -6,7 +6,7 @@ V is the quasi-static shape, d the first of the iterates whose sum is the motion
 independently (``strip.elastica_kernels``). The first mode, with the share c(phi) of V projected on the shape of d,
 obeys
 
-    a'' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega
+    a'' + eta Omega a' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega,  eta the loss factor
 
 which is solved exactly on steps with constant Omega and linear c'', with periodic closure: this includes harmonics near
 a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference from
@@ -50,6 +50,7 @@ _FIRST_ROUNDS, _ROUNDS = 6, 3
 _TURN = 2.0 * math.pi
 _MIN_SINE = 1e-3
 _UNEVEN = 4.0
+_LEAST_KEPT = 1e-200
 
 
 class Motion(NamedTuple):
@@ -76,14 +77,15 @@ class Motion(NamedTuple):
 
 @kernel
 def motion_of(
-    states: Array, order: NDArray[np.intp], angle: Array, even: int, every: int, strip: Strip, line_mass: float,
-    critical: float, softer: float, tables: Collocation,
+    states: Array, order: NDArray[np.intp], angle: Array, ends: NDArray[np.bool_], even: int, every: int,
+    strip: Strip, line_mass: float, loss: float, critical: float, softer: float, tables: Collocation,
 ) -> Motion:  # fmt: skip
     """The motion over a revolution of an unbuckled strip, sampled at ``angle``, of which the first ``even`` are
     uniform.
 
-    It is returned at every ``every``-th uniform angle. ``order`` sorts the angles; ``line_mass`` is rho A omega^2
-    [N/m^2], ``critical`` P_cr [N] in the crank's plane rigid in shear, ``softer`` its ratio to that with shear.
+    It is returned at every ``every``-th uniform angle. ``order`` sorts the angles, of which some are ``ends`` of the
+    load's pieces; ``line_mass`` is rho A omega^2 [N/m^2], ``loss`` the loss factor, ``critical`` P_cr [N] in the
+    crank's plane rigid in shear, ``softer`` its ratio to that with shear.
     """
     l, per_force = strip.length, strip.length * strip.length / strip.stiffness
     head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
@@ -97,28 +99,31 @@ def motion_of(
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
-    corners = _corners_ring(states, even, share, pace, strip, critical) if smooth and fast else 0.0
+    corners = _corners_ring(states, even, share, pace, loss, strip, critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The response itself is the first term of a series.
-            rings[i] = corners + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
+            rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own = _own_motion(angle[order], share[order], pace[order], smooth)
+        own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
         if fast:
-            _running_maximum(rings, max(1, round(1.5 / (pace.mean() * step))))
-            np.maximum(rings, corners, rings)
+            _fill_amplitudes(rings, angle[order], free)
+            for i in range(even):
+                rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
         # The sign at every angle is that of the stroke, or the opposite at all.
         for i in range(even):
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
-    for k in range(rows.shape[0]):
-        for i in range(rows.shape[1]):
-            rung[k, i] = rows[k, greatest] * rings[i * every]
+    for i in range(rows.shape[1]):
+        # Of a mode's motion, its inertia is the square of its frequency.
+        rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
+        for k in range(rows.shape[0]):
+            rung[k, i] = rows[k, greatest] * rate
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
@@ -133,12 +138,13 @@ def _second_difference(values: Array, i: int, n: int) -> float:
 
 
 @kernel
-def _running_maximum(rings: Array, reach: int) -> None:
-    """Replace every value by the maximum magnitude within ``reach`` neighbours: a quarter of a period."""
-    beside, n = np.abs(rings), rings.size
-    for i in range(n):
-        for k in range(i - reach, i + reach + 1):
-            rings[i] = max(abs(rings[i]), beside[k % n])
+def _fill_amplitudes(rings: Array, angle: Array, free: Array) -> None:
+    """The maximum amplitude within a step of each uniform angle, from those at increasing angles [rad]."""
+    rings[:] = 0.0
+    for i in range(free.size):
+        at = angle[i] / _TURN * rings.size
+        for k in (math.floor(at), math.ceil(at)):
+            rings[k % rings.size] = max(rings[k % rings.size], free[i])
 
 
 @kernel
@@ -234,14 +240,16 @@ def _share_of(rise: Array, shape: Array) -> Array:
 
 
 @kernel
-def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
-    """a at increasing angles of one revolution, from c and Omega there.
+def _own_motion(
+    angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
+) -> tuple[Array, Array]:
+    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of what rings in it.
 
-    For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it is that of cubics through values
-    and slopes, with jumps.
+    For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
+    load's pieces.
     """
     n = angle.size
-    width, begin, end = np.empty(n), np.empty(n), np.empty(n)
+    width, begin, end, kick = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
     for i in range(n):
         width[i] = (angle[i + 1] if i < n - 1 else angle[0] + _TURN) - angle[i]
     if smooth:
@@ -252,48 +260,99 @@ def _own_motion(angle: Array, share: Array, pace: Array, smooth: bool) -> Array:
         for i in range(n):
             end[i] = begin[(i + 1) % n]
     else:
-        slope = np.empty(n)
-        for i in range(n):
-            h, g = width[i - 1 if i > 0 else n - 1], width[i]
-            rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
-            slope[i] = (rise / h * g + follow / g * h) / (h + g)
-            if max(h, g) > _UNEVEN * min(h, g):
-                # Next to a jump the parabola through three values overshoots; the true slope is limited by the secants.
-                most = 3.0 * min(abs(rise) / h, abs(follow) / g)
-                slope[i] = min(max(slope[i], -most), most)
-        for i in range(n):
-            h, j = width[i], (i + 1) % n
-            secant = (share[j] - share[i]) / h
-            begin[i] = (6.0 * secant - 4.0 * slope[i] - 2.0 * slope[j]) / h
-            end[i] = (-6.0 * secant + 2.0 * slope[i] + 4.0 * slope[j]) / h
-    turn = np.empty((3, n))
+        _fill_curvatures(angle, share, width, ends, begin, end, kick)
+    # Omega, half the rate of decay, and the cosine and sine of the damped phase times what remains after the step.
+    turn, slower = np.empty((4, n)), math.sqrt(1.0 - 0.25 * loss * loss)
     for i in range(n):
         w = 0.5 * (pace[i] + pace[(i + 1) % n])
-        turn[0, i], turn[1, i], turn[2, i] = w, math.cos(w * width[i]), math.sin(w * width[i])
+        kept = math.exp(-0.5 * loss * w * width[i])
+        turn[0, i], turn[1, i] = w, 0.5 * loss * w
+        turn[2, i], turn[3, i] = kept * math.cos(slower * w * width[i]), kept * math.sin(slower * w * width[i])
     # d and d' after a revolution: forced from rest, and free from unit initial values.
     forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
     for i in range(n):
+        forced[1] -= kick[i]
         _advance(forced, turn[:, i], width[i], begin[i], end[i])
         _advance(first, turn[:, i], width[i], 0.0, 0.0)
         _advance(second, turn[:, i], width[i], 0.0, 0.0)
-    # (I - M)^-1 = (I - M^-1)/(2 - tr M), as det M = 1; the divisor is 4 sin^2 of half the phase after a revolution.
-    left = 2.0 - first[0] - second[1]
-    sine = max(math.sqrt(0.25 * max(left, 0.0)), _MIN_SINE)
-    scale = 1.0 / (4.0 * sine * _certain_sine(sine, (pace * width).sum()))
-    state, out = np.empty(2), np.empty(n)
+    # (I - M)^-1 = adj(I - M)/(1 - tr M + det M), where det M = k^2 and tr M = 2 k cos theta: the phase theta and what
+    # remains of the motion, k, after a revolution. The divisor is |1 - k exp(i theta)|^2.
+    phase = (pace * width).sum()
+    kept = max(math.exp(-0.5 * loss * phase), _LEAST_KEPT)
+    left = 1.0 - first[0] - second[1] + kept * kept
+    sine = max(0.5 * math.sqrt(max((left - (1.0 - kept) ** 2) / kept, 0.0)), _MIN_SINE)
+    scale = 1.0 / (_divisor(kept, sine) * _divisor(kept, _certain_sine(sine, phase)))
+    state, out, free = np.empty(2), np.empty(n), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
-        out[i] = state[0]
+        state[1] -= kick[i]
+        y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
+        out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
         _advance(state, turn[:, i], width[i], begin[i], end[i])
-    return out
+    return out, free
+
+
+@kernel
+def _fill_curvatures(
+    angle: Array, share: Array, width: Array, ends: NDArray[np.bool_], begin: Array, end: Array, kick: Array
+) -> None:
+    """c'' at the begin and the end of each interval, linear in it.
+
+    It is that of the cubic through four values of the same piece of the load; where there are fewer, of the cubic
+    through the interval's values and slopes.
+    """
+    n = share.size
+    slope = np.empty(n)
+    for i in range(n):
+        h, g = width[i - 1 if i > 0 else n - 1], width[i]
+        rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
+        slope[i] = (rise / h * g + follow / g * h) / (h + g)
+        if max(h, g) > _UNEVEN * min(h, g):
+            # Next to a jump the parabola through three values overshoots; the true slope is limited by the secants.
+            most = 3.0 * min(abs(rise) / h, abs(follow) / g)
+            slope[i] = min(max(slope[i], -most), most)
+    for i in range(n):
+        h, j = width[i], (i + 1) % n
+        secant = (share[j] - share[i]) / h
+        begin[i] = (6.0 * secant - 4.0 * slope[i] - 2.0 * slope[j]) / h
+        end[i] = (-6.0 * secant + 2.0 * slope[i] + 4.0 * slope[j]) / h
+    at, value, before, after = np.empty(4), np.empty(4), np.zeros(n), np.zeros(n)
+    for i in range(n):
+        first, last = i, i + 1
+        while last - first < 3 and not (ends[first % n] and ends[last % n]):
+            if not ends[first % n] and (i - first <= last - i - 1 or ends[last % n]):
+                first -= 1
+            else:
+                last += 1
+        if last - first < 3:
+            continue
+        for k in range(4):
+            j = first + k
+            at[k] = angle[j % n] + _TURN * (j // n) - angle[i]
+            value[k] = share[j % n]
+        # Divided differences.
+        for order in range(1, 4):
+            for k in range(3, order - 1, -1):
+                value[k] = (value[k] - value[k - 1]) / (at[k] - at[k - order])
+        begin[i] = 2.0 * value[2] - 2.0 * value[3] * (at[0] + at[1] + at[2])
+        end[i] = begin[i] + 6.0 * value[3] * width[i]
+        before[i] = (
+            value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
+        )
+        after[i] = before[i] + 0.5 * (begin[i] + end[i]) * width[i]
+    for i in range(n):
+        j = i - 1 if i > 0 else n - 1
+        if ends[i] and before[i] != 0.0 and after[j] != 0.0:
+            kick[i] = before[i] - after[j]
 
 
 @kernel
 def _corners_ring(
-    states: Array, count: int, share: Array, pace: Array, strip: Strip, critical: float
+    states: Array, count: int, share: Array, pace: Array, loss: float, strip: Strip, critical: float
 ) -> float:  # fmt: skip
-    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles.
+    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles, times
+    Omega^(1/2): as Omega varies, that is what remains the same.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -312,8 +371,15 @@ def _corners_ring(
         force = states[FORCE, i] + at * (states[FORCE, j] - states[FORCE, i])
         stiff = max(critical + force - friction * side, 1e-3 * critical)
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
-        total += friction * rate * rate / side * moved / (pace[i] * pace[i])
-    return total * max(1.0, 0.5 / _certain_sine(abs(math.sin(0.5 * phase)), phase))
+        total += friction * rate * rate / side * moved / pace[i] ** 1.5
+    kept = math.exp(-0.5 * loss * phase)
+    return total * max(1.0, 1.0 / _divisor(kept, _certain_sine(abs(math.sin(0.5 * phase)), phase)))
+
+
+@kernel
+def _divisor(kept: float, sine: float) -> float:
+    """|1 - k exp(i theta)| from k and |sin| of half of theta."""
+    return math.sqrt((1.0 - kept) ** 2 + 4.0 * kept * sine * sine)
 
 
 @kernel
@@ -324,11 +390,20 @@ def _certain_sine(sine: float, phase: float) -> float:
 
 
 @kernel
+def _free_part(state: Array, turn: Array, width: float, begin: float, end: float) -> tuple[float, float]:
+    """d and d' less the particular solution -c''/w^2 + 2 g c'''/w^4 at the step's begin."""
+    square = turn[0] * turn[0]
+    slope = (end - begin) / width
+    return state[0] + (begin - 2.0 * turn[1] * slope / square) / square, state[1] + slope / square
+
+
+@kernel
 def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
-    """One step of d'' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn`` holds w, its cosine and sine."""
-    w, cosine, sine = turn[0], turn[1], turn[2]
-    square = w * w
-    rate = -(end - begin) / (width * square)
-    y, v = state[0] + begin / square, state[1] - rate
-    state[0] = y * cosine + v / w * sine - end / square
-    state[1] = -w * y * sine + v * cosine + rate
+    """One step of d'' + 2 g d' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn``: w, g, and the cosine and
+    sine of the damped phase times exp(-g width)."""
+    g, cosine, sine = turn[1], turn[2], turn[3]
+    square, slower = turn[0] * turn[0], math.sqrt(turn[0] * turn[0] - g * g)
+    slope = (end - begin) / width
+    y, v = _free_part(state, turn, width, begin, end)
+    state[0] = y * cosine + (v + g * y) / slower * sine - (end - 2.0 * g * slope / square) / square
+    state[1] = v * cosine - (square * y + g * v) / slower * sine - slope / square

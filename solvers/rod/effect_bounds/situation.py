@@ -14,7 +14,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.effect_bounds.main_results import Judged, Judging, changes_without, judge_turn
-from solvers.rod.effect_bounds.sampling import Sampling, even_angles, sharp_angles, with_sharp
+from solvers.rod.effect_bounds.sampling import Sampling, Sharp, even_angles, sharp_angles, with_sharp
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import first_root
@@ -91,11 +91,6 @@ class Turn:
         """Every other uniform angle of ``seen``: corrections of the shape are smooth."""
         return self._seen(slice(0, self.sampling.even, 2 * self.step))
 
-    @cached_property
-    def even(self) -> Seen:
-        """The evaluated subset without sharp angles."""
-        return self.seen if self.smooth else self._seen(slice(0, self.sampling.even, 1))
-
     @property
     def smooth(self) -> bool:
         return self.sampling.even == self.sampling.angle.size
@@ -128,9 +123,14 @@ class Situation:
         return drive_of(self.scene, self.scene.piston.reciprocating_mass)
 
     @cached_property
-    def sharp(self) -> Array:
-        """Angles [rad] where the load is sharp."""
+    def sharp(self) -> Sharp:
+        """Where the load is sharp."""
         return sharp_angles(self.scene.load, self.drive)
+
+    @property
+    def is_sharp(self) -> bool:
+        """Whether the load is sharp anywhere."""
+        return self.sharp.ends.size > 0
 
     @cached_property
     def stiffness(self) -> float:
@@ -211,16 +211,16 @@ class Situation:
         return turn if even > _MAX_EVEN else self._resolved(turn.drive, turn.strip, even)
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
-        sharp = self.sharp
+        sharp = self.is_sharp
         while True:
-            sampling = with_sharp(even, sharp) if sharp.size else even_angles(even)
+            sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
             states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
-            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp.size else 1
+            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
             judging = self._judging(sampling.angle, travel * sampling.share)
             sharpness = math.sqrt(bent) * even / TURN
             critical = self.critical_with_shear
             turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
-            if sharp.size or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
+            if sharp or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 

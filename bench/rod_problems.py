@@ -6,7 +6,7 @@ the machine's size; requirements vary around the example's, and one in five limi
 stress as well. The six objectives alternate, and one problem in five has stock thicknesses, steps of width and length,
 or both. Some are infeasible. Everything else is default: effects are selected automatically, and the accuracy is 1e-6.
 
-Rivals of the answers: ``bench.campaign.realistic_rods``.
+What rivals from twenty starts make of the answers is told in [the campaign](campaign.md).
 
 `python -m bench.rod_problems [COUNT] [--first SEED] [--csv PATH] [--without EFFECT ...]`. Times are processor time.
 """

@@ -51,6 +51,8 @@ _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_SEARCHES = 2
 """To the bottom of a valley between damped resonances: a second one where the first has not come to its end."""
+_SHORT_ROUNDS = 4
+"""Of the search before these, which leads past small valleys."""
 _LAST_RADIUS = 5e-4
 """The first radius of these, in ln b, ln h, ln l."""
 _CONTENDERS = 3
@@ -269,7 +271,7 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
     for end in _contenders(ends):
         best, strip = closest.best(), end.best.outcome.value.dimensions
         known = math.inf if best is None or best.found is None else best.best.log_cost
-        led = finer.search_from(strip, within(strip), FINE_RADIUS, known=known)
+        led = finer.search_from(strip, within(strip), FINE_RADIUS, _SHORT_ROUNDS, known)
         for _ in range(_LAST_SEARCHES):
             if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
                 break

@@ -51,6 +51,7 @@ def _rows() -> None:
     from numba.core import event
 
     from app.designs.rehearsals import rehearsals
+    from app.jobs.compiling import prepare
     from solvers.numerics.jit import KERNELS
 
     seconds: dict[str, float] = defaultdict(float)
@@ -74,6 +75,7 @@ def _rows() -> None:
                 above, since, others = running[-1]
                 running[-1] = (above, since, others + (spent if own else of_others))
 
+    prepare()
     event.register("numba:compile", Listener())
     for job, request in rehearsals():
         job.rehearse(request)

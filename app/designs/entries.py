@@ -24,31 +24,34 @@ Part = tuple[str, str]
 Entry = tuple[str, str]
 """Qualified name of a kernel, and its abbreviated types."""
 
-_PACKAGE_DEPTH = 4
-
 _LETTERS = {"f": "float64", "i": "int64", "b": "boolean", "c": "complex128"}
 _SHORT = {"float64": "f", "int64": "i", "bool": "b", "complex128": "c"}
 _WORD = re.compile(r"([fibc])(\d?)(F?)(r?)")
 
 
 def units_of(part: Part) -> list[tuple[Entry, ...]]:
-    """The part's entries in units; entries of one package form a unit, since they share inner kernels.
+    """The part's entries in units, each compiled by one process: a module's entries, and those of the modules it uses.
 
-    The longest units come first, so that two processes finish at about the same time.
+    A module includes the inner kernels of those that it uses; in another process these would be compiled again. The
+    longest units come first, so that two processes finish at about the same time.
     """
-    units: dict[str, list[Entry]] = {}
-    for name, types in ENTRIES.get(part, ()):
-        units.setdefault(".".join(_module(name).split(".")[:_PACKAGE_DEPTH]), []).append((name, types))
-    return [tuple(unit) for unit in sorted(units.values(), key=_source_size, reverse=True)]
+    left: dict[str, list[Entry]] = {}
+    for entry in ENTRIES.get(part, ()):
+        left.setdefault(_module(entry[0]), []).append(entry)
+    units = []
+    for module in sorted(left, key=_source_size, reverse=True):
+        used = [each for each in left if sources(each)[0] in sources(module)]
+        units.append(tuple(entry for each in used for entry in left.pop(each)))
+    return [unit for unit in units if unit]
 
 
 def _module(name: str) -> str:
     return name.rpartition(".")[0]
 
 
-def _source_size(unit: list[Entry]) -> int:
+def _source_size(module: str) -> int:
     """Size in bytes of the sources its kernels may include, as an estimate of the compilation time."""
-    return sum(path.stat().st_size for path in {path for name, _ in unit for path in sources(_module(name))})
+    return sum(path.stat().st_size for path in sources(module))
 
 
 def compile_entry(entry: Entry) -> bool:

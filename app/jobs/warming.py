@@ -217,7 +217,7 @@ class KernelWarming:
         """Work through the tasks with one compiler process until none is left."""
         compiler = _Compiler(self._fork_server, self._kernels_compiled)
         try:
-            while (task := self._next_task()) is not None:
+            while (task := self._next_task(compiler.modules)) is not None:
                 try:
                     if task.unit:
                         compiler.compile(task)
@@ -230,14 +230,20 @@ class KernelWarming:
         finally:
             compiler.close()
 
-    def _next_task(self) -> _Task | None:
-        """The first runnable task: rehearsals wait until the entries of earlier parts and their own are compiled."""
+    def _next_task(self, modules: set[str]) -> _Task | None:
+        """The first runnable task: rehearsals wait until the entries of earlier parts and their own are compiled.
+
+        Of the units of a part, the one with most modules among those the process has compiled kernels of: inner
+        kernels are then compiled once.
+        """
         with self._changed:
             while self._waiting and not self._closed:
                 order = list(self._parts)
                 busy = min((order.index(task.part) for task in self._running if task.unit), default=len(order))
                 found = next((s for s in self._waiting if s.unit or order.index(s.part) < busy), None)
                 if found is not None:
+                    units = [task for task in self._waiting if task.unit and task.part == found.part]
+                    found = max(units, key=lambda task: _share(task.unit, modules)) if found.unit else found
                     self._waiting.remove(found)
                     self._running.append(found)
                     self._parts[found.part].state = "compiling"
@@ -285,12 +291,26 @@ class KernelWarming:
             self._fork_server.exit_code(child)
 
 
+def _module(kernel: str) -> str:
+    return kernel.rpartition(".")[0]
+
+
+def _share(unit: Unit, modules: set[str]) -> float:
+    """Share of the unit's modules that are among ``modules``."""
+    own = {_module(name) for name, _ in unit}
+    return len(own & modules) / len(own)
+
+
 class _Compiler:
-    """A child process that compiles units one after another; inner kernels that they share are typed once."""
+    """A child process that compiles units one after another; inner kernels that they share are typed once.
+
+    ``modules`` are those it has compiled kernels of.
+    """
 
     def __init__(self, fork_server: ForkServer, on_compiled: Callable[[Part, list[str]], None]) -> None:
         self._fork_server, self._on_compiled = fork_server, on_compiled
         self._child: Child | None = None
+        self.modules: set[str] = set()
 
     def compile(self, task: _Task) -> None:
         """Compile a unit; what fails is left to the rehearsals."""
@@ -299,6 +319,7 @@ class _Compiler:
                 self._child = self._fork_server.fork(compile_units)
             self._child.connection.send(task.unit)
             while (names := self._child.connection.recv()) is not None:
+                self.modules.update(map(_module, names))
                 self._on_compiled(task.part, names)
         except (WorkerCrashed, EOFError, OSError):
             self.close()
@@ -309,6 +330,7 @@ class _Compiler:
             self._child.kill()
             self._fork_server.exit_code(self._child)
             self._child = None
+            self.modules.clear()
 
 
 def format_status(status: WarmupStatus) -> str:

@@ -45,7 +45,7 @@ def _linking() -> Iterator[None]:
     if library is None or not hasattr(generator, "_library_class"):
         yield
         return
-    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), remembering.types_of_operators():
+    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), remembering.findings():
         before = generator._library_class
         generator._library_class = library
         try:

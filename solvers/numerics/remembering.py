@@ -1,9 +1,12 @@
-"""Caching of operator types during compilation.
+"""What numba finds out again and again while it compiles, found out once.
 
-numba tries about fifty rules for every ``+``, once for type inference and once for code generation: a tenth of the
-compilation time of a kernel.
+- The type of an operator: numba tries about fifty rules for every ``+``, once for type inference and once for code
+  generation, a tenth of the compilation time of a kernel.
+- The size of a type: LLVM parses a module for each question.
+- Which variables are alive in each block of a function: determined anew after nine passes, but only the last result is
+  used, for the places where variables are released.
 
-This relies on numba's function types; if they differ from what is expected, numba's own mechanism is used.
+This relies on numba's internals; what differs from what is expected is left to numba.
 """
 
 from __future__ import annotations
@@ -15,6 +18,73 @@ from typing import Any
 _FOUND: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
 """By operator identity and argument types: the operator (kept alive, so that its identity stays unique), and argument
 and result types."""
+
+
+_SIZES: dict[str, int] = {}
+"""Size in bytes by LLVM type."""
+
+
+@contextmanager
+def findings() -> Iterator[None]:
+    """All of the below within the block."""
+    with types_of_operators(), sizes_of_types(), last_lifetimes():
+        yield
+
+
+@contextmanager
+def sizes_of_types() -> Iterator[None]:
+    """Cache the sizes of types on this machine within the block."""
+    from numba.core.registry import cpu_target
+
+    context = cpu_target.target_context
+    find = getattr(context, "get_abi_sizeof", None)
+    if find is None or "get_abi_sizeof" in vars(context):
+        yield
+        return
+
+    def get_abi_sizeof(type_: Any) -> int:
+        name = str(type_)
+        if name not in _SIZES:
+            _SIZES[name] = find(type_)
+        return _SIZES[name]
+
+    context.get_abi_sizeof = get_abi_sizeof
+    try:
+        yield
+    finally:
+        del context.get_abi_sizeof
+
+
+@contextmanager
+def last_lifetimes() -> Iterator[None]:
+    """Within the block, the variables alive at the start of each block of code are not determined.
+
+    Only generators and numba's object mode need them, which kernels do not use. Lifetimes themselves are determined
+    when they are asked for, by numba's own rule.
+    """
+    from inspect import signature
+
+    from numba.core import postproc, transforms
+
+    process = postproc.PostProcessor.run
+    if list(signature(process).parameters) != ["self", "emit_dels", "extend_lifetimes"]:
+        yield
+        return
+
+    def run(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
+        code = self.func_ir
+        if emit_dels or code.is_generator:
+            process(self, emit_dels, extend_lifetimes)
+            return
+        code.blocks = transforms.canonicalize_cfg(code.blocks)
+        code.variable_lifetime = postproc.VariableLifetime(code.blocks)
+        code.generator_info = None
+
+    postproc.PostProcessor.run = run
+    try:
+        yield
+    finally:
+        postproc.PostProcessor.run = process
 
 
 @contextmanager

@@ -55,7 +55,8 @@ def together(gas: Unrolled, phases: Array) -> Group:
     followed = count <= most
     if not followed:
         count = most
-        every[:count] = np.linspace(start, start + period, count)
+        for k in range(count):
+            every[k] = start + period * (k / (count - 1))
     bounds = every[:count].copy()
     piece = np.full((count - 1, phases.size), -1, np.intp)
     shift = np.empty((count - 1, phases.size))

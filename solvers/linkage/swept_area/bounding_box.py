@@ -206,7 +206,8 @@ def least_boxes(
         if not math.isfinite(scale[i]):
             continue
         outline = outlines[i].copy()
-        outline[:6] *= scale[i]
+        for k in range(6):
+            outline[k] *= scale[i]
         moved = along[i] * scale[i], across[i] * scale[i]
         # Each side of a box is at least twice the crank, so W + H stays positive: the lower bounds of W and H are not
         # both negative, and their product is a lower bound of the area.

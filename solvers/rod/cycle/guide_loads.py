@@ -35,6 +35,7 @@ _GAUSS = np.concatenate([np.stack(legendre.leggauss(order)) for order in _ORDERS
 """Points and weights of Gauss rules of increasing order, concatenated."""
 _MAX_HALVINGS = 3
 """Maximum number of bisections of intervals integrated by the highest order."""
+_EIGHTHS = 0.125 * TURN * np.arange(8)
 _WIDE = 0.95
 
 
@@ -68,6 +69,15 @@ def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
 def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
     """6 (M0 + T e)/Lp [N] from side forces and clamp moments, or from their parts."""
     return lever * (moment + offset * side)
+
+
+@kernel
+def beside(one: Array, share: float, other: Array) -> Array:
+    """one + share other."""
+    out = np.empty(one.size)
+    for i in range(one.size):
+        out[i] = one[i] + share * other[i]
+    return out
 
 
 @kernel
@@ -109,9 +119,11 @@ def read_guide(
     if contact:
         couple = couple_of(guide.side, guide.moment, guide.lever, guide.offset)
         of_couple = couple_of(of_side, of_moment, guide.lever, guide.offset)
-        one, of_one = magnitude(edges, rule, guide.side + couple, ripple, of_side + of_couple, tolerance)
-        two, of_two = magnitude(edges, rule, guide.side - couple, ripple, of_side - of_couple, tolerance)
-        out[CONTACT_LOAD], missed = greater(one, of_one, two, of_two)
+        for_one, for_two = beside(guide.side, 1.0, couple), beside(guide.side, -1.0, couple)
+        of_one, of_two = beside(of_side, 1.0, of_couple), beside(of_side, -1.0, of_couple)
+        one, missed = magnitude(edges, rule, for_one, ripple, of_one, tolerance)
+        two, missed_two = magnitude(edges, rule, for_two, ripple, of_two, tolerance)
+        out[CONTACT_LOAD], missed = greater(one, missed, two, missed_two)
         error = max(error, relative(missed, out[CONTACT_LOAD]))
     return error
 
@@ -164,8 +176,12 @@ def _graded(ratio: float) -> Array:
     if width > _WIDE:
         return np.empty(0)
     steps = math.ceil(2.0 * math.asinh(0.25 * TURN / width))
-    away = width * np.sinh(0.5 * np.arange(-steps, steps + 1))
-    return np.concatenate((0.25 * TURN + away, 0.75 * TURN + away))
+    count = 2 * steps + 1
+    out = np.empty(2 * count)
+    for k in range(count):
+        away = width * math.sinh(0.5 * (k - steps))
+        out[k], out[count + k] = 0.25 * TURN + away, 0.75 * TURN + away
+    return out
 
 
 @kernel
@@ -173,11 +189,12 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
     """Mean friction power [W] and its relative error, with the order required for ``tolerance``."""
     n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
     # The dead centres, and enough further angles for |v| to be nearly polynomial in between.
-    corners = np.concatenate((
-        0.125 * TURN * np.arange(8), _graded(guide.ratio), zeros(edges, rule, couple - guide.side),
-        zeros(edges, rule, couple + guide.side),
-    ))  # fmt: skip
-    ends = np.sort(np.concatenate((edges, edges[0] + np.mod(corners - edges[0], TURN))))
+    corners = np.concatenate((_EIGHTHS, _graded(guide.ratio)))
+    corners = np.concatenate((corners, zeros(edges, rule, beside(couple, -1.0, guide.side))))
+    corners = np.concatenate((corners, zeros(edges, rule, beside(couple, 1.0, guide.side))))
+    for k in range(corners.size):
+        corners[k] = edges[0] + (corners[k] - edges[0]) % TURN
+    ends = np.sort(np.concatenate((edges, corners)))
     before, power, error, first = 0.0, 0.0, np.inf, 0
     for order in _ORDERS:
         before, power = power, _power_by(edges, rule, guide, ends, first, first + order)
@@ -187,7 +204,11 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
     for _ in range(_MAX_HALVINGS):
         if error <= tolerance * power:
             break
-        ends = np.sort(np.concatenate((ends, 0.5 * (ends[1:] + ends[:-1]))))
+        halved = np.empty(2 * ends.size - 1)
+        halved[0] = ends[0]
+        for k in range(1, ends.size):
+            halved[2 * k - 1], halved[2 * k] = 0.5 * (ends[k] + ends[k - 1]), ends[k]
+        ends = halved
         before, power = power, _power_by(edges, rule, guide, ends, first - _ORDERS[-1], first)
         error = abs(power - before)
     if power == 0.0:

@@ -47,10 +47,10 @@ def rule_for(load: Load, accuracy: float) -> Rule:
 def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     """Panel ends over one revolution: ends of the load's pieces and sharp angles, the corners due to friction, and
     enough in between that no panel exceeds a quarter of a revolution."""
-    breaks = np.mod(drive.breaks if drive.breaks.size > 0 else sharp, TURN)
+    breaks = _within_turn(drive.breaks if drive.breaks.size > 0 else sharp)
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
-        breaks = np.concatenate((breaks, np.mod(corners, TURN)))
+        breaks = np.concatenate((breaks, _within_turn(corners)))
     breaks, ends = np.sort(breaks), [0.0 for _ in range(0)]
     for i in range(breaks.size):
         if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _MIN_SEPARATION:
@@ -68,14 +68,24 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
 
 
 @kernel
+def _within_turn(angle: Array) -> Array:
+    """The angles modulo one revolution."""
+    out = np.empty(angle.size)
+    for i in range(angle.size):
+        out[i] = angle[i] % TURN
+    return out
+
+
+@kernel
 def _checked(strip: Strip, states: Array) -> Array:
     """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp (that
     of a whole rod's head is zero). Without coupling all but the force are proportional to the stroke."""
     if strip.couples == 0.0:
         return states[FORCE : STROKE + 1]
     rows = np.empty((CHECKED, states.shape[1]))
-    rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-    rows[3], rows[4] = states[CLAMP] + states[HEAD], states[CLAMP]
+    for j in range(states.shape[1]):
+        rows[0, j], rows[1, j], rows[2, j] = states[FORCE, j], states[SIDE, j], states[MOMENT, j]
+        rows[3, j], rows[4, j] = states[CLAMP, j] + states[HEAD, j], states[CLAMP, j]
     return rows
 
 
@@ -121,5 +131,7 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
             found.append(states)
     out = np.empty((ROWS, len(found) * n))
     for p in range(len(found)):
-        out[:, p * n : (p + 1) * n] = found[p]
+        for row in range(ROWS):
+            for j in range(n):
+                out[row, p * n + j] = found[p][row, j]
     return np.array(edges), out

@@ -182,7 +182,9 @@ def read_along(
         if asked > 0:
             diagram, curve = _GREATEST.copy(), np.zeros(3)
         if asked < 2:
-            diagram[:, :, 2] += mean * diagram[:, :, 1]
+            for side in range(diagram.shape[0]):
+                for line in range(diagram.shape[1]):
+                    diagram[side, line, 2] += mean * diagram[side, line, 1]
             curve[2] += mean
         layers = DEFLECTION if asked == 2 else FIBRES
         found = peaks(field, rings, room, table, layers[0], layers[1], diagram, curve, NEARLY, tolerance, asked == 0)
@@ -267,7 +269,8 @@ def peaks(
             )
     out = np.empty((len(found), 9))
     for k in range(len(found)):
-        out[k] = found[k]
+        for column in range(9):
+            out[k, column] = found[k][column]
     return out
 
 

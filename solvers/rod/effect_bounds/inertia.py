@@ -169,7 +169,8 @@ def paces(force: Array, per_force: float, head: float, inertia: float, tables: C
             for k in range(n + 2):
                 product += sunk[k] * shape[k] / (2 * k + 1)
                 square += sunk[k] * sunk[k] / (2 * k + 1)
-            shape[:] = sunk / math.sqrt(square)
+            for k in range(n + 2):
+                shape[k] = sunk[k] / math.sqrt(square)
         squares[m] = product / (square * inertia)
     out, middle = np.empty(force.size), 0.5 * (least + most)
     bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
@@ -337,9 +338,7 @@ def _fill_curvatures(
                 value[k] = (value[k] - value[k - 1]) / (at[k] - at[k - order])
         begin[i] = 2.0 * value[2] - 2.0 * value[3] * (at[0] + at[1] + at[2])
         end[i] = begin[i] + 6.0 * value[3] * width[i]
-        before[i] = (
-            value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
-        )
+        before[i] = value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
         after[i] = before[i] + 0.5 * (begin[i] + end[i]) * width[i]
     for i in range(n):
         j = i - 1 if i > 0 else n - 1

@@ -99,7 +99,9 @@ def axial_forces(d: Drive, angle: Array) -> Array:
 @kernel
 def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple[float, float]:
     """Minimum axial force [N] and its angle, to ``tolerance`` relative to the maximum magnitude, from samples."""
-    count, scale = angle.size, np.abs(force).max()
+    count, scale = angle.size, 0.0
+    for n in range(count):
+        scale = max(scale, abs(force[n]))
     peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
     points, heights = np.empty(5), np.empty(5)
     mark_humps(-force, 0.0, True, peaks)

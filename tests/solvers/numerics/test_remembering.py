@@ -1,12 +1,16 @@
-"""The type of an operator is kept for numbers and arrays alone, and only while kernels are compiled."""
+"""What is kept is what numba finds, for numbers and arrays alone, and only while kernels are compiled."""
 
 from __future__ import annotations
 
 import operator
+import re
+from contextlib import nullcontext
 from typing import Any
 
+import numba
+import numpy as np
 import pytest
-from numba.core import types
+from numba.core import postproc, types
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction, Function
 
@@ -49,3 +53,43 @@ def test_what_is_no_number_is_left_to_numba() -> None:
     with remembering.types_of_operators():
         assert plus.get_call_type(context, texts, {}).return_type == types.unicode_type
     assert not any(given == texts for _, given in remembering._FOUND)
+
+
+def mean_of_marked(values: np.ndarray, marked: np.ndarray) -> float:
+    """Branches, a loop, an array that is released, and a tuple."""
+    total = 0.0, 1
+    for i in range(values.size):
+        if not marked[i]:
+            continue
+        rest = values[i:]
+        total = total[0] + rest[0], total[1] + 1
+    return total[0] / total[1]
+
+
+def test_code_is_the_same() -> None:
+    def code(around: Any) -> str:
+        compiled = numba.njit(mean_of_marked)
+        with around:
+            compiled.compile((ARRAY, types.Array(types.boolean, 1, "C")))
+        return re.sub(r"v\d+|\w*0x\w+|[0-9a-f]{9,}|\d{9,}", "", next(iter(compiled.inspect_llvm().values())))
+
+    prepared()
+    assert code(nullcontext()) == code(remembering.findings())
+
+
+def test_numba_is_left_as_it_was() -> None:
+    context = cpu_target.target_context
+    before = Function.get_call_type, postproc.PostProcessor.run, set(vars(context))
+    with pytest.raises(ZeroDivisionError), remembering.findings():
+        assert postproc.PostProcessor.run is not before[1]
+        raise ZeroDivisionError
+    assert (Function.get_call_type, postproc.PostProcessor.run, set(vars(context))) == before
+
+
+def test_sizes_are_those_of_numba() -> None:
+    prepared()
+    context = cpu_target.target_context
+    kinds = [context.get_value_type(each) for each in (types.float64, types.complex128, ARRAY)]
+    own = [context.get_abi_sizeof(kind) for kind in kinds]
+    with remembering.sizes_of_types():
+        assert [context.get_abi_sizeof(kind) for kind in kinds * 2] == own * 2

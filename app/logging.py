@@ -38,16 +38,22 @@ class _Handler(logging.StreamHandler):
 
 
 class _LazyLogger:
-    """A logger that imports structlog with its first record."""
+    """A logger that imports structlog with its first record; what its level excludes costs next to nothing."""
 
     def __init__(self, name: str) -> None:
-        self._name = name
+        self._name, self._logger = name, logging.getLogger(name)
 
     def __getattr__(self, severity: str) -> Any:
+        if not self._logger.isEnabledFor(logging.getLevelNamesMapping().get(severity.upper(), logging.ERROR)):
+            return _ignored
         from structlog.stdlib import get_logger
 
         _shared()
         return getattr(get_logger(self._name), severity)
+
+
+def _ignored(*_given: Any, **_named: Any) -> None:
+    """A record below the level."""
 
 
 def get_logger(name: str) -> BoundLogger:

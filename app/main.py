@@ -9,7 +9,6 @@ from contextlib import asynccontextmanager
 from fastapi import Depends, FastAPI
 from fastapi.middleware.gzip import GZipMiddleware
 from fastapi.staticfiles import StaticFiles
-from prometheus_fastapi_instrumentator import Instrumentator
 
 from app import errors, metrics
 from app.access.authentication import Authentication
@@ -25,6 +24,7 @@ from app.batches import chunk
 from app.batches.service import BatchService
 from app.edge.asgi import Application, Scope
 from app.edge.concurrency import HEALTH_PATHS
+from app.edge.request_metrics import RequestMetrics
 from app.edge.stack import FastAPIBehindEdge, edge
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.jobs.fair_queue import FairQueue, QueueLimits
@@ -168,18 +168,19 @@ def create_app(
 
     app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), authenticate)
     errors.install(app, problem_page)
+    app.add_middleware(RequestMetrics)  # the innermost
     # Small responses are not worth compressing; a higher level costs more time than it saves bytes.
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(Speaking)
     app.add_middleware(Heads)
     contract.install(app)
     for router in (
+        submissions.router,  # first, since every route before it is tried in vain
         operation.router,
         runs.router,
         exports.router,
         catalogue.router,
         batches.router,
-        submissions.router,
         pages.router,
         form_pages.router,
         run_pages.router,
@@ -191,5 +192,4 @@ def create_app(
     ):
         app.include_router(router)
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
-    Instrumentator(excluded_handlers=["/metrics"]).instrument(app).expose(app, include_in_schema=False)
     return app

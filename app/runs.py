@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterable
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from pydantic import BaseModel
+from pydantic_core import from_json, to_json
 
 from app.designs.kind import Answer, Mode
 from app.designs.problems import problem_details
@@ -20,6 +20,14 @@ from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.store.viewer import viewer
 from app.version import NAME, VERSION
+
+
+@dataclass(frozen=True)
+class AnsweredRun(RunRecord):
+    """A run just answered, with the names of its plots and exports, found before its result became bytes."""
+
+    plots: tuple[str, ...] = ()
+    exports: tuple[str, ...] = ()
 
 
 def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
@@ -47,21 +55,23 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
 
 def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
     """The run with its answer; a non-finite result becomes a failure, because JSON cannot represent it."""
-    if not all(finite(part) for part in (answer.result, answer.effects, answer.accuracy, answer.verdict)):
+    parts = {
+        name: None if value is None else to_json(value)
+        for name in ("result", "problem", "effects", "accuracy", "verdict")
+        for value in (getattr(answer, name),)
+    }
+    if not all(_finite(text, getattr(answer, name)) for name, text in parts.items()):
         return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
-    timing = {**answer.timing, "total_s": time.perf_counter() - started}
-    return replace(
-        run,
-        status=answer.status,
-        result=None if answer.result is None else canonical_json(answer.result),
-        problem=None if answer.problem is None else canonical_json(answer.problem),
-        effects=canonical_json(answer.effects),
-        accuracy=None if answer.accuracy is None else canonical_json(answer.accuracy),
-        timing=canonical_json(timing),
-        verdict=None if answer.verdict is None else canonical_json(answer.verdict),
-        holds=None if answer.verdict is None else answer.verdict["holds"],
-        **_figure(run, answer),
-    )
+    timing = to_json({**answer.timing, "total_s": time.perf_counter() - started})
+    holds = None if answer.verdict is None else answer.verdict["holds"]
+    plots, exports = _offered(run.kind, run.mode, answer.status, answer.result)
+    changed = {"status": answer.status, "timing": timing, "holds": holds, "plots": plots, "exports": exports}
+    return AnsweredRun(**{**vars(run), **changed, **parts, **_figure(run, answer)})
+
+
+def _finite(text: bytes | None, value: Any) -> bool:
+    """Whether a value and its JSON have only finite numbers; the words may stand in a text, too."""
+    return text is None or not (b"NaN" in text or b"Infinity" in text) or finite(value)
 
 
 def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
@@ -140,7 +150,7 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
         "effects": run.effects,
         "accuracy": run.accuracy,
         "timing": run.timing,
-        "links": canonical_json(links(run)),
+        "links": to_json(links(run)),
     }
     tail = b"".join(b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items())
     return json.dumps(head, separators=(",", ":"), ensure_ascii=False)[:-1].encode() + tail + b"}"
@@ -149,17 +159,23 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
 def links(run: RunRecord) -> dict[str, Any]:
     """URLs of the run, its page, plots and exports."""
     at = f"/api/v1/runs/{run.id}"
-    kind = KINDS.get(run.kind)
-    result = None if run.result is None else json.loads(run.result)
-    shown = {"kind": run.kind, "mode": run.mode, "status": run.status, "result": result}
-    drawn = kind is not None and run.status == RunStatus.SUCCEEDED and result is not None
-    plots: Iterable[str] = plots_for(kind, shown) if drawn else ()
+    if isinstance(run, AnsweredRun):
+        plots, exports = run.plots, run.exports
+    else:
+        plots, exports = _offered(run.kind, run.mode, run.status, run.result and from_json(run.result))
     return {
         "self": at,
         "page": f"/runs/{run.id}",
         "plots": {name: f"{at}/plots/{name}" for name in plots},
-        "exports": {name: f"{at}/exports/{name}" for name in exports_for(shown)},
+        "exports": {name: f"{at}/exports/{name}" for name in exports},
     }
+
+
+def _offered(slug: str, mode: str, status: str, result: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Names of the plots and exports of a run."""
+    kind, shown = KINDS.get(slug), {"kind": slug, "mode": mode, "status": status, "result": result}
+    drawn = kind is not None and status == RunStatus.SUCCEEDED and result is not None
+    return tuple(plots_for(kind, shown) if drawn else ()), tuple(exports_for(shown))
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:

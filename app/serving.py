@@ -8,6 +8,7 @@ immediately.
 from __future__ import annotations
 
 import asyncio
+import gc
 import json
 import os
 import sys
@@ -88,6 +89,7 @@ class _Server(uvicorn.Server):
 
     async def startup(self, sockets: list | None = None) -> None:
         await super().startup(sockets)
+        gc.freeze()  # what now lives, lives on: a full collection would hold up a request for a tenth of a second
         if not self.started:
             return
         port = self.servers[0].sockets[0].getsockname()[1]

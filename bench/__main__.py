@@ -28,6 +28,7 @@ from bench import (
     random_designs,
     rod_problems,
     service,
+    service_requests,
     start,
 )
 from bench.sections import put
@@ -45,6 +46,7 @@ SECTIONS: dict[str, tuple[str, ModuleType]] = {
     "influences": ("Influences of effects", influences),
     "bulk": ("Many at once", bulk),
     "service": ("The service", service),
+    "service_requests": ("One request after another", service_requests),
     "start": ("The start", start),
 }
 

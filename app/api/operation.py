@@ -1,10 +1,11 @@
-"""GET /healthz, /startedz, /readyz and the effects of a kind."""
+"""GET /healthz, /startedz, /readyz, /metrics and the effects of a kind."""
 
 from __future__ import annotations
 
 import asyncio
 
 from fastapi import APIRouter, Request, Response
+from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
 from app.designs.registry import KINDS
 from app.errors import Problem
@@ -58,6 +59,12 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
             for each in warmup_status
         },
     }
+
+
+@router.get("/metrics", include_in_schema=False)
+async def metrics() -> Response:
+    """All metrics in Prometheus format."""
+    return Response(generate_latest(), media_type=CONTENT_TYPE_LATEST)
 
 
 async def _store_fault(service: Service) -> str | None:

@@ -10,7 +10,7 @@ from app.designs.registry import KINDS
 
 _LOOSE = 1e-2
 _PLAIN: dict[str, Any] = {"limits": {}, "form": {"kind": "free"}}
-_STIFF = {"limits": {"max_deflection_um": 18.0, "min_wall_mm": 1.0}}
+_STIFF = {"limits": {"max_deflection_um": 12.0, "min_wall_mm": 1.0}}  # stiffer than strength alone makes any form
 _BUSHING = {"variable": "outer", "bore_mm": 12.0}
 _TWO_STEPS = {"form": {"kind": "stepped", "steps": 2}}
 
@@ -35,13 +35,17 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
         _PLAIN | _BUSHING,
         _PLAIN | _BUSHING | _STIFF,
         _PLAIN | _BUSHING | _TWO_STEPS,
+        _BUSHING | _STIFF | {"form": {"kind": "drillable"}},
     ),
     ("pin-profile", Mode.CHECK): ({"effects": "all"},),
     ("impact-linkage", Mode.DESIGN): tuple(
         {"objective": objective} for objective in ("longest_link", "enclosing_radius", "peak_torque", "pin_force")
     ),
     ("impact-linkage", Mode.CHECK): ({"effects": "all"},),
-    ("crank-dynamics", Mode.ANALYSIS): ({"effects": "all"},),
+    ("crank-dynamics", Mode.ANALYSIS): (
+        {"effects": "all"},
+        {"pressure": {"kind": "table", "angle_deg": [0.0, 240.0, 480.0], "pressure_mpa": [2.0, 0.5, 1.0]}},
+    ),
 }
 """Further requests, as changes of the kind's example."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Awaitable, Callable, Coroutine, MutableMapping
+from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any, TypeVar
 
 T = TypeVar("T")
@@ -14,22 +14,29 @@ class ClientDisconnected(Exception):
     """The client disconnected before its response was ready."""
 
 
-async def cancel_on_disconnect(receive: Receive, work: Coroutine[Any, Any, T]) -> T:
-    """Run ``work`` and return its result; cancel it and raise ClientDisconnected if the client disconnects.
+async def cancel_on_disconnect(receive: Receive, work: Awaitable[T]) -> T:
+    """Wait for ``work`` and return its result; cancel it and raise ClientDisconnected if the client disconnects.
 
     ``receive`` is the request's own, with the body already read.
     """
-    task, gone = asyncio.create_task(work), asyncio.create_task(_disconnected(receive))
+    own, gone, working = asyncio.current_task(), asyncio.create_task(_disconnected(receive)), True
+
+    def left(_: asyncio.Task[None]) -> None:
+        if working and own is not None:
+            own.cancel()
+
+    gone.add_done_callback(left)
     try:
-        await asyncio.wait({task, gone}, return_when=asyncio.FIRST_COMPLETED)
-        if task.done():
-            return task.result()
-        raise ClientDisconnected
+        return await work
+    except asyncio.CancelledError:
+        if not gone.done() or gone.cancelled():
+            raise
+        if own is not None:
+            own.uncancel()
+        raise ClientDisconnected from gone.exception()
     finally:
+        working = False
         gone.cancel()
-        if not task.done():
-            task.cancel()
-        await asyncio.gather(task, gone, return_exceptions=True)
 
 
 async def _disconnected(receive: Receive) -> None:

@@ -8,6 +8,7 @@ forgery).
 from __future__ import annotations
 
 from collections.abc import Collection
+from functools import lru_cache
 from ipaddress import ip_address
 
 from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, header, refuse
@@ -18,6 +19,7 @@ _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 _OWN_SITES = (b"same-origin", b"none")
 
 
+@lru_cache(1024)
 def is_address(host: str) -> bool:
     """Whether a host is an IP address."""
     try:

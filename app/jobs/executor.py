@@ -106,9 +106,9 @@ class Lane:
         self._lock = threading.Lock()
 
     def acquire(self) -> WorkerSlot:
-        """Take an idle slot, preferably one whose worker is running."""
+        """Take an idle slot, preferably one whose worker runs, of these the last used: its memory is in the caches."""
         with self._lock:
-            for slot in self._idle:
+            for slot in reversed(self._idle):
                 if slot.ready:
                     self._idle.remove(slot)
                     return slot
@@ -282,7 +282,8 @@ class ProcessPool:
                 return slot.solve(call)
             finally:
                 call.end()
-                self._wake.set()
+                if not slot.ready:
+                    self._wake.set()
         finally:
             lane.release(slot)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import gc
 import os
 import resource
 import time
@@ -57,16 +58,20 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     memory = _MemoryLimit(settings.memory_bytes)
     connection.send((Reply.READY, None))
     idle_work: Iterator[None] | None = settings.idle_work()
+    loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
             while idle_work is not None and not connection.poll(_IDLE_DELAY_S):
                 with memory.unlimited():
                     idle_work = _one_step(idle_work)
             call = connection.recv()
-            with memory.unlimited():
-                settings.load(call[0], call[1])
-            # From here on, a crash is attributed to the call.
-            connection.send((Reply.ACCEPTED, None))
+            if call[:2] not in loaded:
+                with memory.unlimited():
+                    settings.load(call[0], call[1])
+                loaded.add(call[:2])
+                gc.freeze()  # kernels stay; later collections need not look through them
+                # From here on, time is the call's. A worker that has what a call needs begins it at once.
+                connection.send((Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))
             connection.send((reply, content))
             if reply is Reply.MEMORY:

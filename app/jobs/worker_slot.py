@@ -58,6 +58,7 @@ class WorkerSlot:
         self._settings = settings
         self._fork_server = fork_server
         self._child: Child | None = None
+        self._loaded: set[tuple[str, str]] = set()
         self._ready = False
         self._closed = False
         self._lock = threading.Lock()
@@ -95,22 +96,34 @@ class WorkerSlot:
 
         Raises BudgetExceeded, MemoryExceeded, WorkerCrashed or SolveFailed.
         """
-        deadline = self._send(call) or self._send(call)
-        if deadline is None:
+        outcome = self._attempt(call) or self._attempt(call)
+        if outcome is None:
             raise WorkerCrashed(None)
-        try:
-            reply, content = self._receive(call, deadline)
-            while reply is Reply.PROGRESS:
-                call.report(content)
-                reply, content = self._receive(call, deadline)
-        except (EOFError, OSError) as error:
-            raise WorkerCrashed(self._discard()) from error
+        reply, content = outcome
         if reply is Reply.ANSWER:
             return content
         if reply is Reply.MEMORY:
             self._discard()
             raise MemoryExceeded("the solve exceeded the memory limit of a worker")
         raise SolveFailed(*content)
+
+    def _attempt(self, call: Call) -> tuple[Reply, Any] | None:
+        """Return a worker's reply to the call; None if the worker may have died before it began the call."""
+        accepted = False
+        try:
+            accepted = self._send(call)
+            deadline = time.monotonic() + call.budget_s
+            reply, content = self._receive(call, deadline)
+            while reply is Reply.PROGRESS:
+                accepted = True
+                call.report(content)
+                reply, content = self._receive(call, deadline)
+        except (EOFError, OSError) as error:
+            code = self._discard()
+            if accepted or call.cancelled or self._closed:
+                raise WorkerCrashed(code) from error
+            return None
+        return reply, content
 
     def _receive(self, call: Call, deadline: float) -> tuple[Reply, Any]:
         """Return the worker's next message; kill it and raise BudgetExceeded at the deadline."""
@@ -120,22 +133,21 @@ class WorkerSlot:
             raise BudgetExceeded(call.budget_s)
         return self._child.connection.recv()
 
-    def _send(self, call: Call) -> float | None:
-        """Send the call and return its deadline (monotonic clock); None if the worker had died while idle."""
+    def _send(self, call: Call) -> bool:
+        """Send the call; wait until the worker has loaded what such calls need, if it has not yet. Return whether it
+        then accepted the call."""
         self.prepare()
         assert self._child is not None
-        try:
-            self._child.connection.send(call.message)
-            if not self._child.connection.poll(LOAD_TIMEOUT_S):
-                self._discard()
-                raise WorkerCrashed(None)
-            self._child.connection.recv()
-        except (EOFError, OSError) as error:
-            code = self._discard()
-            if call.cancelled or self._closed:
-                raise WorkerCrashed(code) from error
-            return None
-        return time.monotonic() + call.budget_s
+        kind = call.message[:2]
+        self._child.connection.send(call.message)
+        if kind in self._loaded:
+            return False
+        if not self._child.connection.poll(LOAD_TIMEOUT_S):
+            self._discard()
+            raise WorkerCrashed(None)
+        self._child.connection.recv()
+        self._loaded.add(kind)
+        return True
 
     def kill(self) -> None:
         with self._lock:
@@ -153,7 +165,7 @@ class WorkerSlot:
         except OSError as error:  # out of file descriptors, processes or memory
             raise Busy(f"no worker process can be started: {error.strerror}", _RESOURCES_RETRY_S) from error
         with self._lock:
-            self._child, self._ready = child, False
+            self._child, self._ready, self._loaded = child, False, set()
         if self._closed:
             self.kill()
             raise ExecutorClosed("the executor is closing")

@@ -71,11 +71,10 @@ class Part(Protocol):
 
 
 @dataclass(frozen=True)
-class Pin:
-    """A pin, evaluated with only those parts of the check that searches need, in a third of its time."""
+class _Sought:
+    """A design problem, its limits and half of its length [m]."""
 
     problem: pin.PinProblem
-    physics: Physics
 
     @property
     def limits(self) -> pin.Limits:
@@ -84,6 +83,13 @@ class Pin:
     @property
     def half(self) -> float:
         return 0.5 * self.problem.scene.geometry.length
+
+
+@dataclass(frozen=True)
+class Pin(_Sought):
+    """A pin, evaluated with only those parts of the check that searches need, in a third of its time."""
+
+    physics: Physics
 
     @property
     def thickest(self) -> float:
@@ -112,19 +118,10 @@ class Pin:
 
 
 @dataclass(frozen=True)
-class Bushing:
+class Bushing(_Sought):
     """A bushing, by its check."""
 
-    problem: pin.PinProblem
     selection: EffectSelection
-
-    @property
-    def limits(self) -> pin.Limits:
-        return self.problem.limits
-
-    @property
-    def half(self) -> float:
-        return 0.5 * self.problem.scene.geometry.length
 
     @property
     def thickest(self) -> float:

@@ -1,11 +1,27 @@
-"""Subdivision of intervals."""
+"""Intervals on a line: subdivided, and found."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+
 Array = NDArray[np.float64]
+
+
+@kernel
+def piece_at(starts: Array, place: float, near: int) -> int:
+    """Return the last piece that starts at or before ``place``, the first if none does; ``starts`` ascend.
+
+    The search begins at ``near``: for places in order it is usually that piece or the next.
+    """
+    k = near
+    while k > 0 and starts[k] > place:
+        k -= 1
+    while k + 1 < starts.size and starts[k + 1] <= place:
+        k += 1
+    return k
 
 
 def subdivide(breaks: Array, longest: float) -> Array:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.pieces import piece_at
 from solvers.pin.load.macaulay import LoadCase
 
 Array = NDArray[np.float64]
@@ -62,11 +63,7 @@ def _evaluate(
 ) -> None:  # fmt: skip
     k = 0
     for i in range(x.size):
-        # Stations are mostly increasing, so the piece is usually the previous one or the next.
-        while k > 0 and start[k] > side[i]:
-            k -= 1
-        while k + 1 < start.size and start[k + 1] <= side[i]:
-            k += 1
+        k = piece_at(start, side[i], k)
         if start[k] > side[i]:
             continue
         t = (x[i] - start[k]) + (rest[i] - start_rest[k])

@@ -25,6 +25,8 @@ from solvers.pin.section.criteria import ALLOWABLE_SHEAR, CombinedCriterion, Cri
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 200
+_QUADRATIC = 1e-9
+"""Size of ln G from which one more step of Newton's method is exact to rounding."""
 
 
 @dataclass(frozen=True)
@@ -81,13 +83,14 @@ def _use(t: float, d: float, m: float, n: float, q: float, s: float, c0: float, 
 
 @kernel
 def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Array) -> None:
+    last = 0.0
     for i in range(out.size):
         m, n, q, s = parts[0, i], parts[1, i], parts[2, i], parts[3, i]
         if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
             out[i] = 0.0
             continue
-        # Without a bore, t is a cube root of the bending term, a square root of the shear and axial terms.
-        t = (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
+        # The neighbour's; without a bore a cube root of the bending term, a square root of the shear and axial ones.
+        t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
         low, high, before = 0.0, np.inf, np.inf
         for _ in range(_MAX_STEPS):
             g, fall = _use(t, d, m, n, q, s, c0, c1, c2)
@@ -101,13 +104,15 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
                 t = 0.5 * (low + high)
                 break
             new = t * math.exp(off / min(max(fall, 1.0), 3.0))
-            if not low < new < high or abs(off) > 0.5 * before:
+            done = abs(off) <= _QUADRATIC and low < new < high
+            if not done and (not low < new < high or abs(off) > 0.5 * before):
                 new = math.sqrt(low) * math.sqrt(high)
             before = abs(off)
-            if abs(new - t) <= _EPS * t:
-                break
+            done = done or abs(new - t) <= _EPS * t
             t = new
-        out[i] = t
+            if done:
+                break
+        out[i] = last = t
 
 
 def least_gap(constraint: OutsideConstraint, bore: float) -> Array:

@@ -152,6 +152,9 @@ def test_plot_effects_health_and_metrics(client, check_request):
     assert names == {*CORE["include"], *CORE["exclude"]}
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.get("/readyz").status_code == 200
-    assert "http_request" in client.get("/metrics").text
+    client.get("/static/style.css")
+    counted = client.get("/metrics").text
+    for handler, method in ((CHECKS, "POST"), ("/api/v1/runs/{run_id}/plots/{plot}", "GET"), ("/static", "GET")):
+        assert f'http_requests_total{{handler="{handler}",method="{method}",status="2xx"}}' in counted
     paths = client.get("/openapi.json").json()["paths"]
     assert {CHECKS, DESIGNS, "/api/v1/runs", "/api/v1/effects/{kind}"} <= set(paths)

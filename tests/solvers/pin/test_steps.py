@@ -302,3 +302,20 @@ def test_without_a_load_the_least_wall_is_all_there_is(boss):
     scene = pin.Scene(pin.Geometry(outer, boss, small_end, gap), 0.0, STEEL)
     volume = np.pi / 4 * (outer**2 - (outer - 2 * wall) ** 2) * (2 * (boss + gap) + small_end)
     assert grams(scene, pin.Stepped(2), min_wall=wall) == pytest.approx(1e3 * STEEL.density * volume, rel=1e-9)
+
+
+def test_a_gap_that_no_break_point_closes_ends_the_search():
+    """Where a step is nearly solid its flexibility is concave, so even with the best break point fixed the Lagrangian
+    stays below the mass: the search ends with that gap, at the lightest of all breaks."""
+    material = pin.PinMaterial(411.5e6, 59.44e9, 0.4725, 1838.0, allowable_shear=155.6e6)
+    scene = pin.Scene(pin.Geometry(3.7073e-3, 0.744e-3, 1.1077e-3, 0.528e-3), 914.2, material)
+    limits = {"max_deflection": 2.4024e-6, "min_wall": 0.096e-3}
+    found = pin.design(
+        pin.PinProblem(scene, pin.Limits(**limits), pin.Stepped(2), pin.CRITERIA["saint_venant"]), accuracy=1e-6
+    )
+    assert 1e-5 < found.certificate.gap < 1e-3
+    assert found.certificate.evidence["work"] < 2e7
+    half = Half(program(scene, pin.CRITERIA["saint_venant"], **limits))
+    lightest = min(half.weigh(np.array([t, 1.0])).volume for t in np.linspace(0.29, 0.31, 2001))
+    solid = 0.25 * np.pi * scene.geometry.outer_diameter**2 * scene.geometry.length * material.density
+    assert found.value.check.mass <= solid * lightest * (1 + 1e-6)

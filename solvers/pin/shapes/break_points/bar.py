@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.pieces import piece_at
 from solvers.pin.load.macaulay import LoadCase, breakpoints
 from solvers.pin.load.piston_pin import DeflectionReference
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations
@@ -104,11 +105,7 @@ def _evaluate(left: Array, wide: Array, series: Array, t: Array, found: Array) -
     """Evaluate panelwise Legendre series at positions by Clenshaw's recurrence."""
     panel = 0
     for i in range(t.size):
-        # Positions are mostly increasing.
-        while panel > 0 and left[panel] > t[i]:
-            panel -= 1
-        while panel + 1 < left.size and left[panel + 1] <= t[i]:
-            panel += 1
+        panel = piece_at(left, t[i], panel)
         x = min(max((t[i] - left[panel]) / wide[panel], 0.0), 1.0) * 2.0 - 1.0
         for kind in range(2):
             c, one, two = series[panel, kind], 0.0, 0.0

@@ -71,7 +71,7 @@ def cells(bar: Bar, t: Array, h: Array, looks: int, sums: Sums | None) -> Cells:
     table[FLOOR + 1] = np.where(flat, level[:, 0], low + rise)
     if sums is not None:
         table[BENT : BENT + 2], table[SHEARED : SHEARED + 2] = _lines_below(grid[:, 0], grid[:, -1], sums)
-        still = np.all(sums.upto(grid[:, 0]) == sums.upto(grid[:, -1]), axis=0)
+        still = np.all(sums.upto(table[AT]) == sums.upto(table[AT + 1]), axis=0)
     return Cells(t, h, (rise <= 0.0) & still, table)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.bar import Law
 from solvers.pin.shapes.break_points.cells import Cells
-from solvers.pin.shapes.break_points.paths import backward, costs, forward
+from solvers.pin.shapes.break_points.paths import AT, backward, costs, forward
 
 Array = NDArray[np.float64]
 _OVERHEAD = 30_000
@@ -35,15 +36,20 @@ class Chain:
         """Cost of the cheapest path."""
         return float(self.ahead[-1][0, 0])
 
-    @property
-    def path(self) -> Array:
-        """Break points of the cheapest path, including the last position."""
+    @cached_property
+    def ends(self) -> Array:
+        """Position, f, Y, B and S at every end of the cheapest path's steps, 0 and the last included; (n + 1, 5)."""
         at, found = 0, []
         for layer, via in zip(reversed(self.layers[1:]), reversed(self.via), strict=True):
             i, e = divmod(at, 2)
-            found.append(layer.table[e, i])
+            found.append(layer.table[e::2, i])
             at = int(via[i, e])
-        return np.array(found[::-1])
+        return np.array([self.layers[0].table[::2, 0], *found[::-1]])
+
+    @property
+    def path(self) -> Array:
+        """Break points of the cheapest path, including the last position."""
+        return self.ends[1:, AT]
 
     def through(self) -> list[Array]:
         """Return for every layer and cell the cost of the cheapest path through it."""

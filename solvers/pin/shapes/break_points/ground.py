@@ -57,10 +57,14 @@ class Ground:
 
     def chain(self, layers: list[Cells], price: Array, multiplier: float) -> Chain:
         """Return the chain of these layers between the bar's two ends."""
+        return chained(self._priced(layers, price), multiplier, self.bar.law)
+
+    def _priced(self, layers: list[Cells], price: Array) -> list[Cells]:
+        """Return the layers between the bar's two ends, at this price of order."""
         if price.any():
             priced = {id(layer): layer.priced(self.edges, price) for layer in layers}
             layers = [priced[id(layer)] for layer in layers]
-        return chained([self.ends[0], *layers, self.ends[1]], multiplier, self.bar.law)
+        return [self.ends[0], *layers, self.ends[1]]
 
     def walls(self, places: Array) -> Walls | None:
         """Return the lightest walls for these break points; None if none is stiff enough."""
@@ -76,16 +80,17 @@ class Ground:
         return Around(multiplier, chain.total - multiplier, path, path, [path], chain.work)
 
     def around(self, layers: list[Cells], price: Array, start: float, spread: float) -> Around:
-        """Bisect on the multiplier, from ``start`` in steps that grow from ``spread``."""
+        """Bisect on the multiplier, from ``start`` in steps that grow from ``spread``; the layers are points."""
         low, high, multiplier, value, seen, work = 0.0, math.inf, start, -math.inf, [], 0
         soft = stiff = np.zeros(0)
+        priced = self._priced(layers, price)
         for _ in range(_MAX_TRIALS):
-            chain = self.chain(layers, price, multiplier)
+            chain = chained(priced, multiplier, self.bar.law)
             path = chain.path
             seen.append(path)
             work += chain.work
             value = max(value, chain.total - multiplier)
-            if self._deflection(path, multiplier) > 1.0:
+            if self._deflection(chain, multiplier) > 1.0:
                 low, soft = multiplier, path
             else:
                 high, stiff = multiplier, path
@@ -98,11 +103,11 @@ class Ground:
                 spread *= spread
         return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen, work)
 
-    def _deflection(self, path: Array, multiplier: float) -> float:
-        """Return the relative deflection of the cheapest walls with these break points, regardless of their order."""
+    def _deflection(self, chain: Chain, multiplier: float) -> float:
+        """Return the relative deflection of the cheapest path's walls, regardless of their order."""
         law, total = self.bar.law, 0.0
-        sums = np.maximum(np.diff(self.sums.upto(np.concatenate([[0.0], path])), axis=1), 0.0)
-        for width, floor, (bend, shear) in zip(np.diff(path, prepend=0.0), self.bar.least(path), sums.T, strict=True):
+        widths, _, _, bends, shears = np.maximum(np.diff(chain.ends, axis=0), 0.0).T.tolist()
+        for width, floor, bend, shear in zip(widths, chain.ends[1:, 1].tolist(), bends, shears, strict=True):
             if bend > 0.0 or shear > 0.0:
                 u = place(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
                 beta, phi = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)

@@ -48,6 +48,8 @@ _MAX_DENSITY_INCREASE = 8.0
 _INITIAL_ITERATIONS = 4
 _POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
 _DUALITY_GAP_TOLERANCE = 1e-6
+_OPEN_GAP_FACTOR = 1.5
+"""Gap at convergence, in duality gaps of the incumbent with its own break points: choosing those cannot close it."""
 _BREAK_POINT_TOLERANCE = 1e-2
 """Break point tolerance as a fraction of the gap's square root; the mass, stationary there, converges to its square."""
 _ROUNDING = 1e-12
@@ -102,7 +104,7 @@ class _Part:
     """A node of the search tree.
 
     Cells of every break point, sampling density of f, initial multiplier and its bracketing step, price of order;
-    ``settled`` if the incumbent lies here and its multiplier is kept.
+    ``settled`` if the incumbent lies here and its multiplier is kept; ``divided`` if a duality gap made it a part.
     """
 
     layers: list[Cells]
@@ -111,6 +113,7 @@ class _Part:
     spread: float
     price: Array
     settled: bool = False
+    divided: bool = False
 
     @property
     def width(self) -> float:
@@ -127,6 +130,7 @@ class _Search:
         self.ground: Ground = ground(bar, sums, math.ceil(first))
         self.places, self.walls = np.zeros(0), None
         self.work = 0
+        self._open: tuple[Walls | None, float] = None, 0.0
 
     def close(self, known: float) -> Steps | None:
         """Bound, refine and branch, lowest bound first."""
@@ -138,7 +142,7 @@ class _Search:
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
-            if self.walls is not None and (bound >= self.walls.volume * (1.0 - self.gap) or self.work > _MOST_WORK):
+            if self.walls is not None and (bound >= self._proven(part) or self.work > _MOST_WORK):
                 done = min(done, bound)
                 break
             around, part = self._improve(part)
@@ -152,8 +156,7 @@ class _Search:
                 # The incumbent's multiplier does not give this part's best bound.
                 around, part = self._improve(replace(part, settled=False))
                 bound, keep = self._bounded(part, bound)
-            volume = self.walls.volume
-            if bound >= volume * (1.0 - self.gap) or not all(k.any() for k in keep):
+            if bound >= self._proven(part) or not all(k.any() for k in keep):
                 done = min(done, bound)
                 continue
             divided = self._divided(part, keep, around, bound)
@@ -178,6 +181,20 @@ class _Search:
         most = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
         keep = [cost <= most for cost in chain.through()[1:-1]]
         return max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING)), keep
+
+    def _proven(self, part: _Part) -> float:
+        """Return the bound from which on a part need not be searched further.
+
+        A wall near the solid section, where the flexibility is concave, leaves a duality gap even where all break
+        points are fixed at the incumbent's.
+        """
+        volume = self.walls.volume
+        if self.limited and part.divided and self._open[0] is not self.walls:
+            fixed = [points(self.bar, self.places[k : k + 1], self.ground.sums) for k in range(self.steps - 1)]
+            around = self.ground.around(fixed, np.zeros_like(part.price), self.walls.multiplier, 1.02)
+            self.work += around.work
+            self._open = self.walls, _OPEN_GAP_FACTOR * (volume - around.value)
+        return volume - max(self.gap * volume, self._open[1])
 
     def _gap_is_most(self, around: Around, bound: float) -> bool:
         """Return whether the remaining gap is mostly a duality gap, which refinement cannot close."""
@@ -252,7 +269,7 @@ class _Search:
         if first.all() or not first.any():
             return []
         halves = [[*layers[:at], layers[at].taken(side), *layers[at + 1 :]] for side in (first, ~first)]
-        return [replace(part, layers=half, spread=1.5, settled=False) for half in halves]
+        return [replace(part, layers=half, spread=1.5, settled=False, divided=True) for half in halves]
 
     def _settle(self, reach: float, least: float) -> None:
         """Polish all break points jointly on successively narrower grids."""
@@ -260,10 +277,14 @@ class _Search:
         while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
             layers = [points(self.bar, grid, self.ground.sums) for grid in grids]
-            moved = self.ground.chain(layers, price, self.walls.multiplier).path
-            walls = self.ground.walls(moved)
-            if walls.volume < self.walls.volume:
-                self.places, self.walls = moved, walls
+            moves = [self.ground.chain(layers, price, self.walls.multiplier).path]
+            if self._open[1] > 0.0:  # the cheapest path is not the lightest: one break point after the other
+                one = reach * np.eye(self.places.size)[:-1]
+                moves += list(np.clip(self.places + np.concatenate([one, -one]), 0.0, 1.0))
+            for moved in moves:
+                walls = self.ground.walls(moved) if (np.diff(moved) >= 0.0).all() else None
+                if walls is not None and walls.volume < self.walls.volume:
+                    self.places, self.walls = moved, walls
             reach *= 0.25
 
 

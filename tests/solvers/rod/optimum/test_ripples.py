@@ -11,6 +11,7 @@ import pytest
 from bench.rod_problems import problem
 from oracles.rivals.rod import log_cost, settled
 from solvers import rod
+from tests.solvers.rod.optimum.beside import assert_none_beside_is_better
 
 
 def undamped(seed):
@@ -22,17 +23,10 @@ def undamped(seed):
 @pytest.mark.parametrize("seed", [16, 142])
 def test_an_answer_that_limits_hold_is_exact_among_ripples(seed):
     """Ripples stand on what the way to them costs: no strip of another thickness near the answer is better."""
-    asked = undamped(seed)
-    found = rod.design(asked)
-    assert found.accuracy.met
-    best, effects = found.value.check.dimensions, settled(found.effects)
-    assert "rod_inertia" in effects.include
-    own = log_cost(asked, found.value.check)
-    for step in np.concatenate([np.geomspace(2e-5, 0.02, 8), -np.geomspace(2e-5, 0.02, 8)]):
-        strip = rod.Dimensions(best.b, best.h * math.exp(step), best.l)
-        beside = rod.check(asked.scene, strip, effects, accuracy=1e-7).value
-        if asked.requirements.met_by(beside):
-            assert log_cost(asked, beside) > own - found.accuracy.estimated
+    steps = np.concatenate([np.geomspace(2e-5, 0.02, 8), -np.geomspace(2e-5, 0.02, 8)])
+    assert_none_beside_is_better(
+        undamped(seed), lambda best: (rod.Dimensions(best.b, best.h * math.exp(step), best.l) for step in steps)
+    )
 
 
 def test_a_search_leads_on_among_ripples():

@@ -31,6 +31,7 @@ TUPLES: dict[str, str] = {
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("flexible-rod", "design"): (
         ("solvers.fatigue.kernels.severities", "f2 f2 f3 f1 f2"),
+        ("solvers.numerics.legendre.legendre_at", "f1 i"),
         ("solvers.rod.cycle.state.axial_force_with_friction", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.cycle.state.fill_states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f2"),
         ("solvers.rod.effect_bounds.first_order._change_by_motion", "solvers.rod.effect_bounds.main_results.Judging solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.Judged f2 i1 f1 b1 i i f f f f solvers.rod.strip.elastica_kernels.Collocation"),
@@ -50,7 +51,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.strip.buckling.first_root", "f"),
         ("solvers.rod.strip.shape.bend", "f1 f1 f1 f1 f f f1 f1 f1"),
         ("solvers.rod.strip.shear.critical_coupling", "f f f"),
-        ("solvers.rod.vibration.natural_frequencies._legendre", "f1 i"),
     ),
     ("flexible-rod", "check"): (
         ("solvers.numerics.panels.tail_errors", "f2 solvers.numerics.panels.Rule"),

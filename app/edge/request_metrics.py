@@ -14,6 +14,8 @@ SECONDS = Histogram(
     ["method", "handler"],
     buckets=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
 )
+_METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
+"""Labels of their own; any other word a client makes up is one label, or they would grow without end."""
 
 
 class RequestMetrics:
@@ -39,5 +41,6 @@ class RequestMetrics:
         finally:
             # A mounted application has no route, but a path of its own.
             handler = getattr(scope.get("route"), "path", None) or scope.get("root_path") or "none"
-            REQUESTS.labels(scope["method"], f"{status // 100}xx", handler).inc()
-            SECONDS.labels(scope["method"], handler).observe(time.perf_counter() - began)
+            method = scope["method"] if scope["method"] in _METHODS else "other"
+            REQUESTS.labels(method, f"{status // 100}xx", handler).inc()
+            SECONDS.labels(method, handler).observe(time.perf_counter() - began)

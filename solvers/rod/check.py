@@ -94,11 +94,25 @@ def check(
     criterion, by default Serensen's; ``demands`` are the effects that limits require.
     Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that is required.
     """
-    started = time.perf_counter()
     require_accuracy(accuracy)
     require_within_rod(scene, dimensions)
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
-    composition = compose(choice)
+    cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
+    return check_chosen(cycle, choice, accuracy, criterion)
+
+
+def tolerance_of(accuracy: float) -> float:
+    """Of the cycle that a check of this accuracy begins with."""
+    return _HALF * accuracy
+
+
+def check_chosen(
+    cycle: Cycle, choice: Choice[RodEffect], accuracy: float, criterion: FatigueCriterion | None = None
+) -> Outcome[RodCheck]:
+    """``check`` with effects that have been chosen, of a cycle that they compose, to ``tolerance_of`` the accuracy;
+    what its corrections need is prepared in it, for others to read."""
+    started = time.perf_counter()
+    scene, dimensions, composition = cycle.scene, cycle.dimensions, cycle.composition
     criterion = criterion or serensen(scene.material)
     lines, parabola = criterion.diagram()
     contact = choice.has("friction")
@@ -108,7 +122,6 @@ def check(
     check_linear(scene.load, inputs[None], lines[None], parabola[None], rule, stations, results)
     found = Results(*results[0].tolist())
     if found.stands and composition.corrections:
-        cycle = Cycle(scene, dimensions, composition, _HALF * accuracy)
         found = _with_corrections(cycle, lines, parabola, contact, accuracy, found)
     return outcome_of(scene, dimensions, choice, criterion, accuracy, found, time.perf_counter() - started)
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import ArrayLike, NDArray
 
+from solvers.numerics.legendre import legendre_at
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.shape import bend
 
@@ -34,7 +34,7 @@ class BentStrip:
     @staticmethod
     def linear(strip: Strip, states: Array) -> BentStrip:
         """The strip without corrections."""
-        none, zero = np.zeros((1, states.shape[1])), np.zeros(states.shape[1])
+        none, zero = np.zeros((0, states.shape[1])), np.zeros(states.shape[1])
         return BentStrip(strip, states, none, none, zero, zero, False)
 
     def _linear(self, stations: ArrayLike) -> tuple[Array, Array, Array]:
@@ -51,8 +51,10 @@ class BentStrip:
         return out[0], out[1], out[2]
 
     def _series(self, stations: ArrayLike, series: Array) -> Array:
+        if not series.size:
+            return np.zeros((1, 1))
         x = 2.0 * np.atleast_1d(np.asarray(stations, dtype=float)) / self.strip.length - 1.0
-        return legendre.legvander(x, series.shape[0] - 1) @ series
+        return legendre_at(x, max(series.shape[0] - 1, 1))[:, : series.shape[0]] @ series
 
     def curvature(self, stations: ArrayLike) -> Array:
         """V''(z) [1/m]; with shear psi', which determines the bending stress."""
@@ -68,11 +70,18 @@ class BentStrip:
 
     def axial_force(self, stations: ArrayLike) -> Array:
         """N along the strip's tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
-        force = self.states[FORCE]
         if not self.inclined:
-            return np.broadcast_to(force, (np.size(stations), force.size))
-        slope = self.slope(stations)
-        return force * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
+            return np.broadcast_to(self.states[FORCE], (np.size(stations), self.states.shape[1]))
+        return self._tangential(self.slope(stations))
+
+    def force_and_curvature(self, stations: ArrayLike) -> tuple[Array, Array]:
+        """``axial_force`` and ``curvature``, which determine the stresses."""
+        curvature, slope, _ = self._linear(stations)
+        force = self._tangential(slope) if self.inclined else self.states[FORCE][None]
+        return force, curvature + self._series(stations, self.bent)
+
+    def _tangential(self, slope: Array) -> Array:
+        return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
 
     def side_force(self) -> Array:
         """T on the piston [N], shape (angles,)."""

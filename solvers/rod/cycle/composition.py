@@ -7,6 +7,7 @@ strip, corrections refine its shape. Models outside the composition are not comp
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple, Protocol
@@ -26,7 +27,7 @@ from solvers.rod.cycle.state import (
 )
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import critical_force
+from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
@@ -83,8 +84,25 @@ class Correction(Protocol):
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
-    def like(self, refinement: Refinement) -> Correction:
-        """This correction at the resolution that one already prepared has found to be enough."""
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        """Prepare it for cycles of strips next to one, all at once, at the resolution that was found there; None where
+        that does not fit."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A correction that has been prepared for a cycle of a certain ``tolerance``."""
+
+    correction: Correction
+    refinement: Refinement
+    tolerance: float
+
+    def prepare(self, cycle: Cycle) -> Refinement:
+        """What has been prepared; anew where more is asked."""
+        return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
+
+    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        return self.correction.beside(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -119,7 +137,7 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
         friction=4.0 / math.pi * friction,
         lever=6.0 / scene.piston.skirt_length,
         offset=scene.piston.clamp_offset,
-        buckled=-2.0 * float(critical_force(modulus, d.b, d.h, d.l, length)),
+        buckled=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
     )
 
 
@@ -131,6 +149,11 @@ class Composition:
     beam: BeamModel = PLAIN_BENDING
     feedback: bool = False
     corrections: tuple[Correction, ...] = ()
+
+    @cached_property
+    def linear(self) -> Composition:
+        """This without corrections."""
+        return replace(self, corrections=())
 
 
 @dataclass(frozen=True)
@@ -157,18 +180,29 @@ class Cycle:
 
     def without_corrections(self) -> Cycle:
         """This cycle with the linear shape."""
-        return replace(self, composition=replace(self.composition, corrections=()))
+        return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
-    def beside(self, dimensions: Dimensions) -> Cycle:
-        """The cycle of a strip next to this one, its corrections at the same resolution.
+    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
+        """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution; None
+        where that does not fit.
 
-        So differences between the two are free of changes of the resolution.
+        So differences between them are free of changes of the resolution, and all are solved at once.
         """
-        corrections = tuple(
-            correction.like(refinement)
-            for correction, refinement in zip(self.composition.corrections, self.refinements, strict=True)
-        )
-        return replace(self, dimensions=dimensions, composition=replace(self.composition, corrections=corrections))
+        cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
+        found = [
+            correction.beside(refinement, cycles)
+            for correction, refinement in zip(corrections, self.refinements, strict=True)
+        ]
+        return [
+            None if any(one is None for one in own) else cycle._prepared(own)
+            for cycle, own in zip(cycles, zip(*found, strict=True), strict=True)
+        ]
+
+    def _prepared(self, refinements: Sequence[Refinement]) -> Cycle:
+        """This cycle with corrections that have been prepared for it."""
+        own = zip(self.composition.corrections, refinements, strict=True)
+        prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in own)
+        return replace(self, composition=replace(self.composition, corrections=prepared))
 
     @cached_property
     def drive(self) -> Drive:

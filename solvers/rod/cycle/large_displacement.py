@@ -19,13 +19,14 @@ Source: R. Frisch-Fay, Flexible Bars (1962), for the elastica; the expansion is 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
-from solvers.rod.cycle.composition import Array, Cycle, Refinement
+from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING
 from solvers.rod.strip.elastica_kernels import (
     Collocation,
@@ -58,9 +59,9 @@ class LargeDisplacement:
             nodes=nodes_for(float(q.min()), float(q.max())),
         )
 
-    def like(self, refinement: Refinement) -> LargeDisplacement:
-        """The same: closed forms have no resolution to keep."""
-        return self
+    def beside(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
+        """Each by itself: closed forms have no resolution to keep."""
+        return [self.prepare(cycle) for cycle in cycles]
 
 
 @dataclass(frozen=True)

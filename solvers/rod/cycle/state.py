@@ -190,15 +190,20 @@ def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
     for i in range(1, angle.size):
         here = _both_walls_begin(drive, strip, angle[i])
         if before * here < 0.0:
-            left, right, sign = angle[i - 1], angle[i], math.copysign(1.0, here)
-            while right - left > 4.0 * _EPS * max(abs(left), 1.0):
-                middle = 0.5 * (left + right)
-                if middle <= left or middle >= right:
+            # The false position; the value at an end that stays twice is halved (Illinois).
+            left, right, low, high, last, stays = angle[i - 1], angle[i], before, here, np.inf, 0
+            middle = right
+            while abs(middle - last) > 4.0 * _EPS * max(abs(middle), 1.0):
+                last, middle = middle, right - high * (right - left) / (high - low)
+                if not left < middle < right:
                     break
-                if _both_walls_begin(drive, strip, middle) * sign > 0.0:
-                    right = middle
+                value = _both_walls_begin(drive, strip, middle)
+                if value * high > 0.0:
+                    right, high, low = middle, value, low if stays <= 0 else 0.5 * low
+                    stays = 1
                 else:
-                    left = middle
-            found.append(0.5 * (left + right))
+                    left, low, high = middle, value, high if stays >= 0 else 0.5 * high
+                    stays = -1
+            found.append(min(max(middle, left), right))
         before = here
     return np.array(found)

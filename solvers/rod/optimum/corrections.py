@@ -14,8 +14,8 @@ question the polynomial is shifted to what was solved there. All its strips have
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,6 +33,8 @@ _FREQUENCY_STEP = 1e-4
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
 _CENTRE = (0.0, 0.0, 0.0)
+RowsOf = Callable[[Sequence[FullStrip]], Array]
+"""Rows of several strips, (strips, rows)."""
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Of the directions whose curvatures are looked at."""
 
@@ -40,14 +42,15 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 @dataclass(frozen=True)
 class Stencil:
     """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
-    and kept; ``curved`` if curvatures are looked at."""
+    and kept; ``curved`` if curvatures are looked at. Strips that were ``solved``, by y, are without their corrections,
+    and with them, at the resolution that the centre asked for."""
 
     centre: FullStrip
     step: float
     directions: Array
     curved: bool
     watch: Callable[[], None]
-    _solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
+    solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
 
     @staticmethod
     def around(centre: FullStrip, step: float, curved: bool, watch: Callable[[], None]) -> Stencil:
@@ -70,13 +73,32 @@ class Stencil:
         """ln(b, h, l) of the centre."""
         return logarithms(self.centre.dimensions)
 
-    def solved(self, y: tuple[float, ...]) -> tuple[FullStrip, FullStrip]:
-        """The strip at y without its corrections, and with them, at the resolution that the centre asked for."""
-        if y not in self._solved:
-            self.watch()
-            strip = self.centre if y == _CENTRE else FullStrip(self.centre.cycle.beside(self._dimensions(y)))
-            self._solved[y] = FullStrip(strip.cycle.without_corrections()), strip
-        return self._solved[y]
+    def solve(self, y: tuple[float, ...]) -> None:
+        """Have the strip at y among those ``solved``, and with it those that will be asked for, too."""
+        if y not in self.solved:
+            places = [y] if y == _CENTRE or not self.curved else list({y: None, **dict.fromkeys(self._together())})
+            self._solve([place for place in places if place not in self.solved])
+
+    def _solve(self, places: list[tuple[float, ...]]) -> None:
+        """Solve strips, all those that do not buckle at the same time."""
+        self.watch()
+        cycles = {place: self._cycle(place) for place in places}
+        beside = [place for place, cycle in cycles.items() if place != _CENTRE and stands(cycle)]
+        together = self.centre.cycle.beside([cycles[place].dimensions for place in beside])
+        cycles.update((place, own) for place, own in zip(beside, together, strict=True) if own is not None)
+        for place, cycle in cycles.items():
+            self.solved[place] = FullStrip(cycle.without_corrections()), FullStrip(cycle)
+
+    def _cycle(self, y: tuple[float, ...]) -> Cycle:
+        """The strip at y, its resolution to be sought."""
+        centre = self.centre.cycle
+        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
+
+    def _together(self) -> list[tuple[float, ...]]:
+        """Places of which all are asked for, if any is: those of all slopes and curvatures."""
+        one = self.step * np.eye(3)
+        mixed = [one[v] + one[w] for v, w in _PAIRS if v != w]
+        return [place for place in map(tuple, np.vstack([one, -one, mixed]).tolist()) if not self.ends(place)]
 
     def ends(self, y: tuple[float, ...]) -> bool:
         """Whether a strip there would be longer than the rod."""
@@ -91,7 +113,7 @@ class Added:
     """What the corrections add to the rows of strips near ``home``, shape (rows,) at each."""
 
     stencil: Stencil
-    rows_of: Callable[[FullStrip], Array]
+    rows_of: RowsOf
     home: FullStrip
     at_home: Array
     _slopes: dict[int, Array] = field(default_factory=dict)
@@ -99,10 +121,10 @@ class Added:
     _bends: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     @staticmethod
-    def near(home: FullStrip, stencil: Stencil, rows_of: Callable[[FullStrip], Array]) -> Added:
+    def near(home: FullStrip, stencil: Stencil, rows_of: RowsOf) -> Added:
         """The polynomial near a strip that was solved with its corrections."""
-        plain = FullStrip(home.cycle.without_corrections())
-        return Added(stencil, rows_of, home, difference(rows_of, plain, home))
+        plain = rows_of([FullStrip(home.cycle.without_corrections())])
+        return Added(stencil, rows_of, home, difference(rows_of, plain, [home])[0])
 
     def at(self, x: Array) -> Array:
         """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
@@ -153,14 +175,25 @@ class Added:
 
     def _around(self, y: tuple[float, ...]) -> Array:
         if y not in self._beside:
-            self._beside[y] = difference(self.rows_of, *self.stencil.solved(y))
+            self.stencil.solve(y)
+            new = {place: both for place, both in self.stencil.solved.items() if place not in self._beside}
+            plain, corrected = zip(*new.values(), strict=True)
+            self._beside.update(zip(new, difference(self.rows_of, self.rows_of(plain), corrected), strict=True))
         return self._beside[y]
 
 
-def difference(rows_of: Callable[[FullStrip], Array], plain: FullStrip, corrected: FullStrip) -> Array:
-    """What corrections add to the rows of a strip; nothing where it buckles."""
-    without = rows_of(plain)
-    return np.zeros_like(without) if without[rows.STABILITY] >= 0.0 else rows_of(corrected) - without
+def difference(rows_of: RowsOf, plain: Sequence[Array] | Array, corrected: Sequence[FullStrip]) -> Array:
+    """What corrections add to the rows of strips (strips, rows), from those without; nothing where one buckles."""
+    without = np.array(plain)
+    standing, out = np.flatnonzero(without[:, rows.STABILITY] < 0.0), np.zeros_like(without)
+    if standing.size:
+        out[standing] = rows_of([corrected[k] for k in standing]) - without[standing]
+    return out
+
+
+def stands(cycle: Cycle) -> bool:
+    """Whether a strip does not buckle."""
+    return -float(np.min(cycle.axial_force(_MEAN))) < min(FullStrip(cycle).critical)
 
 
 def log_frequency_ratio(cycle: Cycle) -> tuple[float, Array]:

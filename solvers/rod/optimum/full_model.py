@@ -6,7 +6,7 @@ Everything that a design asks of effects beyond the core's physics goes through 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -16,15 +16,15 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import FatigueCriterion
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.check import RodCheck, check
+from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
-from solvers.rod.optimum.corrections import Added, Stencil, difference
+from solvers.rod.effects import choose_for
+from solvers.rod.optimum.corrections import Added, Stencil, difference, stands
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
-from solvers.rod.optimum.peak_model import buckled_rows
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
-from solvers.rod.optimum.smooth_parts import Parts, vertex
+from solvers.rod.optimum.rows_at_peaks import RowsAtPeaks
+from solvers.rod.optimum.smooth_parts import Parts
 from solvers.rod.optimum.sqp import ALL
-from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import RodInertia
@@ -40,6 +40,8 @@ _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 _ROUGH_CURVED_STEP, _CURVED_STEP, _LAST_CURVED_STEP = 2e-3, 1e-3, 1e-4
 """Of differences to both sides, where what corrections add is taken as quadratic: the long ones lead past small
 valleys, the last to the bottom of one."""
+_BESIDE = 0.1
+"""In ln b, ln h, ln l: so near strips the same resolution is enough, roughly."""
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
 _FINE_ANGLE_STEP = 1e-3
@@ -47,7 +49,6 @@ _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
-_LEAST = 1e-300
 
 Watch = Callable[[], None]
 
@@ -79,9 +80,11 @@ class FullModel:
     last: bool = False
     strips: int = 0
     checks: int = 0
-    _strips: dict[tuple[Dimensions, bool], FullStrip] = field(default_factory=dict)
+    _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
     _stencils: list[Stencil] = field(default_factory=list)
+    _sought: list[Cycle] = field(default_factory=list)
+    """Of which resolutions have been found."""
 
     @property
     def rings(self) -> bool:
@@ -130,7 +133,7 @@ class FullModel:
 
     def _anew(self) -> FullModel:
         """The same without its strips."""
-        return replace(self, strips=0, checks=0, _strips={}, _stencils=[])
+        return replace(self, strips=0, checks=0, _strips={}, _stencils=[], _sought=[])
 
     @property
     def corrected(self) -> bool:
@@ -138,17 +141,43 @@ class FullModel:
         return bool(self.composition.corrections)
 
     def strip(self, d: Dimensions, corrected: bool = True) -> FullStrip:
-        """One strip at any angles and sections, with its corrections or without; the last few are kept."""
-        key = d, corrected and self.corrected
-        if key not in self._strips:
-            self.watch()
-            self.strips += 1
-            while len(self._strips) >= _KEPT:
-                del self._strips[next(iter(self._strips))]
-            looser = _FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER
-            cycle = Cycle(self.scene, d, self.composition, looser * self.accuracy)
-            self._strips[key] = FullStrip(cycle if corrected else cycle.without_corrections())
-        return self._strips[key]
+        """One strip at any angles and sections, with its corrections or without; the last few with are kept."""
+        if not (corrected and self.corrected):
+            return self._new(Cycle(self.scene, d, self.composition.linear, self._tolerance))
+        if d not in self._strips:
+            self._keep(self._new(self._cycle(d, self._tolerance)))
+        return self._strips[d]
+
+    def _new(self, cycle: Cycle) -> FullStrip:
+        self.watch()
+        self.strips += 1
+        return FullStrip(cycle)
+
+    def _cycle(self, d: Dimensions, tolerance: float) -> Cycle:
+        """The turn of a strip, its corrections roughly at the resolution that was found for one near it, if there is
+        one: what that leaves unknown is hardly more."""
+        within = tolerance_of(max(_CHECKED * self.accuracy, _CLOSEST_CHECK))
+        sought = Cycle(self.scene, d, self.composition, min(tolerance, within))
+        if self.fine or self.ripples or not self.rings or not stands(sought):
+            return sought
+        x = logarithms(d)
+        for known in self._sought:
+            near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _BESIDE
+            beside = known.beside([d])[0] if near else None
+            if beside is not None:
+                return beside
+        self._sought = [sought, *self._sought[: _KEPT - 1]]
+        return sought
+
+    @property
+    def _tolerance(self) -> float:
+        """Of the corrections of strips."""
+        return self.accuracy * (_FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER)
+
+    def _keep(self, strip: FullStrip) -> None:
+        while len(self._strips) >= _KEPT:
+            del self._strips[next(iter(self._strips))]
+        self._strips[strip.dimensions] = strip
 
     def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
         """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
@@ -156,14 +185,12 @@ class FullModel:
             return self._checks[d]
         self.watch()
         self.checks += 1
-        found = check(
-            self.scene,
-            d,
-            self.effects,
-            self.effect_tolerance,
-            accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK),
-            self.criterion,
-        )
+        within = accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK)
+        choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
+        cycle = self._cycle(d, tolerance_of(within))
+        found = check_chosen(cycle, choice, within, self.criterion)
+        if cycle.tolerance <= self._tolerance:
+            self._keep(FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:
             self._checks[d] = found
         return found
@@ -209,10 +236,18 @@ class FullRows:
     stencil: Stencil | None
     """What slopes of corrections are taken from; None where there are none."""
 
+    _plain: dict[bytes, Array] = field(default_factory=dict)
+    """Rows without corrections that have been asked for."""
+
     @cached_property
     def _added(self) -> Added | None:
         home = self.model.strip(self.home)
-        return None if self.stencil is None else Added.near(home, self.stencil, self._rows)
+        return None if self.stencil is None else Added.near(home, self.stencil, self._read)
+
+    @cached_property
+    def _read(self) -> RowsAtPeaks:
+        m = self.model
+        return RowsAtPeaks(m.scene, m.criterion.diagram(), self.peaks, self.parts, m.angle_step, m.wanted.power)
 
     @property
     def home_cycle(self) -> Cycle:
@@ -221,92 +256,71 @@ class FullRows:
 
     @property
     def layout(self) -> Layout:
-        parts = self.parts
-        return Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
+        return self._read.layout
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        d, out = self._dimensions(x), self.plain_values(x)
-        if self._added is not None and (out[rows.STABILITY] < 0.0 or d is self.home):
-            out += self._added.at_home if d is self.home else self._added.at(x)
-        return out
-
-    def corrected_values(self, x: Array) -> Array:
-        """The same with the corrections evaluated anew."""
-        return self._rows(self.model.strip(self._dimensions(x)))
-
-    def taken_apart(self, x: Array) -> tuple[Array, Array]:
-        """All rows without corrections, and what the corrections, evaluated anew, add to them."""
-        d = self._dimensions(x)
-        plain = self.model.strip(d, corrected=False)
-        return self._rows(plain), difference(self._rows, plain, self.model.strip(d))
-
-    def _rows(self, strip: FullStrip) -> Array:
-        out = np.zeros(self.layout.size)
-        scene, diagram, d = self.model.scene, self.model.criterion.diagram(), strip.dimensions
-        apart = self.model.angle_step
-        piston = scene.piston
-        out[rows.TAU], out[rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
-        out[rows.THICKNESS] = math.log(d.h)
-        pushed = float(np.max(vertex(*-strip.cycle.axial_force(self.peaks.pushed_threes(apart)).reshape(-1, 3).T)))
-        out[[rows.STABILITY, rows.SIDEWAYS]] = (
-            np.log(pushed / np.array(strip.critical)) if pushed > 0.0 else rows.NEVER_COMPRESSED
-        )
-        if out[rows.STABILITY] >= 0.0:
-            buckled_rows(out)
-            return out
-        stresses = strip.stresses(self.peaks.threes(apart), self.peaks.stations())
-        used, strained = self.parts.values(stresses, diagram)
-        self._put(out, rows.UTILISATION, used)
-        self._put(out, rows.STRESS, strained)
-        if self.peaks.reactions.size:
-            side, contact = (
-                vertex(*row.reshape(-1, 3).T) for row in strip.reactions(self.peaks.reaction_threes(apart))
-            )
-            self._put(out, rows.SIDE, side)
-            self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
-        if self.model.wanted.power:
-            out[rows.POWER] = math.log(max(strip.friction_power(), _LEAST))
-        if not np.all(np.isfinite(out)):
-            buckled_rows(out)
-        return out
-
-    def _dimensions(self, x: Array) -> Dimensions:
-        """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
-        return self.home if np.array_equal(x, logarithms(self.home)) else dimensions_of(x, self.model.scene)
-
-    def _put(self, out: Array, row: int, parts: Array) -> None:
-        """A row and its parts."""
-        logs = np.log(np.maximum(parts, _LEAST))
-        out[self.layout.parts(row)], out[row] = logs, logs.max()
-
-    def slopes(self, x: Array, free: Array = ALL) -> Array:
-        """Their derivatives by x, shape (rows, 3), by differences to one side; those with other indices are zero."""
-        return self._slopes(self.values, x, free)
+        return self._several([x])[0]
 
     def plain_values(self, x: Array) -> Array:
         """The rows without corrections."""
-        return self._rows(self.model.strip(self._dimensions(x), corrected=False))
+        return self._plain_ones([x])[0]
+
+    def corrected_values(self, x: Array) -> Array:
+        """All rows with the corrections evaluated anew."""
+        return self._read([self.model.strip(self._dimensions(x))])[0]
+
+    def taken_apart(self, x: Array) -> tuple[Array, Array]:
+        """All rows without corrections, and what the corrections, evaluated anew, add to them."""
+        plain = self.plain_values(x)
+        return plain, difference(self._read, [plain], [self.model.strip(self._dimensions(x))])[0]
+
+    def slopes(self, x: Array, free: Array = ALL) -> Array:
+        """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
+        zero."""
+        return self._slopes(self._several, x, free)
 
     def plain_slopes(self, x: Array) -> Array:
-        """Their derivatives."""
-        return self._slopes(self.plain_values, x, ALL)
+        """The same of the rows without corrections."""
+        return self._slopes(self._plain_ones, x, ALL)
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
         return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
 
-    def _slopes(self, values: Callable[[Array], Array], x: Array, free: Array) -> Array:
-        here, out = values(x), np.zeros((self.layout.size, 3))
-        for v in free:
-            unit = np.eye(3)[v]
-            for step in (_STEP, -_STEP):
-                # Beside buckling, and at the rod's end, only the other side has strips.
-                beside = None if v == 2 and self._ends(x + step * unit) else values(x + step * unit)
-                if beside is not None and beside[rows.UTILISATION] != rows.BUCKLED:
-                    out[:, v] = (beside - here) / step
-                    break
+    def _several(self, places: Sequence[Array]) -> list[Array]:
+        """All rows at several places."""
+        out = []
+        for x, own in zip(places, self._plain_ones(places), strict=True):
+            at_home = self._dimensions(x) is self.home
+            if self._added is not None and (own[rows.STABILITY] < 0.0 or at_home):
+                own = own + (self._added.at_home if at_home else self._added.at(x))
+            out.append(own)
         return out
+
+    def _plain_ones(self, places: Sequence[Array]) -> list[Array]:
+        """The rows without corrections at several places, those that are not known side by side."""
+        new = [x for x in places if x.tobytes() not in self._plain]
+        if new:
+            strips = [self.model.strip(self._dimensions(x), corrected=False) for x in new]
+            self._plain.update(zip((x.tobytes() for x in new), self._read(strips), strict=True))
+        return [self._plain[x.tobytes()] for x in places]
+
+    def _slopes(self, several: Callable[[Sequence[Array]], list[Array]], x: Array, free: Array) -> Array:
+        sides = [-1.0 if v == 2 and self._ends(x + _STEP * np.eye(3)[v]) else 1.0 for v in free]
+        here, *beside = several([x, *(x + side * _STEP * np.eye(3)[v] for v, side in zip(free, sides, strict=True))])
+        out = np.zeros((self.layout.size, 3))
+        for v, side, values in zip(free, sides, beside, strict=True):
+            if values[rows.UTILISATION] == rows.BUCKLED and side > 0.0:
+                # Beside buckling only the other side has strips.
+                side, (values,) = -1.0, several([x - _STEP * np.eye(3)[v]])
+            if values[rows.UTILISATION] != rows.BUCKLED:
+                out[:, v] = (values - here) / (side * _STEP)
+        return out
+
+    def _dimensions(self, x: Array) -> Dimensions:
+        """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
+        return self.home if np.array_equal(x, logarithms(self.home)) else dimensions_of(x, self.model.scene)
 
     def _ends(self, x: Array) -> bool:
         """Whether a strip would be longer than the rod."""

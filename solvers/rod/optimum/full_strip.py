@@ -34,8 +34,8 @@ class FullStrip:
     def stresses(self, angle: Array, eta: Array) -> Array:
         d, shape = self.dimensions, self.cycle.at(angle).shape
         z = (1.0 - eta) * d.l
-        direct = shape.axial_force(z) / (d.b * d.h)
-        bending = 0.5 * self.cycle.scene.material.elastic_modulus * d.h * shape.curvature(z)
+        force, curvature = shape.force_and_curvature(z)
+        direct, bending = force / (d.b * d.h), 0.5 * self.cycle.scene.material.elastic_modulus * d.h * curvature
         return np.array([direct + bending, direct - bending])
 
     def reactions(self, angle: Array) -> Array:
@@ -54,7 +54,7 @@ class FullStrip:
     def critical(self) -> tuple[float, float]:
         """Critical forces in the crank's plane, with shear where that runs, and out of it [N]."""
         d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
-        stiffness, plain = bending_stiffness(scene, d), float(buckling.critical_coupling(d.l, length))
+        stiffness, plain = bending_stiffness(scene, d), buckling.coupling_of(d.l, length)
         inside = plain
         if self.cycle.composition.beam.shears:
             inside = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))

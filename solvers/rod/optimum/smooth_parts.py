@@ -28,7 +28,7 @@ _THREE = np.arange(3)[:, None]
 
 @dataclass(frozen=True)
 class Place:
-    """Where parts are read from the humps' heights or depths (2, sections, humps): fibres, groups of sections and
+    """Where parts are read from the humps' heights or depths (..., 2, sections, humps): fibres, groups of sections and
     humps, (parts,) each."""
 
     fibre: Index
@@ -41,8 +41,8 @@ class Place:
         return np.maximum(3 * self.group - 2, 0) + _THREE * (self.group > 0)
 
     def read(self, values: Array) -> Array:
-        """Values at the three sections of every part, (3, parts)."""
-        return values[self.fibre, self.sections, self.hump]
+        """Values at the three sections of every part, (..., 3, parts)."""
+        return values[..., self.fibre, self.sections, self.hump]
 
 
 @dataclass(frozen=True)
@@ -75,15 +75,16 @@ class Parts:
         return Parts(order, starts, every[:, near[0]], all_stresses[:, near[1]])
 
     def values(self, stress: Array, diagram: Diagram) -> tuple[Array, Array]:
-        """Utilisations, and stresses [Pa], of the parts of a strip's stresses."""
+        """Utilisations, and stresses [Pa], of the parts of strips' stresses (..., 2, sections, 3 angles)."""
         high, low = self._extremes(stress)
         return self._utilisations(high, low, diagram), self._stresses(high, low)
 
     def _extremes(self, stress: Array) -> tuple[Array, Array]:
-        """The height and the depth of every hump, shape (2, sections, humps)."""
-        left, middle, right = np.moveaxis(stress.reshape(*stress.shape[:2], -1, 3)[:, :, self.order], 3, 0)
-        tops, dips = vertex(left, middle, right), vertex(-left, -middle, -right)
-        return np.maximum.reduceat(tops, self.starts, axis=2), -np.maximum.reduceat(dips, self.starts, axis=2)
+        """The height and the depth of every hump, shape (..., 2, sections, humps)."""
+        threes = stress.reshape(*stress.shape[:-1], -1, 3)[..., self.order, :]
+        both = np.stack([threes, -threes])
+        high, low = np.maximum.reduceat(vertex(both[..., 0], both[..., 1], both[..., 2]), self.starts, axis=-1)
+        return high, -low
 
     @cached_property
     def _used_at(self) -> tuple[Place, Place]:
@@ -101,16 +102,18 @@ class Parts:
         lines, (alpha, beta, _) = diagram.lines, diagram.parabola
         straight = np.minimum(piece, lines.shape[0] - 1)
         if lines.shape[0]:
-            value = (lines[straight, :, 0] * amplitude[..., None] + lines[straight, :, 1] * mean[..., None]).min(axis=2)
+            value = (lines[straight, :, 0] * amplitude[..., None] + lines[straight, :, 1] * mean[..., None]).min(
+                axis=-1
+            )
         else:
             value = np.zeros_like(amplitude)
         a, m = alpha * amplitude, 2.0 * beta * np.maximum(mean, 0.0)
         value = np.where(piece < lines.shape[0], value, 0.5 * (a + np.hypot(a, m)))
-        return vertex(*value)
+        return vertex(*np.moveaxis(value, -2, 0))
 
     def _stresses(self, high: Array, low: Array) -> Array:
         at, dips = self._strained_at, self.stresses[3]
-        return vertex(*np.where(dips, -at.read(low), at.read(high)))
+        return vertex(*np.moveaxis(np.where(dips, -at.read(low), at.read(high)), -2, 0))
 
 
 def vertex(left: Array, middle: Array, right: Array) -> Array:

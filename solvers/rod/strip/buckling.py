@@ -14,6 +14,7 @@ Source: T. A. Obolenskaya, A. S. Klochko (2014), Fig. 2; S. P. Timoshenko, J. M.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -85,6 +86,12 @@ def critical_coupling(length: ArrayLike, rod_length: float) -> NDArray[np.float6
     """-P_cr/EI [1/m^2], the (negative) coupling q at which the strip of this free length buckles."""
     length = np.asarray(length, dtype=float)
     return -((critical_phase(length / rod_length) / length) ** 2)
+
+
+@lru_cache(maxsize=256)
+def coupling_of(length: float, rod_length: float) -> float:
+    """``critical_coupling`` of one strip: strips of the same length follow each other in a search."""
+    return float(critical_coupling(length, rod_length))
 
 
 def critical_force(

@@ -15,10 +15,11 @@ P_s = EI q_s, with the stroke W(l) + e W'(l) and the moment EI (W'' + e W''') at
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
@@ -34,15 +35,18 @@ _SOFTEST = 0.1
 
 @dataclass(frozen=True)
 class StripEquation:
-    """``slowness`` holds mu_n [rad^2], the greatest first, ``loss`` eta; ``modes`` takes amplitudes of the modes to
-    those of the basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the
-    modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear
-    makes use."""
+    """The equation of one strip, or of several, all of whose arrays then have a leading axis of strips.
+
+    ``slowness`` holds mu_n [rad^2], the greatest first, ``loss`` eta; ``modes`` takes amplitudes of the modes to those
+    of the basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the modes
+    at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear makes
+    use. Those of several strips have one ``loss``, and all or none of them are flexible in shear.
+    """
 
     strip: Strip
     loss: float
     basis: StripBasis
-    mean: float
+    mean: Array
     slowness: Array
     modes: Array
     coupling: Array
@@ -53,38 +57,44 @@ class StripEquation:
     leaning: Array
 
     @staticmethod
-    def of(strip: Strip, inertia: float, mean: float, polynomials: int, loss: float) -> StripEquation:
-        """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N]. Raises InvalidInput where that buckles it."""
-        l, e = strip.length, strip.rod_length - strip.length
-        basis, mean = strip_basis(l, strip.rod_length, polynomials), mean * strip.couples
+    def of(strip: Strip, inertia: ArrayLike, mean: ArrayLike, polynomials: int, loss: float) -> StripEquation:
+        """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N], one for each strip. Raises InvalidInput where
+        that buckles it."""
+        l = np.asarray(strip.length)[..., None, None]
+        basis, mean = strip_basis(strip.length, strip.rod_length, polynomials), np.asarray(mean) * strip.couples
+        stiffness, inertia = np.asarray(strip.stiffness)[..., None, None], np.asarray(inertia)[..., None, None]
         try:
-            lower = np.linalg.cholesky(strip.stiffness * basis.bending + mean * basis.geometric)
+            lower = np.linalg.cholesky(stiffness * basis.bending + mean[..., None, None] * basis.geometric)
         except np.linalg.LinAlgError:
             raise InvalidInput(
                 "dimensions.h", "the strip buckles under the mean force of the cycle", "thicker"
             ) from None
         # The greatest masses are known best, and they come first.
         half = np.linalg.solve(lower, inertia * basis.mass)
-        whole = np.linalg.solve(lower, half.T)
-        slowness, modes = np.linalg.eigh(0.5 * (whole + whole.T))
-        modes = np.linalg.solve(lower.T, modes)[:, ::-1]
-        stations, weights = basis.quadrature()
-        slope, value = _static_shape(mean / strip.stiffness, l, strip.rod_length, np.append(stations, l))
-        turned = basis.values(np.append(stations, l), 1) @ modes
-        borne = inertia * weights[:, None] * (basis.values(stations, 0) @ modes)
+        whole = np.linalg.solve(lower, half.mT)
+        slowness, modes = np.linalg.eigh(0.5 * (whole + whole.mT))
+        modes = np.linalg.solve(lower.mT, modes)[..., ::-1]
+        zeta, weights = basis.quadrature()
+        ends = np.append(zeta, 1.0)
+        coupling, stations = mean / strip.stiffness, l[..., 0] * ends
+        slope, value = each(mean.shape, _static_shape, coupling, strip.length, strip.rod_length, stations)
+        turned = basis.values(ends, 1) @ modes
+        borne = inertia * l * weights[:, None] * (basis.values(zeta, 0) @ modes)
+        couples, head = np.asarray(strip.couples)[..., None], np.asarray(strip.rod_length)[..., None] - l[..., 0]
+        weighed = np.concatenate([l[..., 0] * weights, head], axis=-1) * slope
         return StripEquation(
             strip=strip,
             loss=loss,
             basis=basis,
             mean=mean,
-            slowness=np.ascontiguousarray(slowness[::-1]),
+            slowness=np.ascontiguousarray(slowness[..., ::-1]),
             modes=modes,
-            coupling=np.ascontiguousarray(modes.T @ basis.geometric @ modes) * strip.couples,
-            stretched=(np.append(weights, e) * slope) @ turned * strip.couples,
-            carried=value[:-1] @ borne,
-            clamp=np.concatenate([basis.values(np.zeros(1), order) for order in (2, 3)]) @ modes,
-            tip=strip.stiffness * turned[-1],
-            leaning=stations @ borne,
+            coupling=np.ascontiguousarray(modes.mT @ basis.geometric @ modes) * couples[..., None],
+            stretched=(weighed[..., None, :] @ turned)[..., 0, :] * couples,
+            carried=(value[..., None, :-1] @ borne)[..., 0, :],
+            clamp=np.concatenate([basis.values(np.zeros(1), order) for order in (2, 3)], axis=-2) @ modes,
+            tip=stiffness[..., 0] * turned[..., -1, :],
+            leaning=((l[..., 0] * zeta)[..., None, :] @ borne)[..., 0, :],
         )
 
     @property
@@ -98,39 +108,61 @@ class StripEquation:
         return self.loss * np.sqrt(self.slowness)
 
     def fastest(self, modes: int, swing: Array) -> Array:
-        """Natural frequency [1/rad] of the last of so many modes by itself, under forces beside the mean."""
+        """Natural frequency [1/rad] of the last of so many modes of one strip by itself, under forces beside the
+        mean."""
         last = modes - 1
         return self.pace[last] * np.sqrt(np.maximum(1.0 + swing * self.coupling[last, last], _SOFTEST))
 
     def swing(self, states: Array) -> Array:
-        """P - mean [N] as far as it bends the strip, from a table of states."""
-        return self.strip.couples * states[FORCE] - self.mean
+        """P - mean [N] as far as it bends the strip, (..., angles), from a table of states (rows, ..., angles)."""
+        return np.asarray(self.strip.couples)[..., None] * states[FORCE] - self.mean[..., None]
 
     def still(self, states: Array) -> Array:
-        """c, the quasi-static amplitudes: (angles, modes)."""
+        """c, the quasi-static amplitudes: (..., angles, modes)."""
         swing, stroke = self.swing(states), states[STROKE]
-        if self.strip.compliance == 0.0:
-            return self._static(swing, -(stroke * swing)[:, None] * self.stretched)
-        l, e, softening = self.strip.length, self.strip.rod_length - self.strip.length, states[SOFTENING]
-        bent, turned, sunk = np.empty((3, swing.size))
-        bend(*(states[row] for row in (COUPLING, CLAMP, SHEAR, HEAD)), l, l, bent, turned, sunk)
-        swing = self.strip.stiffness * states[COUPLING] - self.mean
-        stroke_of_w = sunk + e * turned
-        moment = bent + e * (states[COUPLING] * turned + states[SHEAR])
-        w = self._static(swing, np.outer(moment, self.tip) - np.outer(stroke_of_w * swing, self.stretched))
-        beside = np.outer(stroke_of_w / softening - stroke, self.carried)
-        beside -= np.outer(self.strip.compliance * states[SHEAR], self.leaning)
-        return w / softening[:, None] + beside / self.slowness
+        if not np.any(self.strip.compliance):
+            return self._static(swing, -(stroke * swing)[..., None] * self.stretched[..., None, :])
+        l, rod_length, stiffness, compliance = (
+            np.asarray(part)[..., None]
+            for part in (self.strip.length, self.strip.rod_length, self.strip.stiffness, self.strip.compliance)
+        )
+        coupling, softening = states[COUPLING], states[SOFTENING]
+        ends = (states[row] for row in (COUPLING, CLAMP, SHEAR, HEAD))
+        bent, turned, sunk = each(self.mean.shape, _at_the_end, *ends, l[..., 0])
+        swing = stiffness * coupling - self.mean[..., None]
+        stroke_of_w = sunk + (rod_length - l) * turned
+        moment = bent + (rod_length - l) * (coupling * turned + states[SHEAR])
+        load = moment[..., None] * self.tip[..., None, :]
+        load = load - (stroke_of_w * swing)[..., None] * self.stretched[..., None, :]
+        beside = (stroke_of_w / softening - stroke)[..., None] * self.carried[..., None, :]
+        beside = beside - (compliance * states[SHEAR])[..., None] * self.leaning[..., None, :]
+        return self._static(swing, load) / softening[..., None] + beside / self.slowness[..., None, :]
 
     def right(self, states: Array, still: Array) -> Array:
-        """f, from the states and c at the same angles: (angles, modes)."""
-        held = still + self.swing(states)[:, None] * (still @ self.coupling)
-        return held + np.outer(states[STROKE], self.carried)
+        """f, from the states and c at the same angles: (..., angles, modes)."""
+        held = still + self.swing(states)[..., None] * (still @ self.coupling)
+        return held + states[STROKE][..., None] * self.carried[..., None, :]
 
     def _static(self, swing: Array, load: Array) -> Array:
         """(1 + swing G)^-1 load."""
         rates, turned = np.linalg.eigh(self.coupling)
-        return ((load @ turned) / (1.0 + np.outer(swing, rates))) @ turned.T
+        return ((load @ turned) / (1.0 + swing[..., None] * rates[..., None, :])) @ turned.mT
+
+
+def each(strips: tuple[int, ...], function: Callable[..., tuple[Array, ...]], *arrays: ArrayLike) -> tuple[Array, ...]:
+    """What a function of one strip gives for several (``strips`` is their number, or nothing for one), side by side:
+    so kernels, which take one at a time, serve all."""
+    if not strips:
+        return function(*arrays)
+    found = [function(*(part[k] for part in arrays)) for k in range(strips[0])]
+    return tuple(np.stack(part) for part in zip(*found, strict=True))
+
+
+def _at_the_end(coupling: Array, clamp: Array, shear: Array, head: Array, l: float) -> tuple[Array, ...]:
+    """psi', psi and int psi dz at the strip's end for all angles."""
+    out, end = np.empty((3, coupling.size)), float(l)
+    bend(coupling, clamp, shear, head, end, end, *out)
+    return tuple(out)
 
 
 @kernel

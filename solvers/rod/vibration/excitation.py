@@ -33,6 +33,8 @@ _GRID = TURN / 128 * np.arange(129)
 _WIDEST = TURN / 16
 _APART = 1e-9
 """Corners closer than this [rad] are one."""
+_SAME_CORNER, _WIDENED = 0.3, 0.5
+"""By no more than this [rad] a corner moves from a strip to the next, and by this share what is between two."""
 _MOST_CORNERS = 400
 """More are no corners to a motion, but texture."""
 _MOST_ELEMENTS = 2000
@@ -41,42 +43,60 @@ _ROUGH = 1e-15
 
 @dataclass(frozen=True)
 class Excitation:
-    """``corners`` [rad] are angles at which derivatives of the axial force jump, ``edges`` the ends of elements over
-    one turn, from the first corner on, ``states`` those at ``RULE``'s points of every element, one after the other;
-    ``inertia`` is rho A omega^2 [N/m^2]."""
+    """``corners`` [rad] are angles at which derivatives of the axial force jump, ``anchors`` these and others between
+    which it is smooth, over one turn from the first corner on, ``edges`` the ends of elements, anchors among them,
+    ``states`` those at ``RULE``'s points of every element, one after the other; ``inertia`` is rho A omega^2
+    [N/m^2]."""
 
     strip: Strip
     drive: Drive
     inertia: float
     corners: Array
+    anchors: Array
     edges: Array
     states: Array
 
     @staticmethod
     def of(cycle: Cycle, wanted: float) -> Excitation:
         """On elements that follow forces and moment to ``wanted`` of the greatest of each."""
-        strip, drive, d = cycle.strip, cycle.drive, cycle.dimensions
-        corners = _corners(drive, strip)
-        sharp = np.empty(0) if drive.breaks.size else np.mod(cycle.scene.load.sharp_angles(), TURN)
-        if corners.size > _MOST_CORNERS:
-            corners, wanted = corners[:0], max(wanted, 1e-6)
-        first = corners[0] if corners.size else 0.0
-        edges = np.unique(np.concatenate([corners, first + np.mod(sharp - first, TURN), [first, first + TURN]]))
-        edges = edges[np.append(np.diff(edges) > _APART, True)]
+        strip, drive = cycle.strip, cycle.drive
+        corners, anchors = _anchors(cycle)
+        if drive.breaks.size and not corners.size:
+            wanted = max(wanted, 1e-6)
 
         def checked(angle: Array) -> Array:
             return states_at(drive, strip, angle)[[FORCE, SIDE, MOMENT]]
 
         rule = rule_of(RULE.points.size)
-        edges = resolve(checked, split(edges, _WIDEST), rule, 3, wanted, _MOST_ELEMENTS)[0].edges
-        inertia = cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
-        return Excitation(strip, drive, inertia, corners, edges, states_at(drive, strip, points(edges)))
+        edges = resolve(checked, split(anchors, _WIDEST), rule, 3, wanted, _MOST_ELEMENTS)[0].edges
+        states = states_at(drive, strip, points(edges))
+        return Excitation(strip, drive, _inertia(cycle), corners, anchors, edges, states)
+
+    def beside(self, cycle: Cycle) -> Excitation | None:
+        """Of a strip next to this one, on the same elements, which go with the corners; None where corners come and
+        go."""
+        strip, drive = cycle.strip, cycle.drive
+        corners, anchors = _anchors(cycle)
+        if anchors.size != self.anchors.size:
+            return None
+        moved = anchors - self.anchors
+        if np.max(np.abs(moved)) > _SAME_CORNER or np.any(np.abs(np.diff(moved)) > _WIDENED * np.diff(self.anchors)):
+            return None
+        edges = np.interp(self.edges, self.anchors, anchors)
+        states = states_at(drive, strip, points(edges))
+        return Excitation(strip, drive, _inertia(cycle), corners, anchors, edges, states)
 
     def halved(self, where: NDArray[np.bool_]) -> Excitation:
         """With two elements in place of each one that is marked."""
         parts = np.where(where, 0.5 * (1.0 + 1e-6), 1.0) * np.diff(self.edges)
         edges = split(self.edges, parts)
         return replace(self, edges=edges, states=states_at(self.drive, self.strip, points(edges)))
+
+    def states_on(self, edges: Array) -> Array:
+        """The states at all points of elements between other edges."""
+        if np.array_equal(edges, self.edges):
+            return self.states
+        return states_at(self.drive, self.strip, points(edges))
 
     def panels(self, edges: Array) -> NDArray[np.int64]:
         """The first elements behind the corners; without corners the first one of the turn."""
@@ -109,6 +129,23 @@ def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
 def points(edges: Array) -> Array:
     """Angles of all elements' points, one element after the other."""
     return (edges[:-1, None] + np.diff(edges)[:, None] * RULE.points).ravel()
+
+
+def _anchors(cycle: Cycle) -> tuple[Array, Array]:
+    """Corners, and the ends of pieces over one turn in which the force is smooth, from the first corner on."""
+    drive = cycle.drive
+    corners = _corners(drive, cycle.strip)
+    sharp = np.empty(0) if drive.breaks.size else np.mod(cycle.scene.load.sharp_angles(), TURN)
+    corners = corners[: corners.size if corners.size <= _MOST_CORNERS else 0]
+    first = corners[0] if corners.size else 0.0
+    ends = np.unique(np.concatenate([corners, first + np.mod(sharp - first, TURN), [first, first + TURN]]))
+    return corners, ends[np.append(np.diff(ends) > _APART, True)]
+
+
+def _inertia(cycle: Cycle) -> float:
+    """rho A omega^2 [N/m^2]."""
+    d = cycle.dimensions
+    return cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
 
 
 def _corners(drive: Drive, strip: Strip) -> Array:

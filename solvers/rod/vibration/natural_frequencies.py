@@ -20,9 +20,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.legendre import legendre_at
 from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
@@ -55,18 +56,7 @@ def _coefficients(polynomials: int, order: int) -> Array:
 
 def _derivatives(zeta: Array, polynomials: int, order: int) -> Array:
     """Derivatives d^order/dzeta^order of the polynomials, whose second ones have unit norm: (points, basis)."""
-    return _legendre(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
-
-
-@kernel
-def _legendre(x: Array, degree: int) -> Array:
-    """Legendre's polynomials up to this degree, at least 1, by Bonnet's recursion: (points, degree + 1)."""
-    out = np.empty((x.size, degree + 1))
-    for i in range(x.size):
-        out[i, 0], out[i, 1] = 1.0, x[i]
-        for n in range(2, degree + 1):
-            out[i, n] = ((2 * n - 1) * x[i] * out[i, n - 1] - (n - 1) * out[i, n - 2]) / n
-    return out
+    return legendre_at(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
 
 
 @lru_cache(maxsize=8)
@@ -79,56 +69,67 @@ def _quadrature(polynomials: int) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class StripBasis:
-    """Matrices of the strip in place in a basis that satisfies the constraints, per unit EI, P and rho A.
+    """Matrices of strips in place in a basis that satisfies the constraints, per unit EI, P and rho A.
 
     bending  int psi_i'' psi_j'' dz [1/m^3], a multiple of the unit matrix; geometric  int psi_i' psi_j' dz +
     e psi_i'(l) psi_j'(l) [1/m]; mass  int psi_i psi_j dz [m]; combination maps the basis to the polynomials, shape
-    (polynomials, basis).
+    (polynomials, basis). All have the leading axes of ``length`` [m], one entry for each strip; sections are told by
+    zeta = z/l.
     """
 
-    length: float
+    length: Array
     combination: Array
     bending: Array
     geometric: Array
     mass: Array
 
-    def values(self, stations: Array, order: int) -> Array:
-        """d^order psi/dz^order at the stations: (stations, basis)."""
-        zeta = np.asarray(stations) / self.length
-        return _derivatives(zeta, self.combination.shape[0], order) @ self.combination / self.length**order
+    @property
+    def polynomials(self) -> int:
+        """How many there are."""
+        return self.combination.shape[-2]
+
+    def values(self, zeta: Array, order: int) -> Array:
+        """d^order psi/dz^order at the sections: (..., sections, basis)."""
+        return self._per_length(_derivatives(zeta, self.polynomials, order) @ self.combination, order)
 
     def series(self, order: int) -> Array:
-        """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (terms, basis)."""
-        coefficients = _coefficients(self.combination.shape[0], order)
-        return coefficients @ self.combination / self.length**order
+        """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (..., terms, basis)."""
+        return self._per_length(_coefficients(self.polynomials, order) @ self.combination, order)
 
-    def polynomials(self, station: float, order: int) -> Array:
-        """d^order/dz^order at one station of the polynomials that ``combination`` combines: (polynomials,)."""
-        zeta = np.array([station / self.length])
-        return _derivatives(zeta, self.combination.shape[0], order)[0] / self.length**order
+    def uncombined(self, zeta: float, order: int) -> Array:
+        """d^order/dz^order at one section of the polynomials that ``combination`` combines: (..., polynomials)."""
+        one = _derivatives(np.array([zeta]), self.polynomials, order)
+        return self._per_length(one, order)[..., 0, :]
 
     def quadrature(self) -> tuple[Array, Array]:
-        """Stations [m] and weights [m] of a rule that integrates products of two basis functions exactly."""
-        zeta, weights, _, _ = _quadrature(self.combination.shape[0])
-        return zeta * self.length, weights * self.length
+        """Sections and weights, over a unit of length, that integrate products of two basis functions exactly."""
+        zeta, weights, _, _ = _quadrature(self.polynomials)
+        return zeta, weights
+
+    def of_strip(self, k: int) -> StripBasis:
+        """The basis of one of several strips."""
+        return StripBasis(self.length[k], self.combination[k], self.bending[k], self.geometric[k], self.mass[k])
+
+    def _per_length(self, values: Array, order: int) -> Array:
+        return values / (np.asarray(self.length) ** order)[..., None, None]
 
 
-@lru_cache(maxsize=64)
-def strip_basis(length: float, rod_length: float, polynomials: int = POLYNOMIALS) -> StripBasis:
-    """The constrained basis for a strip of free length l on a rod of length L."""
+def strip_basis(length: ArrayLike, rod_length: ArrayLike, polynomials: int = POLYNOMIALS) -> StripBasis:
+    """The constrained basis for strips of free length l on rods of length L [m]."""
+    length = np.asarray(length, dtype=float)
     _, weights, value, first = _quadrature(polynomials)
     end_value, end_slope = (_derivatives(np.array([1.0]), polynomials, order)[0] for order in (0, 1))
-    e = rod_length - length
-    constraint = end_value + (e / length) * end_slope
+    l, e = length[..., None, None], (np.asarray(rod_length) - length)[..., None, None]
+    constraint = end_value + (e / l) * end_slope
     # The null space of the one constraint: the trailing columns of a full QR factorisation.
-    combination = np.linalg.qr(constraint[:, None], mode="complete")[0][:, 1:]
-    value, first, tip = value @ combination, first @ combination, end_slope @ combination
+    combination = np.linalg.qr(constraint.mT, mode="complete")[0][..., 1:]
+    value, first, tip = value @ combination, first @ combination, end_slope[None] @ combination
     return StripBasis(
         length=length,
         combination=combination,
-        bending=np.eye(polynomials - 1) / length**3,
-        geometric=first.T @ (weights[:, None] * first) / length + e / length**2 * np.outer(tip, tip),
-        mass=value.T @ (weights[:, None] * value) * length,
+        bending=np.eye(polynomials - 1) / l**3,
+        geometric=first.mT @ (weights[:, None] * first) / l + e / l**2 * (tip.mT * tip),
+        mass=value.mT @ (weights[:, None] * value) * l,
     )
 
 

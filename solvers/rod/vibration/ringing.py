@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.ripple import Ripple, ripple_of
-from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.equation import StripEquation, each
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
 from solvers.rod.vibration.free_modes import free_mode
 
@@ -71,6 +71,9 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     Of fewer than the slower half of all modes so few polynomials tell the frequencies to a hundredth of a radian in a
     turn; beyond these shares are taken to fall as n^-4. Behind a corner modes ring in step: their shares add up.
     """
+    if not shares.size:
+        # All modes are followed.
+        return 0, 0.0
     known = max((shares.size + slow) // 2 - 1 - slow, 1)
     beyond = shares[known - 1] * (known + slow) / 3.0
     left = _MARGIN * (np.append(np.cumsum(shares[:known][::-1])[::-1], 0.0) + beyond)
@@ -81,12 +84,15 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
 
 @dataclass(frozen=True)
 class FreeModes:
-    """Fast modes that may ring, from the ``first`` on, on the elements of an excitation: ``shape`` and ``rate`` (modes,
-    elements, points, all modes) of a and a' in a free motion that grows as exp(``phase``) (modes, elements, points)
-    from the element's first end, and by ``since`` (modes, elements) from the last corner to there; ``missed`` (modes,)
-    are errors of the phase over the turn [rad]."""
+    """Fast modes that may ring, from the ``first`` on, on elements between ``edges`` (..., elements + 1) of which those
+    of ``panels`` lie behind corners: ``shape`` and ``rate`` (..., modes, elements, points, all modes) of a and a' in a
+    free motion that grows as exp(``phase``) (..., modes, elements, points) from the element's first end, and by
+    ``since`` (..., modes, elements) from the last corner to there; ``missed`` (..., modes) are errors of the phase over
+    the turn [rad]."""
 
     first: int
+    edges: Array
+    panels: NDArray[np.int64]
     shape: Complex
     rate: Complex
     phase: Complex
@@ -94,45 +100,58 @@ class FreeModes:
     missed: Array
 
     @staticmethod
-    def of(equation: StripEquation, excitation: Excitation, first: int, enough: Array) -> FreeModes:
-        """With errors of the phases that are ``enough`` on every element, (modes,)."""
-        widths, panels = np.diff(excitation.edges), excitation.panels(excitation.edges)
-        swing = equation.swing(excitation.states).reshape(widths.size, -1)
-        found = [
-            free_mode(
-                first + k,
-                widths,
-                swing,
-                equation.slowness,
-                equation.damping,
-                equation.coupling,
-                RULE,
-                phase,
-                _MOST_TIMES,
-            )
-            for k, phase in enumerate(enough)
-        ]
-        shape, rate, phase, missed = (np.stack(part) for part in zip(*found, strict=True))
-        gone = np.cumsum(phase[:, :, -1], axis=1) - phase[:, :, -1]
-        gone -= np.repeat(gone[:, panels], np.diff(np.append(panels, widths.size)), axis=1)
-        return FreeModes(first, shape, rate, phase, np.exp(gone), missed.sum(axis=1))
+    def of(
+        equation: StripEquation, edges: Array, panels: NDArray[np.int64], states: Array, first: int, enough: Array
+    ) -> FreeModes:
+        """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, ..., elements
+        points)."""
+        widths = np.diff(edges)
+        swing = equation.swing(states).reshape(*widths.shape, -1)
 
-    def states(self, equation: StripEquation, elements: NDArray[np.int64], point: int) -> Array:
-        """States at a point of elements that end panels, of the modes up to the last one that rings, for the real and
-        the imaginary part of each one's amplitude behind the last corner: (elements, 2 ringing, states)."""
-        m, last = self.first, self.first + self.missed.size
-        grown = self.since[:, elements] * np.exp(self.phase[:, elements, point])
-        amplitude = (self.shape[:, elements, point, :last] * grown[..., None]).swapaxes(0, 1)
-        speed = (self.rate[:, elements, point, :last] * grown[..., None]).swapaxes(0, 1)
-        speed = speed * np.sqrt(equation.slowness[:last])
-        fast = np.stack([amplitude[..., m:], speed[..., m:]], axis=-1).reshape(*amplitude.shape[:2], -1)
+        def of_one(*own: Array) -> tuple[Array, ...]:
+            found = [free_mode(first + k, *own, RULE, phase, _MOST_TIMES) for k, phase in enumerate(enough.tolist())]
+            return tuple(np.stack(part) for part in zip(*found, strict=True))
+
+        shape, rate, phase, missed = each(
+            equation.mean.shape, of_one, widths, swing, equation.slowness, equation.damping, equation.coupling
+        )
+        gone = np.cumsum(phase[..., -1], axis=-1) - phase[..., -1]
+        gone -= np.repeat(gone[..., panels], np.diff(np.append(panels, widths.shape[-1])), axis=-1)
+        return FreeModes(first, edges, panels, shape, rate, phase, np.exp(gone), missed.sum(axis=-1))
+
+    @property
+    def _lasting(self) -> NDArray[np.int64]:
+        """How many elements every panel has."""
+        return np.diff(np.append(self.panels, self.since.shape[-1]))
+
+    def behind(self, equation: StripEquation) -> Array:
+        """States behind corners, of the modes up to the last one that rings, for the real and the imaginary part of
+        each one's amplitude there: (..., panels, 2 ringing, states)."""
+        return self._states(equation, self.panels, 0)
+
+    def before(self, equation: StripEquation) -> Array:
+        """The same before the next corners."""
+        return self._states(equation, self.panels + self._lasting - 1, -1)
+
+    def _states(self, equation: StripEquation, elements: NDArray[np.int64], point: int) -> Array:
+        m, last = self.first, self.first + self.missed.shape[-1]
+        grown = self.since[..., elements] * np.exp(self.phase[..., elements, point])
+        amplitude, speed = (
+            (part[..., elements, point, :last] * grown[..., None]).swapaxes(-3, -2) for part in (self.shape, self.rate)
+        )
+        speed = speed * np.sqrt(equation.slowness[..., None, None, :last])
+        fast = np.stack([amplitude[..., m:], speed[..., m:]], axis=-1).reshape(*amplitude.shape[:-1], -1)
         both = np.concatenate([amplitude[..., :m], speed[..., :m], fast], axis=-1)
-        return np.stack([both.real, -both.imag], axis=2).reshape(both.shape[0], -1, both.shape[2])
+        parts = np.stack([both.real, -both.imag], axis=-2)
+        return parts.reshape(*both.shape[:-2], -1, both.shape[-1])
 
-    def ringing(self, equation: StripEquation, excitation: Excitation, begun: Complex) -> Ripple:
-        """With these amplitudes behind the corners, (corners, modes); its parts are amplitudes of the basis."""
-        count = excitation.edges.size - 1
-        panels = excitation.panels(excitation.edges)
-        start = np.repeat(begun, np.diff(np.append(panels, count)), axis=0) * self.since.T
-        shape = self.shape.swapaxes(0, 1) @ equation.modes.T
-        return ripple_of(excitation.edges, start, self.phase.swapaxes(0, 1), shape, RULE)
+    def ringing(self, equation: StripEquation, begun: Complex) -> list[Ripple]:
+        """With these amplitudes behind the corners (..., panels, modes), of every strip; parts of a ripple are
+        amplitudes of the basis."""
+        start = np.repeat(begun, self._lasting, axis=-2) * self.since.mT
+        shape = self.shape.swapaxes(-4, -3) @ equation.modes[..., None, None, :, :].mT
+        strips = [
+            part.reshape(-1, *part.shape[part.ndim - own :])
+            for part, own in ((self.edges, 1), (start, 2), (self.phase.swapaxes(-3, -2), 3), (shape, 4))
+        ]
+        return [ripple_of(*one, RULE) for one in zip(*strips, strict=True)]

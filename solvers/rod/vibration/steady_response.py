@@ -16,20 +16,20 @@ Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle, Refinement, Rippling
+from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import TURN, Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion
+from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion, motions_beside
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -65,30 +65,18 @@ _RESONANT = 1e5
 _UNKNOWN = 0.1
 
 
-class Resolution(NamedTuple):
-    """``rung`` of the ladder of polynomials, ``slow`` modes followed, on elements of no more than ``step`` [rad] of the
-    fastest of them, after those ``halved``, which is done once for each set of marks."""
-
-    rung: int
-    slow: int
-    step: float
-    halved: tuple[NDArray[np.bool_], ...] = ()
-
-
 @dataclass(frozen=True)
 class RodInertia:
-    """Adds the steady vibration of the strip to whatever quasi-static shape it is given; at a given ``resolution``, or
-    at one that is sought."""
-
-    resolution: Resolution | None = None
+    """Adds the steady vibration of the strip to whatever quasi-static shape it is given."""
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         with one_thread():
-            return _vibration(cycle) if self.resolution is None else _at(cycle, self.resolution)
+            return _vibration(cycle)
 
-    def like(self, refinement: Refinement) -> RodInertia:
-        """At the resolution of a vibration that was found."""
-        return RodInertia(refinement.resolution) if isinstance(refinement, SteadyVibration) else self
+    def beside(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
+        """At the resolution of a vibration that was found, all at once; None where corners come or go."""
+        with one_thread():
+            return _beside(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -96,20 +84,19 @@ class SteadyVibration:
     """The remainder d of one cycle.
 
     ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it
-    remains of a mean over the turn; ``corners`` counts those of the force.
+    remains of a mean over the turn.
     """
 
     motion: Motion
     error: float
     lasting_error: float
-    corners: int
-    resolution: Resolution
+    excitation: Excitation
 
     inclines = False
 
     @property
     def basis(self) -> StripBasis:
-        return self.motion.equation.basis
+        return self.motion.basis
 
     @property
     def bent_terms(self) -> int:
@@ -129,12 +116,13 @@ class SteadyVibration:
     def ringing(self) -> Rippling:
         """V'', V, T and M0 of what rings."""
         side, moment = self._reactions
-        return Rippling(self.motion.ringing, self.basis.series(2), self.basis.series(0), side, moment, self.corners)
+        begins = self.excitation.corners.size
+        return Rippling(self.motion.ringing, self.basis.series(2), self.basis.series(0), side, moment, begins)
 
     @cached_property
     def _reactions(self) -> tuple[Array, Array]:
         """T [N] and M0 [N m] of the basis' unit amplitudes."""
-        stiffness, clamp = self.motion.equation.strip.stiffness, np.zeros(1)
+        stiffness, clamp = self.motion.strip.stiffness, np.zeros(1)
         return -stiffness * self.basis.values(clamp, 3)[0], stiffness * self.basis.values(clamp, 2)[0]
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
@@ -163,17 +151,15 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return best
 
 
-def _at(cycle: Cycle, resolution: Resolution) -> SteadyVibration:
-    """The motion at a resolution, whatever that leaves unknown."""
-    wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
-    excitation = Excitation.of(cycle, 0.1 * wanted)
-    for marks in resolution.halved:
-        # A load's pieces may end elsewhere than those of the strip that the resolution is from.
-        if marks.size == excitation.edges.size - 1:
-            excitation = excitation.halved(marks)
-    equation = _equation(cycle, excitation, resolution.rung)
-    found = motion(equation, excitation, resolution.slow, resolution.step, wanted)
-    return _vibration_of(found, excitation, resolution)
+def _beside(found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
+    """Those of strips next to the one found, whatever their resolution leaves unknown."""
+    excitations = [found.excitation.beside(cycle) for cycle in cycles]
+    placed = [one for one in excitations if one is not None]
+    motions = iter(())
+    if placed:
+        loss, wanted = cycles[0].scene.material.loss_factor, max(0.5 * cycles[0].tolerance, LEAST_ERROR)
+        motions = iter(motions_beside(found.motion, found.excitation, placed, loss, wanted))
+    return [None if one is None else replace(found, motion=next(motions), excitation=one) for one in excitations]
 
 
 def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:
@@ -181,10 +167,9 @@ def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:
     return StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
 
 
-def _vibration_of(found: Motion, excitation: Excitation, resolution: Resolution) -> SteadyVibration:
-    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * float(found.equation.pace[0]))
-    lasting = found.errors.lasting(min(ends, 1.0))
-    return SteadyVibration(found, found.errors.total, lasting, excitation.corners.size, resolution)
+def _vibration_of(found: Motion, excitation: Excitation, pace: float) -> SteadyVibration:
+    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * pace)
+    return SteadyVibration(found, found.errors.total, found.errors.lasting(min(ends, 1.0)), excitation)
 
 
 def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
@@ -198,14 +183,13 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         rung -= 1
         equation = _equation(cycle, excitation, rung)
     best, vain, before, spent = None, 0, np.inf, 0.0
-    halved: tuple[NDArray[np.bool_], ...] = ()
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
         found = motion(equation, excitation, slow, step, wanted)
         errors, vain = found.errors, vain + 1
         spent += _work(found.edges.size - 1, slow, equation.slowness.size)
         if best is None or errors.total < best.error:
-            best, vain = _vibration_of(found, excitation, Resolution(rung, slow, step, halved)), 0
+            best, vain = _vibration_of(found, excitation, float(equation.pace[0])), 0
         if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
             break
         rest = max(errors.series, errors.phase, errors.excited)
@@ -220,7 +204,6 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         # Halving elements did help the time before, if there was one.
         if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
             before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
-            halved = (*halved, worst)
         elif spent + _work_of(equation, excitation, slow + 1, step) > ENOUGH_WORK:
             break
         else:

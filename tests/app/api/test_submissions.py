@@ -153,7 +153,10 @@ def test_plot_effects_health_and_metrics(client, check_request):
     assert client.get("/healthz").json() == {"status": "ok"}
     assert client.get("/readyz").status_code == 200
     client.get("/static/style.css")
+    client.request("INVENTED", "/healthz")
     counted = client.get("/metrics").text
+    assert 'method="other",status="4xx"' in counted
+    assert "INVENTED" not in counted
     for handler, method in ((CHECKS, "POST"), ("/api/v1/runs/{run_id}/plots/{plot}", "GET"), ("/static", "GET")):
         assert f'http_requests_total{{handler="{handler}",method="{method}",status="2xx"}}' in counted
     paths = client.get("/openapi.json").json()["paths"]

@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 from oracles.textbook import rod_beam_column
 from solvers import rod
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.state import MOMENT, ROWS, SIDE, STROKE, fill_states, friction_corners
 from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import CORE, PAPER, STRIP, bent
@@ -124,3 +125,23 @@ def test_beyond_buckling_forces_are_those_without_friction():
     assert (closed.stability_safety, closed.axial_force_min, closed.axial_force_max) == (
         plain.stability_safety, plain.axial_force_min, plain.axial_force_max,
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("offset", [0.0, 2e-3])
+def test_contact_switches_between_one_wall_and_both_at_the_corners(offset):
+    """Where 6 |M|/Lp = |T| for the moment about the middle of the skirt, against Brent's method on the states."""
+    scene = replace(PAPER, piston=replace(PAPER.piston, clamp_offset=offset))
+    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    grid = np.linspace(0.0, 2.0 * np.pi, 129)
+
+    def switched(angle):
+        states = np.empty((ROWS, 1))
+        fill_states(cycle.drive, cycle.strip, np.array([angle]), states)
+        side, stroke = states[SIDE, 0], states[STROKE, 0]
+        couple = 6.0 / scene.piston.skirt_length * abs(states[MOMENT, 0] + side * offset)
+        return (couple - abs(side)) / abs(stroke)
+
+    found = friction_corners(cycle.drive, cycle.strip, grid)
+    assert found.size
+    for angle in found:
+        assert brentq(switched, angle - 1e-3, angle + 1e-3, xtol=1e-15) == pytest.approx(angle, abs=1e-11)

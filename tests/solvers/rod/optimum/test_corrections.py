@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,11 +11,12 @@ from bench.rod_problems import problem
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.fatigue import serensen
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.optimum.full_model import FullModel
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.peaks import Wanted
-from solvers.rod.rows import UTILISATION
+from solvers.rod.rows import BUCKLED, UTILISATION
 
 EFFECTS = EffectSelection(
     frozenset({"beam_column", "friction_feedback", "rod_inertia", "friction"}),
@@ -55,6 +58,42 @@ def test_a_stencil_serves_strips_close_to_its_centre(rows):
 
 
 def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
+    """On elements that go with the corners, several strips at once; as well as each by itself."""
     centre = rows.model.strip(rows.home).cycle
-    beside = centre.beside(dimensions_of(logarithms(rows.home) + 1e-3, rows.model.scene))
-    assert beside.refinements[0].resolution == centre.refinements[0].resolution
+    strips = [
+        dimensions_of(logarithms(rows.home) + moved * np.array([0.3, 1.0, -0.5]), rows.model.scene)
+        for moved in (0.0, 1e-3, -0.03)
+    ]
+    angles = np.linspace(0.0, 2.0 * np.pi, 50)
+    for k, beside in enumerate(centre.beside(strips)):
+        found, own = centre.refinements[0], beside.refinements[0]
+        assert own.motion.edges.size == found.motion.edges.size and own.basis.polynomials == found.basis.polynomials
+        moment = beside.at(angles).shape.clamp_moment()
+        exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
+        assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))
+        if k == 0:
+            assert np.allclose(moment, centre.at(angles).shape.clamp_moment(), rtol=1e-10, atol=0.0)
+        else:
+            assert not np.array_equal(own.motion.edges, found.motion.edges)
+
+
+def test_rows_of_strips_side_by_side_are_those_of_each(rows):
+    """One of them buckles, and one has its corrections."""
+    home = logarithms(rows.home)
+    thin, beside = home - np.array([0.0, 0.6, 0.0]), home + 1e-3
+    strips = [rows.model.strip(dimensions_of(x, rows.model.scene), corrected=False) for x in (home, thin, beside)]
+    strips.append(rows.model.strip(rows.home))
+    together = rows._read(strips)
+    assert together[1, UTILISATION] == BUCKLED and (together[[0, 2, 3], UTILISATION] < BUCKLED).all()
+    for k, strip in enumerate(strips):
+        assert together[k] == pytest.approx(rows._read([strip])[0], rel=1e-12)
+
+
+def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):
+    """Without friction there are none."""
+    centre = rows.model.strip(rows.home).cycle
+    piston = replace(centre.scene.piston, friction_coefficient=0.0)
+    assert replace(centre, scene=replace(centre.scene, piston=piston)).strip.friction == 0.0
+    smooth = replace(centre, scene=replace(centre.scene, piston=piston))
+    assert centre.refinements[0].excitation.corners.size
+    assert centre.refinements[0].excitation.beside(smooth) is None

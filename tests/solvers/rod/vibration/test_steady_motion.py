@@ -7,8 +7,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers.numerics.radau import radau
-from solvers.rod.vibration.motion import closed
 from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
+from solvers.rod.vibration.turn import closed
 
 TURN = 2 * np.pi
 RULE = radau(10)
@@ -149,3 +149,16 @@ def test_amplification_tells_a_resonance():
     assert far < 1.0
     # The least singular value of a turn by 2 pi (1 + 1e-6/5) of the unit state is 2 sin(pi 1e-6).
     assert near == pytest.approx(1 / (TURN * 1e-6), rel=1e-2)
+
+
+@pytest.mark.filterwarnings("error")
+def test_exactly_at_a_resonance_nothing_is_determined():
+    """A turn that leaves every state as it was, in two panels, beside one that damps: no NaN spreads from it."""
+    lefts = np.broadcast_to(np.eye(3, 2), (2, 2, 3, 2))
+    rights = np.stack([lefts[0], 0.5 * lefts[0]])
+    rights[:, 0, -1, 0] = 1.0
+    unknowns, amplification = closed(lefts, rights)
+    assert amplification.tolist() == [np.inf, pytest.approx(4.0 / 3.0)]
+    assert not unknowns[0, 0].any() and np.isfinite(unknowns).all()
+    # x = (x/2 + 1)/2
+    assert unknowns[1] == pytest.approx(np.array([[2.0 / 3.0, 0.0], [4.0 / 3.0, 0.0]]))

@@ -1,0 +1,21 @@
+"""Legendre's polynomials at points."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solvers.numerics.jit import kernel
+
+Array = NDArray[np.float64]
+
+
+@kernel
+def legendre_at(x: Array, degree: int) -> Array:
+    """The polynomials up to this degree, at least 1, by Bonnet's recursion: (points, degree + 1)."""
+    out = np.empty((x.size, degree + 1))
+    for i in range(x.size):
+        out[i, 0], out[i, 1] = 1.0, x[i]
+        for n in range(2, degree + 1):
+            out[i, n] = ((2 * n - 1) * x[i] * out[i, n - 1] - (n - 1) * out[i, n - 2]) / n
+    return out

@@ -1,4 +1,4 @@
-"""A thousand realistic rod designs: run time, accuracy, and competing designs.
+"""A thousand realistic rod designs: run time and accuracy.
 
 Machines resemble the example's: every quantity is drawn log-uniformly within a factor of 3 of its value (angles over
 the full circle; reciprocating mass and clamp offset, zero there, are added in half of the machines). Bounds scale with
@@ -6,11 +6,9 @@ the machine's size; requirements vary around the example's, and one in five limi
 stress as well. The six objectives alternate, and one problem in five has stock thicknesses, steps of width and length,
 or both. Some are infeasible. Everything else is default: effects are selected automatically, and the accuracy is 1e-6.
 
-Competitors are local searches on the check with the answer's effects. One wins if the check finds all requirements met
-and its objective is better than the answer's by more than the answer's estimate.
+What rivals from twenty starts make of the answers is told in [the campaign](campaign.md).
 
-`python -m bench.rod_problems [COUNT] [--first SEED] [--rivals N] [--strong N] [--csv PATH] [--without EFFECT ...]` runs
-competitors against the first N answers, and strong ones against the first so many. Times are processor time.
+`python -m bench.rod_problems [COUNT] [--first SEED] [--csv PATH] [--without EFFECT ...]`. Times are processor time.
 """
 
 from __future__ import annotations
@@ -31,15 +29,14 @@ import numpy as np
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.flexible_rod.request import DesignRequest
 from app.designs.kind import Mode
-from oracles.rivals.rod import STRONG, WEAK, Contest, contest
 from solvers import rod
 from solvers.errors import InvalidInput
-from solvers.outcome import EffectState, Outcome, Status
+from solvers.outcome import EffectState, Outcome
 
 FACTOR = 3.0
 STOCK_MM = (0.1, 0.15, 0.2, 0.25, 0.3, 0.35, 0.4, 0.45, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.2, 1.5, 2.0)
 STEPS_MM = (0.1, 0.25, 0.5)
-COUNT, RIVALS, STRONGEST = 1000, 100, 20
+COUNT = 1000
 _WARM = 1_000_000
 _SLOW = 3.0
 _QUANTILES = (0.5, 0.9, 0.99, 1.0)
@@ -108,13 +105,12 @@ def problem(seed: int) -> rod.RodProblem:
 
 @dataclass(frozen=True)
 class Solved:
-    """One problem, how long it took [s], and what became of its rivals, if it had some."""
+    """One problem, and how long it took [s]."""
 
     seed: int
     seconds: float
     outcome: Outcome[rod.RodDesign] | None
     trouble: str = ""
-    rivals: Contest | None = None
 
     @property
     def status(self) -> str:
@@ -130,23 +126,20 @@ class Solved:
         return math.nan if certificate is None else certificate.gap
 
 
-def solved(seeds: Iterable[int], rivals: int, strong: int, effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
-    """Solve the designs one after the other, the first ones with competitors."""
+def solved(seeds: Iterable[int], effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
+    """Solve the designs one after the other."""
     for warm in range(_WARM, _WARM + 6):
         rod.design(problem(warm), effects)
-    for number, seed in enumerate(seeds):
+    for seed in seeds:
         asked, started, outcome, trouble = problem(seed), time.process_time(), None, ""
         try:
             outcome = rod.design(asked, effects)
         except (InvalidInput, ArithmeticError, ValueError, RuntimeError) as error:
             trouble = f"{type(error).__name__}: {error}"
-        seconds, met = time.process_time() - started, None
-        if number < rivals and outcome is not None and outcome.status is not Status.FAILED:
-            met = contest(asked, outcome, STRONG if number < strong else WEAK, seed)
-        yield Solved(seed, seconds, outcome, trouble, met)
+        yield Solved(seed, time.process_time() - started, outcome, trouble)
 
 
-def lines_of(found: Sequence[Solved], strong: int) -> list[str]:
+def lines_of(found: Sequence[Solved]) -> list[str]:
     """The page's lines."""
     times = np.array([s.seconds for s in found])
     answers = [s for s in found if s.status == "succeeded"]
@@ -173,77 +166,37 @@ def lines_of(found: Sequence[Solved], strong: int) -> list[str]:
         if seeds:
             more = " …" if seeds[_SHOWN:] else ""
             lines += ["", f"{title}: seeds {', '.join(map(str, seeds[:_SHOWN]))}{more}."]
-    contests = [s for s in found if s.rivals is not None]
-    return lines + (["", *_of_rivals(contests, strong)] if contests else [])
-
-
-def _of_rivals(contests: Sequence[Solved], strong: int) -> list[str]:
-    won = [s for s in contests if s.rivals.won]
-    checks = sum(s.rivals.evaluations for s in contests)
-    best = [s.rivals.gain for s in contests if math.isfinite(s.rivals.gain)]
-    weak = f"; the others to weak ones ({WEAK})" if len(contests) > strong else ""
-    lines = [
-        f"{len(contests):,} answers were put to rivals, {min(strong, len(contests))} of them to strong ones ({STRONG})"
-        f"{weak}: {checks:,} checks in all. {len(won)} were beaten.",
-    ]
-    if best:
-        lines[0] += f" The best rival is better by {max(best):.2g}, in the median by {np.median(best):.2g}, relative."
-    missed = [s for s in contests if s.rivals.missed > max(s.outcome.accuracy.estimated, 1e-8)]
-    if missed:
-        lines += ["", f"Limits missed, checked anew: seeds {', '.join(str(s.seed) for s in missed[:_SHOWN])}."]
-    if won:
-        lines += ["", "| seed | objective | answer b, h, l [m] | estimated | rival b, h, l [m] | better by |"]
-        lines += ["|---|---|---|---|---|---|"]
-        lines += [_row(s) for s in sorted(won, key=lambda s: -s.rivals.gain)[:_SHOWN]]
     return lines
-
-
-def _row(s: Solved) -> str:
-    answer = "infeasible" if s.outcome.value is None else _sized(s.outcome.value.check.dimensions)
-    name = problem(s.seed).objective.name
-    return (
-        f"| {s.seed} | {name} | {answer} | {s.rivals.estimated:.2g} | {_sized(s.rivals.rival)} | {s.rivals.gain:.3g} |"
-    )
-
-
-def _sized(d: rod.Dimensions) -> str:
-    return f"{d.b!r}, {d.h!r}, {d.l!r}"
 
 
 def table(count: int = COUNT) -> list[str]:
     """The page's lines."""
-    return lines_of(list(solved(range(count), RIVALS, STRONGEST)), STRONGEST)
+    return lines_of(list(solved(range(count))))
 
 
 def _record(s: Solved) -> dict[str, Any]:
     """A problem's row of the diagnostic table."""
-    o, r = s.outcome, s.rivals
+    o = s.outcome
     d = o.value.check.dimensions if o and o.value else None
     return {
         "seed": s.seed, "objective": problem(s.seed).objective.name, "status": s.status, "seconds": s.seconds,
         "estimated": o.accuracy.estimated if o else "", "gap": s.gap, "trouble": s.trouble,
         "effects": " ".join(e.name for e in o.effects if e.state is EffectState.ACTIVE) if o else "",
         "b": d and d.b, "h": d and d.h, "l": d and d.l,
-        "gain": r and r.gain, "won": r and r.won, "missed": r and r.missed, "found_by": r and r.found_by,
-        "checks": r and r.evaluations,
-        **({"rival_b": r.rival.b, "rival_h": r.rival.h, "rival_l": r.rival.l} if r and r.rival else
-           {"rival_b": "", "rival_h": "", "rival_l": ""}),
     }  # fmt: skip
 
 
 def main() -> None:
-    """Print the summary, and each problem as it finishes if requested."""
+    """Print the summary, and write each problem as it finishes if requested."""
     asked = argparse.ArgumentParser(prog="python -m bench.rod_problems", description="realistic designs of the rod")
     asked.add_argument("count", nargs="?", type=int, default=COUNT)
     asked.add_argument("--first", type=int, default=0, help="seed of the first problem")
-    asked.add_argument("--rivals", type=int, default=0, help="so many of the first answers are put to rivals")
-    asked.add_argument("--strong", type=int, default=0, help="so many of these to strong ones")
     asked.add_argument("--csv", type=Path, help="every problem is written there as it is solved")
     asked.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects to leave out")
     given = asked.parse_args()
     found, effects = [], rod.EffectSelection(exclude=frozenset(given.without))
     seeds = range(given.first, given.first + given.count)
-    for one in solved(seeds, max(given.rivals, given.strong), given.strong, effects):
+    for one in solved(seeds, effects):
         found.append(one)
         if given.csv:
             record, new = _record(one), len(found) == 1
@@ -252,7 +205,7 @@ def main() -> None:
                 if new:
                     writer.writeheader()
                 writer.writerow(record)
-    print("\n".join(lines_of(found, given.strong)))
+    print("\n".join(lines_of(found)))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,8 @@
 """`make campaign`: test estimates, effect choices and certificates on random scenes of every kind, and write
 docs/campaign.md.
 
-python -m bench.campaign [--scenes N] [--designs N] [--minutes M] [--limit S] [--processes P] [KIND ...]
+python -m bench.campaign [--scenes N] [--designs N] [--realistic N] [--seeds S ...] [--minutes M] [--limit S]
+                         [--processes P] [KIND ...]
 
 Each kind stops after a number of scenes or minutes, and of designs or minutes, whichever comes first; the page states
 how many there were and how long they took. Sections are updated every minute.
@@ -27,13 +28,15 @@ from bench.campaign.designs import DESIGNED
 from bench.campaign.designs_page import designs_section
 from bench.campaign.kept import Kept, kept
 from bench.campaign.page import PAGE, section, written
+from bench.campaign.rod_contests_page import contests_section
 from bench.campaign.scenes import DRAWN
-from bench.campaign.seeds import Part, judge_designed
+from bench.campaign.seeds import Part, judge_contested, judge_designed
 from bench.campaign.workers import judged
 
 Section = Callable[[str, Sequence[Part], str], str]
 
-SCENES, DESIGNS = 10_000, 2_000
+SCENES, DESIGNS, REALISTIC = 10_000, 2_000, 1_000
+_ROD = "flexible-rod"
 LIMIT_S = 300.0
 _WRITE_INTERVAL_S = 60.0
 
@@ -51,7 +54,14 @@ def run_designs(slug: str, count: int, first: int, limit: float, seconds: float,
     _keep(known, found, slug, asked, designs_section)
 
 
-def _further(known: Kept, asked: range) -> Iterator[int]:
+def run_contests(seeds: Sequence[int], limit: float, seconds: float, processes: int) -> None:
+    """Put realistic rod designs to their rivals, updating their section; it covers all that were judged so far."""
+    known = kept(_ROD, limit, "-contests")
+    found = judged(_ROD, _further(known, seeds), limit, seconds, processes, batch=1, judge=judge_contested)
+    _keep(known, found, _ROD, range(REALISTIC), contests_section)
+
+
+def _further(known: Kept, asked: Sequence[int]) -> Iterator[int]:
     done = known.seeds
     return (seed for seed in asked if seed not in done)
 
@@ -78,6 +88,8 @@ def main() -> None:
     asked = argparse.ArgumentParser(prog="python -m bench.campaign", description="hold the promises to random scenes")
     asked.add_argument("--scenes", type=int, default=SCENES, help="of each kind, at most")
     asked.add_argument("--designs", type=int, default=DESIGNS, help="of each kind, at most")
+    asked.add_argument("--realistic", type=int, default=REALISTIC, help="realistic rods with many rivals, at most")
+    asked.add_argument("--seeds", type=int, nargs="+", help="of the realistic rods, instead of the first ones")
     asked.add_argument("--first", type=int, default=0, help="seed of the first scene")
     asked.add_argument("--minutes", type=float, default=math.inf, help="for each kind, at most")
     asked.add_argument("--limit", type=float, default=LIMIT_S, help="seconds for each part of a scene")
@@ -91,6 +103,9 @@ def main() -> None:
             run(slug, given.scenes, given.first, given.limit, 60.0 * given.minutes, given.processes)
         if given.designs and slug in DESIGNED:
             run_designs(slug, given.designs, given.first, given.limit, 60.0 * given.minutes, given.processes)
+        if given.realistic and slug == _ROD:
+            seeds = given.seeds or range(given.first, given.first + given.realistic)
+            run_contests(seeds, given.limit, 60.0 * given.minutes, given.processes)
 
 
 if __name__ == "__main__":

@@ -20,9 +20,11 @@ from bench.campaign.seeds import Part
 _ROOT = Path(__file__).parents[2]
 FOLDER = _ROOT / ".campaign"
 _SOURCES = ("solvers", "app/designs", "bench/campaign", "oracles")
+_PROBLEMS = "bench/rod_problems.py"
+"""Realistic rods, which their contests share with the benchmarks."""
 _SHARED_FOLDERS = frozenset({"references", "examples", "dense", "textbook", "rivals"})
 """Shared folders that contain files per kind."""
-_NON_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "workers"})
+_NON_JUDGING = frozenset({"__main__", "designs_page", "kept", "page", "rod_contests_page", "workers"})
 """Modules of the campaign that do not affect results; figures are excluded, too."""
 
 OWN: Mapping[str, frozenset[str]] = {
@@ -41,7 +43,8 @@ def fingerprint(slug: str, limit: float, root: Path = _ROOT) -> str:
     """Hash of all sources on which a kind's verdicts depend, and of the time limit [s]."""
     others = frozenset().union(*OWN.values()) - OWN[slug]
     told = hashlib.sha256(f"{limit:g}".encode())
-    for source in sorted(path for folder in _SOURCES for path in (root / folder).rglob("*.py")):
+    sources = [path for folder in _SOURCES for path in (root / folder).rglob("*.py")]
+    for source in sorted([*sources, *root.glob(_PROBLEMS)]):
         place = source.relative_to(root).with_suffix("")
         drawn = any(part.endswith(("picture", "pictures")) for part in place.parts)
         judging = not drawn and not (place.parts[0] == "bench" and place.name in _NON_JUDGING)
@@ -55,7 +58,7 @@ def _owner(place: Path) -> str:
 
     Deeper names are ignored: a linkage may have a module named after the crank.
     """
-    folder = next(folder for folder in _SOURCES if place.is_relative_to(folder))
+    folder = next((folder for folder in _SOURCES if place.is_relative_to(folder)), place.parent)
     below = place.relative_to(folder).parts
     return below[1] if below[0] in _SHARED_FOLDERS and len(below) > 1 else below[0]
 

@@ -153,6 +153,6 @@ def written(page: str, text: str) -> str:
     """Replace the section with the text's title; the others are unchanged."""
     known = {title: body for title, body in re.findall(r"^## (.+?)\n(.*?)(?=^## |\Z)", page, re.MULTILINE | re.DOTALL)}
     sections = {name: f"## {name}\n{body}" for name, body in known.items()} | {text[3 : text.index("\n")]: text}
-    titles = [title for s in DRAWN for title in (KINDS[s].title, f"{KINDS[s].title}: designs")]
+    titles = [f"{KINDS[s].title}{part}" for s in DRAWN for part in ("", ": designs", ": realistic designs")]
     kinds = [sections[title].rstrip() + "\n" for title in titles if title in sections]
     return "\n".join([_HEAD, *kinds, _TAIL])

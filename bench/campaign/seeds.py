@@ -13,6 +13,7 @@ from bench.campaign.choices import judge_choice
 from bench.campaign.combinations import judge_combinations
 from bench.campaign.designs import judge_design
 from bench.campaign.honesty import judge_estimate
+from bench.campaign.rod_contests import judge_contest
 from bench.campaign.scenes import scene_of
 
 COMBINED_EVERY = 50
@@ -22,7 +23,7 @@ STRONG_EVERY = 5
 NEEDLESS_EVERY: Mapping[str, int] = {"flexible-rod": 10}
 """Interval of scenes for testing unnecessary effects, for kinds with many expensive ones."""
 
-ESTIMATE, CHOICE, COMBINATIONS, DESIGN = "estimate", "effects", "combinations", "design"
+ESTIMATE, CHOICE, COMBINATIONS, DESIGN, CONTEST = "estimate", "effects", "combinations", "design", "contest"
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,11 @@ def judge_designed(slug: str, seed: int, limit: float) -> list[Part]:
     return [_part(seed, DESIGN, lambda: judge_design(slug, seed, quick=seed % STRONG_EVERY != 0), limit)]
 
 
+def judge_contested(slug: str, seed: int, limit: float) -> list[Part]:
+    """The realistic rod design of a seed with its competitors, within ``limit`` [s]."""
+    return [_part(seed, CONTEST, lambda: judge_contest(seed), limit)]
+
+
 def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float) -> Part:
     started, verdict, trouble = time.perf_counter(), None, ""
     try:
@@ -92,5 +98,7 @@ def _part(seed: int, name: str, judge: Callable[[], object | None], limit: float
     except TooLong:
         trouble = f"took more than {limit:g} s"
     except Exception as error:
-        trouble = f"{type(error).__name__}: {error}"
+        # Out of compiled code the end of the time comes as a SystemError.
+        ended = time.perf_counter() - started >= limit
+        trouble = f"took more than {limit:g} s" if ended else f"{type(error).__name__}: {error}"
     return Part(seed, name, time.perf_counter() - started, verdict, trouble)

@@ -80,11 +80,15 @@ class Spent(Exception):
 
 @dataclass
 class Hunt:
-    """The parts evaluated so far. With ``seeking`` False, any feasible part is accepted, regardless of its cost."""
+    """The parts evaluated so far. With ``seeking`` False, any feasible part is accepted, regardless of its cost.
+
+    ``difference`` is that of slopes, in logarithms: a rough evaluation needs a greater one.
+    """
 
     space: Space
     look: Callable[[Array], Look]
     seeking: bool = True
+    difference: float = DIFFERENCE
     best: tuple[float, Array] | None = None
     found_by: str = ""
     evaluations: int = 0
@@ -94,6 +98,11 @@ class Hunt:
     _known: dict[bytes, Look] = field(default_factory=dict)
     _within: deque[tuple[Array, Look]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     _worst_cost: float = -math.inf
+
+    @property
+    def rough(self) -> bool:
+        """Whether evaluations are too rough for corners to be told apart."""
+        return self.difference > DIFFERENCE
 
     def allow(self, evaluations: int, way: str) -> None:
         """Start the next search with a name and a budget of evaluations."""
@@ -133,9 +142,9 @@ class Hunt:
         cost = seen.cost if math.isfinite(seen.cost) else max(self._worst_cost, -1e3) + _LOST
         return Look(cost if self.seeking else 0.0, margins)
 
-    def slopes(self, logs: Array, free: tuple[int, ...], difference: float = DIFFERENCE) -> tuple[Array, Array]:
+    def slopes(self, logs: Array, free: tuple[int, ...], difference: float = 0.0) -> tuple[Array, Array]:
         """One-sided differences of cost and margins (limits x free sizes), within the bounds."""
-        here, cost, margins = self.at(logs), [], []
+        here, cost, margins, difference = self.at(logs), [], [], difference or self.difference
         for i in free:
             step = difference if logs[i] + difference <= math.log(self.space.upper[i]) else -difference
             moved = logs.copy()
@@ -163,6 +172,22 @@ class Hunt:
                 found = self.at(self.lead[1] + min(1.0, further * share) * (there - self.lead[1]))
                 if found.violation == 0.0:
                     return
+
+    def promising(self, count: int, apart: float, most: float, slack: float, known: list[Array]) -> list[Array]:
+        """Logarithms of the best parts seen on the grid, at most so many, whose merit is at most ``most`` where limits
+        may be missed by ``slack``; each so far ``apart`` from the others and from ``known`` ones."""
+        merits = []
+        for key, seen in self._known.items():
+            merit = seen.cost + PENALTY * max(seen.violation - slack, 0.0)
+            if merit <= most:
+                merits.append((merit, np.log(np.frombuffer(key))))
+        out: list[Array] = []
+        for _, logs in sorted(merits, key=lambda one: one[0]):
+            if len(out) == count:
+                break
+            if self.space.sizes(logs)[1] and all(np.abs(logs - other).max() > apart for other in [*known, *out]):
+                out.append(logs)
+        return out
 
     def clipped(self, logs: Array) -> Array:
         return np.clip(logs, np.log(self.space.lower), np.log(self.space.upper))

@@ -9,13 +9,14 @@ check's own.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from oracles.rivals import starts
 from oracles.rivals.hunt import Array, Hunt, Look, Space
+from oracles.rivals.search import finish, look_beside
 from oracles.rivals.starts import Strength, along, step_along_limits
 from solvers import rod
 from solvers.errors import InvalidInput
@@ -42,8 +43,14 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 }
 
 
-WEAK = Strength(3, 60, ("SLSQP", "linear programs"))
-STRONG = Strength(20, most=4000)
+SCOUTS = Strength(20, 40, ("SLSQP", "COBYQA"))
+ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
+"""Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
+_LED, _FINISHING, _JUDGED = 2, 150, 1e-7
+"""So many of the best strips seen by scouts are followed to the last, with so many checks of this accuracy."""
+_HOPE, _ELSEWHERE = 2e-3, 1e-3
+"""In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
+_GRID_STEPS = 2
 
 
 @dataclass(frozen=True)
@@ -55,6 +62,7 @@ class Contest:
     estimated    the answer's own error estimate
     missed       relative violation of a requirement by the answer, rechecked
     rival        the best competitor, its objective, and the search that found it
+    accuracy     of the checks that judge
     """
 
     gain: float
@@ -64,10 +72,11 @@ class Contest:
     objective: float | None
     found_by: str
     evaluations: int
+    accuracy: float
 
     @property
     def won(self) -> bool:
-        return self.gain > self.estimated + ACCURACY
+        return self.gain > self.estimated + self.accuracy
 
 
 def settled(effects: tuple[EffectReport, ...]) -> rod.EffectSelection:
@@ -150,24 +159,71 @@ def contest(
     criterion: FatigueCriterion | None = None,
 ) -> Contest:
     """Run the competition against an answer."""
-    selection = settled(outcome.effects)
-    look, found = looker(problem, selection, accuracy, criterion), outcome.status is Status.SUCCEEDED
-    hunt = Hunt(space_of(problem), look, seeking=found)
-    own, missed, first = math.nan, 0.0, None
-    if found:
-        check = outcome.value.check
-        own, strip = log_cost(problem, check), check.dimensions
-        first = np.log([strip.b, strip.h, strip.l])
-        missed = hunt.at(first).violation
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    hunt = Hunt(space_of(problem), looker(problem, selection, accuracy, criterion), first is not None)
+    missed = 0.0 if first is None else hunt.at(first).violation
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH, criterion)
     compete(hunt, first, core, rough, strength, np.random.default_rng(seed))
+    return _ended(problem, outcome, hunt, missed, accuracy)
+
+
+def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], seed: int = 0) -> Contest:
+    """The same where many starts count and checks are dear: scouts search from all of them on rough checks, and, where
+    sizes come in steps, over those next to the answer's; the best strips that they have seen meet the answer in a
+    ``close_contest``."""
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    space, found = space_of(problem), first is not None
+    scouts = Hunt(space, looker(problem, selection, ROUGHLY), found, ROUGHLY_DIFFERENCE)
+    if found and space.stepped:
+        look_beside(scouts, first, _GRID_STEPS, SCOUTS.evaluations)
+    core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH)
+    compete(scouts, first, core, rough, SCOUTS, np.random.default_rng(seed))
+    most = scouts.merit(first) + _HOPE if found else _HOPE
+    led = scouts.promising(_LED, _ELSEWHERE, most, ROUGHLY, [first] if found else [])
+    close = close_contest(problem, outcome, led)
+    return replace(close, evaluations=close.evaluations + scouts.evaluations)
+
+
+def close_contest(
+    problem: rod.RodProblem,
+    outcome: Outcome[rod.RodDesign],
+    others: Sequence[Array] = (),
+    evaluations: int = _FINISHING,
+    accuracy: float = _JUDGED,
+) -> Contest:
+    """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
+    from it and from other sizes (logarithms), so many checks each."""
+    selection, first = settled(outcome.effects), _sizes_of(outcome)
+    hunt, missed = Hunt(space_of(problem), looker(problem, selection, accuracy), first is not None), 0.0
+    if first is not None:
+        missed = hunt.at(first).violation
+        step_along_limits(hunt, first)
+        finish(hunt, first, evaluations)
+    for start in others:
+        finish(hunt, start, evaluations)
+    return _ended(problem, outcome, hunt, missed, accuracy)
+
+
+def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
+    """Logarithms of an answer's sizes."""
+    if outcome.status is not Status.SUCCEEDED:
+        return None
+    strip = outcome.value.check.dimensions
+    return np.log([strip.b, strip.h, strip.l])
+
+
+def _ended(
+    problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], hunt: Hunt, missed: float, accuracy: float
+) -> Contest:
+    """The result of a hunt."""
+    estimated = outcome.accuracy.estimated
     if hunt.best is None:
-        return Contest(-math.inf, outcome.accuracy.estimated, missed, None, None, "", hunt.evaluations)
+        return Contest(-math.inf, estimated, missed, None, None, "", hunt.evaluations, accuracy)
     cost, sizes = hunt.best
-    gain = math.expm1(own - cost) if found else math.inf
+    gain = math.expm1(log_cost(problem, outcome.value.check) - cost) if hunt.seeking else math.inf
     value = math.exp(problem.objective.sign * cost)
     strip = rod.Dimensions(*map(float, sizes))
-    return Contest(gain, outcome.accuracy.estimated, missed, strip, value, hunt.found_by, hunt.evaluations)
+    return Contest(gain, estimated, missed, strip, value, hunt.found_by, hunt.evaluations, accuracy)
 
 
 def compete(

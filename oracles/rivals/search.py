@@ -17,7 +17,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import NonlinearConstraint, linprog, minimize
+from scipy.optimize import NonlinearConstraint, linprog, minimize, minimize_scalar
 
 from oracles.rivals.hunt import PENALTY, PULLS, PUSH, Array, Hunt, Look, Spent
 
@@ -28,6 +28,8 @@ _CURVED = 0.02
 """Tangents are kept while a curvature of order 1 changes them by less than this fraction of the trust region."""
 _STRADDLED = 30.0
 """An upper bound on the logarithmic curvature of limits."""
+_RIDGE_STEPS, _RIDGE_REACH, _RIDGE_LOOKS = (1e-5, 1e-4, 1e-3), 5.0, 12
+"""Along a ridge; what is searched across it, in such steps, and by how many looks."""
 _POLISH = 1e-3
 """Trust region of the linear programs that repair another search's end point."""
 
@@ -193,7 +195,7 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         if everything:
             WAYS[way](hunt, start, everything, reach)
     end = hunt.lead[1] if hunt.lead else start
-    if everything and way != POLISHER:
+    if everything and way != POLISHER and not hunt.rough:
         hunt.allow(evaluations // 2, f"{way}, then {POLISHER}")
         with contextlib.suppress(Spent):
             WAYS[POLISHER](hunt, end, everything, _POLISH)
@@ -205,6 +207,68 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         hunt.allow(evaluations, f"{way}, then over the grid")
         with contextlib.suppress(Spent):
             _walk(hunt, way, end, tuple(i for i in everything if i not in hunt.space.stepped), reach)
+
+
+def finish(hunt: Hunt, start: Array, evaluations: int) -> None:
+    """Search closely around a start by linear programs and along ridges, the sizes that lie on a grid held."""
+    free = tuple(i for i in hunt.space.free if i not in hunt.space.stepped)
+    hunt.allow(evaluations, f"{POLISHER}, to the last")
+    with contextlib.suppress(Spent):
+        hunt.at(start)
+        if free:
+            linear_programs(hunt, start, free, _POLISH)
+    with contextlib.suppress(Spent):
+        hunt.allow_more(PULLS)
+        hunt.pull_in()
+    hunt.allow(evaluations, "along a ridge")
+    with contextlib.suppress(Spent):
+        along_ridges(hunt, start, free)
+
+
+def along_ridges(hunt: Hunt, start: Array, free: tuple[int, ...]) -> Array:
+    """Steps of one size, each with the best of another: where two results are alike great, slopes are of one of them,
+    and every straight step off the ridge between them leads down."""
+    here, low, high = hunt.clipped(start), np.log(hunt.space.lower), np.log(hunt.space.upper)
+    inside = [i for i in free if min(here[i] - low[i], high[i] - here[i]) > _LEAST_REACH]
+    for along, across in itertools.permutations(inside, 2):
+        for step in np.outer(_RIDGE_STEPS, (1.0, -1.0)).ravel().tolist():
+            while True:
+                there = _stepped(hunt, here, along, across, step)
+                if not hunt.merit(there) < hunt.merit(here) - _LEAST_GAIN:
+                    break
+                here = there
+    return here
+
+
+def _stepped(hunt: Hunt, here: Array, along: int, across: int, step: float) -> Array:
+    """A step of one size, with the best of another."""
+
+    def at(y: float) -> Array:
+        logs = here.copy()
+        logs[[along, across]] += step, y
+        return hunt.clipped(logs)
+
+    reach = _RIDGE_REACH * abs(step)
+    options = {"maxiter": _RIDGE_LOOKS, "xatol": 1e-3 * abs(step)}
+    return at(minimize_scalar(lambda y: hunt.merit(at(y)), bounds=(-reach, reach), method="bounded", options=options).x)
+
+
+def look_beside(hunt: Hunt, start: Array, steps: int, evaluations: int) -> None:
+    """Everything on the grid up to so many steps from a start, by SLSQP over the sizes that are not on it."""
+    stepped, grids = hunt.space.stepped, hunt.space.grids
+    free = tuple(i for i in hunt.space.free if i not in stepped)
+    near = []
+    for i in stepped:
+        at = int(np.abs(np.log(grids[i]) - start[i]).argmin())
+        near.append(np.log(grids[i][max(at - steps, 0) : at + steps + 1]))
+    for place in itertools.product(*near):
+        logs = start.copy()
+        logs[list(stepped)] = place
+        hunt.allow(evaluations, "SLSQP, beside on the grid")
+        with contextlib.suppress(Spent):
+            hunt.at(logs)
+            if free:
+                slsqp(hunt, logs, free, 0.0)
 
 
 def _walk(hunt: Hunt, way: str, start: Array, free: tuple[int, ...], reach: float) -> None:

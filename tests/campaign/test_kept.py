@@ -119,7 +119,7 @@ def test_a_new_file_belongs_to_the_kind_in_whose_folder_it_lies(sources, source,
 
 def test_the_fingerprint_covers_all_judging_sources():
     """All repository modules imported by the campaign and the kinds are in the hashed folders."""
-    folders = tuple(folder.replace("/", ".") for folder in kept._SOURCES)
+    folders = tuple(place.removesuffix(".py").replace("/", ".") for place in (*kept._SOURCES, kept._PROBLEMS))
     wanted = re.compile(r"^\s*(?:from|import) ((?:app|bench|solvers|tests|oracles)[\w.]*)", re.MULTILINE)
     for folder in ("app/designs", "bench/campaign"):
         for path in (ROOT / folder).rglob("*.py"):

@@ -19,11 +19,11 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity
 from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at, search_other_gaps
+from solvers.rod.optimum.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import Local, local_search
-from solvers.rod.optimum.ripples import FINE_RADIUS, RIPPLE_RADIUS, look_around
+from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -51,8 +51,10 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
         return optimum
     context.ends = []
     strip = optimum.local.best.outcome.value.dimensions
-    last = context.finer() if _among_gaps(context) else context
-    local = last.search_from(strip, _within(context, strip), FINE_RADIUS if _among_gaps(context) else RIPPLE_RADIUS)
+    if _among_gaps(context):
+        local = at_full_accuracy(context, explored.ends, lambda d: _within(context, d))
+    else:
+        local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
     if local is None:
         return None
     conditions = None if local.found is None else _conditions(context, local)

@@ -37,8 +37,9 @@ _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
 _FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
 """The same for a closer look at ripples, and the radius that no trust is left in then."""
-_CURVED_STEP, _ROUGH_CURVED_STEP = 1e-3, 4e-3
-"""Of differences to both sides, where what corrections add is taken as quadratic."""
+_ROUGH_CURVED_STEP, _CURVED_STEP, _LAST_CURVED_STEP = 2e-3, 1e-3, 1e-4
+"""Of differences to both sides, where what corrections add is taken as quadratic: the long ones lead past small
+valleys, the last to the bottom of one."""
 _BESIDE = 0.1
 """In ln b, ln h, ln l: so near strips the same resolution is enough, roughly."""
 _DAMPED = 0.003
@@ -62,7 +63,8 @@ class FullModel:
 
     ``effects`` are those that run, settled. ``strips`` counts the strips evaluated by rows, ``checks`` the exact ones.
     Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped
-    resonances are followed closely. ``watch`` is called before each strip and check and may raise OutOfTime.
+    resonances are followed closely, over the shortest steps where it is the ``last``. ``watch`` is called before each
+    strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -75,6 +77,7 @@ class FullModel:
     watch: Watch = no_watch
     fine: bool = False
     curved: bool = False
+    last: bool = False
     strips: int = 0
     checks: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
@@ -95,7 +98,7 @@ class FullModel:
         return self.rings and self.scene.material.loss_factor < _DAMPED
 
     @property
-    def closest(self) -> float:
+    def least_radius(self) -> float:
         """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
         return _SMOOTH if not self.rings else _CLOSEST if self.fine else _RIPPLE
 
@@ -103,7 +106,7 @@ class FullModel:
     def correction_step(self) -> float:
         """Of differences of corrections, in ln b, ln h, ln l."""
         if self.curved:
-            return _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
+            return _LAST_CURVED_STEP if self.last else _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
         return _FINE_STEP if self.fine else _CORRECTION_STEP
 
     @property
@@ -119,6 +122,10 @@ class FullModel:
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
         return replace(self._anew(), fine=True, curved=not self.ripples)
+
+    def closest(self) -> FullModel:
+        """The same with differences over the shortest steps; its strips and its checks are the same."""
+        return replace(self, last=True, _stencils=[])
 
     def bent(self) -> FullModel:
         """The same with corrections to second order; its checks are the same."""

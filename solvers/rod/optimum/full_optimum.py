@@ -10,6 +10,7 @@ come in steps: see ``available_sizes``.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,7 +24,7 @@ from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.local_search import ROUNDS, Iterate, Local, Task, local_search
+from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.ripples import (
     FINE_RADIUS,
@@ -49,7 +50,13 @@ _SHIFTS = 3
 _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_SEARCHES = 2
-"""At full accuracy between damped resonances: a second one where the first has not come to its end."""
+"""To the bottom of a valley between damped resonances: a second one where the first has not come to its end."""
+_SHORT_ROUNDS = 4
+"""Of the search before these, which leads past small valleys."""
+_LAST_RADIUS = 5e-4
+"""The first radius of these, in ln b, ln h, ln l."""
+_CONTENDERS = 3
+"""So many ends of rough searches are led on at full accuracy."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
@@ -132,6 +139,10 @@ class Context:
     def finer(self) -> Context:
         """The same with smaller steps and rows as good as checks."""
         return replace(self, model=self.model.finer(), ends=[])
+
+    def closest(self) -> Context:
+        """The same with the smallest steps."""
+        return replace(self, model=self.model.closest(), ends=[])
 
     def bent(self) -> Context:
         """The same with corrections to second order."""
@@ -243,15 +254,48 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     rough = explored.bent()
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
     left = search_other_gaps(rough, context.bounds)
-    best, last, ends = rough.best() or explored.best(), context.finer(), _different(rough.ends)
-    for _ in range(_LAST_SEARCHES):
-        best = last.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS)
-        if best is None or best.found is None:
-            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
-        if best.gain <= context.model.accuracy:
-            break
+    known = rough.ends or explored.ends
+    best = at_full_accuracy(context, known, lambda _: context.bounds)
+    ends = _different(known)
+    if best is None or best.found is None:
+        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
     return Optimum(best, conditions, None, context.starts, ends, left)
+
+
+def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
+    """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
+    those that are dearer by less than they, and it, may be wrong or still gain."""
+    finer = context.finer()
+    closest = finer.closest()
+    for end in _contenders(ends):
+        best, strip = closest.best(), end.best.outcome.value.dimensions
+        known = math.inf if best is None or best.found is None else best.best.log_cost
+        led = finer.search_from(strip, within(strip), FINE_RADIUS, _SHORT_ROUNDS, known)
+        for _ in range(_LAST_SEARCHES):
+            if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
+                break
+            strip = led.best.outcome.value.dimensions
+            led = closest.search_from(strip, within(strip), _LAST_RADIUS)
+            if led is not None and led.gain <= context.model.accuracy:
+                break
+    return closest.best() or finer.best()
+
+
+def _contenders(ends: list[Local]) -> list[Local]:
+    """The best end, and those of other strips that may be as good."""
+
+    def doubt(end: Local) -> float:
+        return end.best.outcome.accuracy.estimated + CATCHES_UP * end.gain
+
+    first, *others = sorted(ends, key=lambda end: (end.best.excess, end.best.log_cost))
+    if first.found is None:
+        return [first]
+    most, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
+    for end in others:
+        if end.found is not None and end.best.log_cost - doubt(end) < most and not near(end.best.x, out, _SAME):
+            out.append(end)
+    return out[:_CONTENDERS]
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> float:

@@ -8,12 +8,16 @@ The least cost of strips of a given Omega is followed over gaps, in steps that r
 whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of
 holding the limits at the same Omega is that of a linear programme (``at_ratio``). Valleys of that cost are starts of
 searches.
+
+Width and thickness may be exchanged for each other, b h^3 alike, and the core's forces, deflections and stability stay
+as they are: the least cost may hardly change over dozens of gaps. The strips at the two ends of that exchange, within
+the bounds, are places to start from, too.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -61,7 +65,7 @@ class Gaps:
     bounds: Bounds
     low: float = math.inf
     high: float = -math.inf
-    waiting: list[Place] = field(default_factory=list)
+    waiting: list[Place] | None = None
 
     @property
     def box(self) -> Array:
@@ -71,8 +75,12 @@ class Gaps:
     def next(self, best: Iterate) -> Dimensions | None:
         """The most promising strip of another gap, from where a search may find a better one; None without any."""
         ratio = log_frequency_ratio(best.memory.active.home_cycle)[0]
-        self.low, self.high = min(self.low, ratio), max(self.high, ratio)
         near = _GAPS * math.exp(-ratio)
+        if self.waiting is None:
+            self.waiting = self._exchanged(best, near)
+        if not self.low - near < ratio < self.high + near:
+            self.low, self.high = ratio, ratio
+        self.low, self.high = min(self.low, ratio), max(self.high, ratio)
         if ratio - self.low < 0.5 * near:
             self._follow(best, -1.0, ratio - near)
         if self.high - ratio < 0.5 * near:
@@ -83,6 +91,30 @@ class Gaps:
         place = min(self.waiting, key=lambda place: place.cost)
         self.waiting.remove(place)
         return dimensions_of(place.x, best.memory.active.model.scene)
+
+    def _exchanged(self, best: Iterate, near: float) -> list[Place]:
+        """The strips of the best one's b h^3 and l that are as wide and as narrow as bounds allow, if farther away in
+        ln Omega than paths lead."""
+        active, (low, high), out = best.memory.active, self.box.T, []
+        for thicker in (
+            max(low[1] - best.x[1], (best.x[0] - high[0]) / 3.0),
+            min(high[1] - best.x[1], (best.x[0] - low[0]) / 3.0),
+        ):
+            if abs(thicker) > near:
+                x = best.x + thicker * np.array([-3.0, 1.0, 0.0])
+                place = self._held(best, active, x)
+                out += [] if place is None else [place]
+        return out
+
+    def _held(self, best: Iterate, active: FullRows, x: Array) -> Place | None:
+        """The least cost at the ln Omega of a strip, by its corrections at some strip's peaks; None if it buckles."""
+        plain, values = active.plain_values(x), active.corrected_values(x)
+        if rows.BUCKLED in (plain[rows.UTILISATION], values[rows.UTILISATION]):
+            return None
+        strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
+        least = self._at_ratio(best, active)
+        ratio = log_frequency_ratio(strip.cycle)[0]
+        return None if least is None else Place(ratio, *least(values, active.plain_slopes(x), x, 0.0, _NEAREST))
 
     def _follow(self, best: Iterate, side: float, until: float) -> None:
         """Follow the least cost from the best strip on, up (``side`` 1) or down, and note its valleys."""

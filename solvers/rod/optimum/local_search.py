@@ -35,7 +35,7 @@ _STRAY = 1e-3
 _LEAST_EXCESS = 1e-16
 _STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
-_CATCHES_UP = 4.0
+CATCHES_UP = 4.0
 """Times what a step promises: what all that follow are expected to gain at most."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
@@ -113,10 +113,10 @@ def local_search(
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
-        if at.admissible and at.log_cost - _CATCHES_UP * max(promised, task.enough) > known:
+        if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
             break
         moved = float(np.max(np.abs(step - at.x)))
-        if moved == 0.0 or radius < model.closest:
+        if moved == 0.0 or radius < model.least_radius:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)

@@ -21,7 +21,7 @@ Index = NDArray[np.intp]
 
 _NEAR = 0.85
 """Parts below this share of the worst are left out."""
-_SAME_HUMP = 0.1
+_SAME_HUMP = 0.02
 """Angles [rad] closer than this belong to one hump."""
 _THREE = np.arange(3)[:, None]
 

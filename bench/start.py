@@ -186,7 +186,7 @@ def table() -> list[str]:
 def section() -> list[str]:
     """The whole section."""
     assert __doc__
-    return [TITLE, "", __doc__.partition("\n\n")[2].partition("\n\n    ")[0].strip(), "", *table(), ""]
+    return [TITLE, "", __doc__.partition("\n\n")[2].partition("\n\npython -m")[0].strip(), "", *table(), ""]
 
 
 def main() -> None:

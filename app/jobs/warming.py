@@ -25,7 +25,7 @@ logger = get_logger(__name__)
 PROCESSES = 2
 _ATTEMPTS = 3
 _POLL_INTERVAL_S = 0.25
-_PRIOR_S, _PRIOR_WEIGHT = 0.25, 10
+_PRIOR_S, _PRIOR_WEIGHT = 0.1, 10
 """Prior estimate of the seconds per kernel, and its weight in number of kernels."""
 
 
@@ -210,7 +210,7 @@ class KernelWarming:
             for part in (part for part, warm in compiled.items() if not warm):
                 self._waiting.extend(_Task(part, unit) for unit in units[part])
                 self._waiting.append(_Task(part))
-        for kind in {task.part[0] for task in self._waiting}:
+        for kind in dict.fromkeys(task.part[0] for task in self._waiting):
             self._on_status(self.status(kind))
 
     def _work(self) -> None:

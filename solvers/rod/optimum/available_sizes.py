@@ -107,13 +107,12 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
     gaps = Gaps(context.task, context.bounds)
     for _ in range(_SLICES):
         best = context.best()
-        start = gaps.next(best.best)
+        start = gaps.next(best.best, lambda d: _key(context, d) not in tried)
         if start is None:
             break
-        if _key(context, start) not in tried:
-            found = _at(context, start, tried)
-            if found is not None and found is context.best():
-                _improved(context, found, found, tried)
+        found = _at(context, start, tried)
+        if found is not None and found is context.best():
+            _improved(context, found, found, tried)
 
 
 def _uncovered(context: Context, best: Local, height: float) -> float:

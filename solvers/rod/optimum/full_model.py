@@ -47,6 +47,7 @@ _DAMPED = 0.003
 _FINE_ANGLE_STEP = 1e-3
 _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
+_GAP = 5e-4
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
 
@@ -100,7 +101,7 @@ class FullModel:
     @property
     def least_radius(self) -> float:
         """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
-        return _SMOOTH if not self.rings else _CLOSEST if self.fine else _RIPPLE
+        return _SMOOTH if not self.rings else _CLOSEST if self.fine else _GAP if self.curved else _RIPPLE
 
     @property
     def correction_step(self) -> float:

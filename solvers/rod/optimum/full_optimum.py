@@ -47,6 +47,7 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
+_OTHER_RADIUS = 0.01
 _GAP_STARTS, _GAP_RADIUS = 6, 0.03
 """Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
 _LAST_SEARCHES = 2
@@ -302,14 +303,14 @@ def search_other_gaps(context: Context, bounds: Bounds) -> float:
     """Searches from other gaps between damped resonances than the best strip's, as long as they are promising; what may
     be left to gain in ln objective where there is no time for all."""
     gaps, left = Gaps(context.task, bounds), 0.0
+    untried = lambda d: not near(logarithms(d), context.ends, _SAME)  # noqa: E731
     for _ in range(_GAP_STARTS):
         best = context.best()
-        start = None if best is None or best.found is None else gaps.next(best.best)
+        start = None if best is None or best.found is None else gaps.next(best.best, untried)
         if start is None:
             return 0.0
-        if not near(logarithms(start), context.ends, _SAME):
-            end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
-            left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+        end = context.search_from(start, bounds, _OTHER_RADIUS, known=best.best.log_cost)
+        left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
     return left
 
 

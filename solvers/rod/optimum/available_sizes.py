@@ -104,7 +104,7 @@ def _among_gaps(context: Context) -> bool:
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
     """Slices in other gaps than the best strip's, and next to one that is better."""
-    gaps = Gaps(context.task, context.bounds)
+    gaps = Gaps(context.task, context.bounds, apart=0.0)
     for _ in range(_SLICES):
         best = context.best()
         start = gaps.next(best.best, lambda d: _key(context, d) not in tried)

@@ -27,13 +27,13 @@ from solvers.rod import rows
 from solvers.rod.optimum.at_ratio import AtRatio
 from solvers.rod.optimum.corrections import log_frequency_ratio
 from solvers.rod.optimum.full_model import Array, FullRows
-from solvers.rod.optimum.full_strip import dimensions_of, logarithms
+from solvers.rod.optimum.full_strip import dimensions_of, logarithms, logarithms
 from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
-from solvers.rod.optimum.sqp import Program, program
+from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-_NEW = 0.4
+APART = 0.4
 _GAPS, _STEPS = 2, 6
 """So many gaps are followed to each side, in so many steps each."""
 _FARTHEST, _NEAREST = 0.2, 0.05
@@ -66,6 +66,7 @@ class Gaps:
 
     task: Task
     bounds: Bounds
+    apart: float = APART
     places: list[Place] = field(default_factory=list)
     known: list[float] = field(default_factory=list)
     followed: list[float] = field(default_factory=list)
@@ -88,17 +89,32 @@ class Gaps:
         while promising := [p for p in self.places if p.cost < best.log_cost + _DEARER]:
             place = min(promising, key=lambda place: place.cost)
             self.places.remove(place)
-            p = program(self.task.objective, best.limits, active.layout, self.task.guard)
-            start = min((place.x, place.held), key=lambda x: _merit(p, active.corrected_values(x)))
-            d = dimensions_of(start, active.model.scene)
-            if untried(d):
-                self.known.append(place.ratio)
-                return d
+            for x in self._starts(best, place):
+                d = dimensions_of(x, active.model.scene)
+                if untried(d):
+                    self.known.append(place.ratio)
+                    return d
         return None
+
+    def _starts(self, best: Iterate, place: Place) -> list[Array]:
+        """The strip of a place on the path, that which holds its limits, and that by its own peaks and corrections,
+        the best first."""
+        before = best.memory.active
+        d = dimensions_of(place.x, before.model.scene)
+        active = before.model.following(before.model.peaks(d).joined(before.peaks), d)
+        p = program(self.task.objective, best.limits, active.layout, self.task.guard)
+        x = logarithms(d)
+        held = self._at_ratio(best, active)(active.corrected_values(x), active.plain_slopes(x), x, 0.0, _NEAREST)[0]
+
+        def merit(x: Array) -> float:
+            values = active.corrected_values(x)
+            return p.cost(values) + PENALTY * max(p.violation(values), 0.0)
+
+        return sorted((place.x, place.held, held), key=merit)
 
     def _away(self, ratio: float) -> bool:
         """Whether no search has begun or ended near an Omega."""
-        return all(abs(ratio - known) > _NEW for known in self.known)
+        return all(abs(ratio - known) > self.apart for known in self.known)
 
     def _new(self, ratio: float) -> bool:
         """Whether the least cost at an Omega is unknown, and asked for."""
@@ -161,8 +177,3 @@ class Gaps:
         """The linear programme for rows, with the limits as the best strip's exact check shifts them."""
         p = program(self.task.objective, best.limits, active.layout, self.task.guard)
         return AtRatio.of(p, self.box, log_frequency_ratio(active.home_cycle)[1])
-
-
-def _merit(p: Program, values: Array) -> float:
-    """The cost of rows with the penalty for limits that are missed."""
-    return p.cost(values) + PENALTY * max(p.violation(values), 0.0)

@@ -26,6 +26,8 @@ _LITTLE, _PULLS = 1e-4, 3
 PULLS = 3 * _PULLS
 """Maximum evaluations for the repair."""
 _SAME = 1e-9
+_HOME = 1e-3
+"""In ln sizes: a search that comes so near the end of one before, and is no better, is going to end there, too."""
 _REMEMBERED = 400
 """Number of recent feasible parts used for repairs."""
 
@@ -94,6 +96,8 @@ class Hunt:
     evaluations: int = 0
     way: str = ""
     lead: tuple[float, Array] | None = None
+    homes: list[tuple[float, Array]] = field(default_factory=list)
+    """Ends of rough searches: merits and logarithms. Another that comes to one of them is over."""
     _left: float = math.inf
     _known: dict[bytes, Look] = field(default_factory=dict)
     _within: deque[tuple[Array, Look]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
@@ -130,8 +134,21 @@ class Hunt:
         if known.violation == 0.0:
             self._within.append((np.log(sizes), known))
         if self.lead is None or _merit(known) < self.lead[0]:
+            away = self.lead is not None
             self.lead = _merit(known), np.log(sizes)
+            if away and self._at_home():
+                raise Spent
         return known
+
+    def settle(self) -> None:
+        """Note where a rough search has ended."""
+        if self.rough and self.lead is not None and not self._at_home():
+            self.homes.append(self.lead)
+
+    def _at_home(self) -> bool:
+        """Whether the best of a search lies where one before has ended, and is no better."""
+        merit, logs = self.lead
+        return any(merit >= known and np.abs(logs - home).max() < _HOME for known, home in self.homes)
 
     def _finite(self, seen: Look) -> Look:
         missing = ~np.isfinite(seen.margins)

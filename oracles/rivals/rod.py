@@ -48,7 +48,7 @@ ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
 """Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
 _LED, _FINISHING, _JUDGED = 2, 150, 1e-7
 """So many of the best strips seen by scouts are followed to the last, with so many checks of this accuracy."""
-_HOPE, _ELSEWHERE = 2e-3, 1e-3
+_HOPE, _ELSEWHERE = 1e-3, 1e-3
 """In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
 _GRID_STEPS = 2
 
@@ -192,7 +192,7 @@ def close_contest(
     accuracy: float = _JUDGED,
 ) -> Contest:
     """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
-    from it and from other sizes (logarithms), so many checks each."""
+    from it, with so many checks each, and from other sizes (logarithms), with half as many."""
     selection, first = settled(outcome.effects), _sizes_of(outcome)
     hunt, missed = Hunt(space_of(problem), looker(problem, selection, accuracy), first is not None), 0.0
     if first is not None:
@@ -200,7 +200,7 @@ def close_contest(
         step_along_limits(hunt, first)
         finish(hunt, first, evaluations)
     for start in others:
-        finish(hunt, start, evaluations)
+        finish(hunt, start, evaluations // 2)
     return _ended(problem, outcome, hunt, missed, accuracy)
 
 

@@ -195,6 +195,7 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         if everything:
             WAYS[way](hunt, start, everything, reach)
     end = hunt.lead[1] if hunt.lead else start
+    hunt.settle()
     if everything and way != POLISHER and not hunt.rough:
         hunt.allow(evaluations // 2, f"{way}, then {POLISHER}")
         with contextlib.suppress(Spent):

@@ -47,9 +47,9 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_OTHER_RADIUS = 0.01
-_GAP_STARTS, _GAP_RADIUS = 6, 0.03
-"""Searches from other gaps; the first radius of one, in ln b, ln h, ln l."""
+_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 4, 0.03, 0.01
+"""Searches from other gaps at most, and in turn without a better strip; the first radius, in ln b, ln h, ln l, of the
+search from where rough ones have come, and of these."""
 _LAST_SEARCHES = 2
 """To the bottom of a valley between damped resonances: a second one where the first has not come to its end."""
 _SHORT_ROUNDS = 4
@@ -253,7 +253,7 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
     rough = explored.bent()
-    rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _GAP_RADIUS)
+    rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _BENT_RADIUS)
     left = search_other_gaps(rough, context.bounds)
     known = rough.ends or explored.ends
     best = at_full_accuracy(context, known, lambda _: context.bounds)
@@ -300,17 +300,18 @@ def _contenders(ends: list[Local]) -> list[Local]:
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> float:
-    """Searches from other gaps between damped resonances than the best strip's, as long as they are promising; what may
-    be left to gain in ln objective where there is no time for all."""
-    gaps, left = Gaps(context.task, bounds), 0.0
+    """Searches from other gaps between damped resonances than the best strip's, until several in turn find nothing
+    better; what may be left to gain in ln objective where there is no time for all."""
+    gaps, left, failed = Gaps(context.task, bounds), 0.0, 0
     untried = lambda d: not near(logarithms(d), context.ends, _SAME)  # noqa: E731
     for _ in range(_GAP_STARTS):
         best = context.best()
         start = None if best is None or best.found is None else gaps.next(best.best, untried)
-        if start is None:
+        if start is None or failed == _GAP_FAILURES:
             return 0.0
-        end = context.search_from(start, bounds, _OTHER_RADIUS, known=best.best.log_cost)
-        left = max(best.best.log_cost - end.best.log_cost, 0.0) if end and end.found else 0.0
+        context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
+        left = best.best.log_cost - context.best().best.log_cost
+        failed = 0 if left > context.task.enough else failed + 1
     return left
 
 

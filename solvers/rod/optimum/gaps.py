@@ -33,7 +33,7 @@ from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-APART = 0.4
+APART = 0.2
 _GAPS, _STEPS = 2, 6
 """So many gaps are followed to each side, in so many steps each."""
 _FARTHEST, _NEAREST = 0.2, 0.05

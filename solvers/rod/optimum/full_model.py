@@ -45,9 +45,9 @@ _BESIDE = 0.1
 _DAMPED = 0.003
 """Loss factor from which on results are smooth between strips that a search can tell apart."""
 _FINE_ANGLE_STEP = 1e-3
-_RIPPLE, _SMOOTH = 2e-3, 1e-7
-"""Radii that no trust is left in where results ripple, and where they do not."""
-_GAP = 5e-4
+_RIPPLE, _RIPPLE_CURVED, _SMOOTH = 2e-3, 5e-4, 1e-7
+"""Radii that no trust is left in where results ripple, where they do and corrections are taken as quadratic, and where
+they do not."""
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
 
@@ -101,7 +101,9 @@ class FullModel:
     @property
     def least_radius(self) -> float:
         """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
-        return _SMOOTH if not self.rings else _CLOSEST if self.fine else _GAP if self.curved else _RIPPLE
+        if not self.rings:
+            return _SMOOTH
+        return _CLOSEST if self.fine else _RIPPLE_CURVED if self.curved else _RIPPLE
 
     @property
     def correction_step(self) -> float:

@@ -6,8 +6,9 @@ the loss factor of Omega. So optima close to a strip lie in other gaps.
 
 The least cost of strips of a given Omega is followed over gaps, in steps that resolve them. The path is that of strips
 whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of
-holding the limits at the same Omega is that of a linear programme (``at_ratio``). Valleys of that cost are starts of
-searches.
+holding the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough, and there may be
+several valleys in a gap: so every place on the path is a start of a search, the cheapest first, away from where
+searches have begun or ended.
 
 Width and thickness may be exchanged for each other, b h^3 alike, and the core's forces, deflections and stability stay
 as they are: the least cost may hardly change over dozens of gaps. The strips at the two ends of that exchange, within
@@ -27,13 +28,14 @@ from solvers.rod import rows
 from solvers.rod.optimum.at_ratio import AtRatio
 from solvers.rod.optimum.corrections import log_frequency_ratio
 from solvers.rod.optimum.full_model import Array, FullRows
-from solvers.rod.optimum.full_strip import dimensions_of, logarithms, logarithms
+from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
 from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 APART = 0.2
+"""In Omega: nearer to where a search has begun or ended no other begins, where sizes may be chosen at will."""
 _GAPS, _STEPS = 2, 6
 """So many gaps are followed to each side, in so many steps each."""
 _FARTHEST, _NEAREST = 0.2, 0.05
@@ -41,7 +43,7 @@ _FARTHEST, _NEAREST = 0.2, 0.05
 _PACE = 2.0
 """In ln b, ln h, ln l: what a strip moves aside for a unit of change of ln Omega, at most."""
 _DEARER, _LOST = 0.008, 0.1
-"""In ln objective: valleys dearer than the best strip by more are no starts; a path is not followed where a whole gap
+"""In ln objective: places dearer than the best strip by more are no starts; a path is not followed where a whole gap
 is dearer by more."""
 _UNSTEADY = 2e-3
 """In ln objective: a strip that plain slopes promise to better by more at its own Omega is held by its corrections."""
@@ -50,8 +52,8 @@ _LEAST_STEP = 0.3
 
 
 class Place(NamedTuple):
-    """A strip of a certain Omega, and the ln objective at which it holds its limits, with a penalty for what it
-    misses them by."""
+    """A strip x on the path at Omega = ``ratio``, the one ``held`` within its limits there, to first order, and the ln
+    objective of that one, with a penalty for what it misses them by."""
 
     ratio: float
     x: Array
@@ -59,10 +61,13 @@ class Place(NamedTuple):
     cost: float
 
 
-
 @dataclass
 class Gaps:
-    """The least cost by Omega as far as it has been followed, and the Omega at which searches began and ended."""
+    """Places of strips where no search has begun, the Omega ``known`` as beginnings of searches and of best strips, and
+    those to which the least cost has been ``followed``, from all best strips until that of ``origin``.
+
+    No start lies closer than ``apart`` to a known Omega.
+    """
 
     task: Task
     bounds: Bounds
@@ -124,7 +129,8 @@ class Gaps:
         """The cheapest strips of rising (``side`` 1) or falling Omega where it has not been followed."""
         active, x, out = best.memory.active, best.x, []
         ratio = log_frequency_ratio(active.home_cycle)[0]
-        until, step, least = ratio + side * _GAPS * math.exp(-ratio), side * math.exp(-ratio) / _STEPS, self._at_ratio(best, active)
+        until, step = ratio + side * _GAPS * math.exp(-ratio), side * math.exp(-ratio) / _STEPS
+        least = self._at_ratio(best, active)
         if least is None:
             return out
         (plain, added), slopes_of = active.taken_apart(x), active.plain_slopes
@@ -141,10 +147,10 @@ class Gaps:
             if not self._new(math.exp(ratio)):
                 continue
             self.followed.append(math.exp(ratio))
-            values = active.corrected_values(x)
-            if rows.BUCKLED in (plain[rows.UTILISATION], values[rows.UTILISATION]):
+            place = _held(active, least, x, ratio, slopes)
+            if place is None:
                 return out
-            out.append(Place(math.exp(ratio), x, *least(values, slopes, x, 0.0, _NEAREST)))
+            out.append(place)
             if len(out) >= _STEPS and min(place.cost for place in out[-_STEPS:]) > best.log_cost + _LOST:
                 return out
         return out
@@ -153,27 +159,29 @@ class Gaps:
         """The strips of the best one's b h^3 and l that are as wide and as narrow as bounds allow, if farther away in
         ln Omega than paths lead."""
         active, (low, high), out = best.memory.active, self.box.T, []
+        least = self._at_ratio(best, active)
+        if least is None:
+            return out
         for thicker in (
             max(low[1] - best.x[1], (best.x[0] - high[0]) / 3.0),
             min(high[1] - best.x[1], (best.x[0] - low[0]) / 3.0),
         ):
             if abs(thicker) > near:
                 x = best.x + thicker * np.array([-3.0, 1.0, 0.0])
-                place = self._held(best, active, x)
+                strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
+                place = _held(active, least, x, log_frequency_ratio(strip.cycle)[0], active.plain_slopes(x))
                 out += [] if place is None else [place]
         return out
-
-    def _held(self, best: Iterate, active: FullRows, x: Array) -> Place | None:
-        """The least cost at the ln Omega of a strip, by its corrections at some strip's peaks; None if it buckles."""
-        plain, values = active.plain_values(x), active.corrected_values(x)
-        if rows.BUCKLED in (plain[rows.UTILISATION], values[rows.UTILISATION]):
-            return None
-        strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
-        least = self._at_ratio(best, active)
-        ratio = log_frequency_ratio(strip.cycle)[0]
-        return None if least is None else Place(math.exp(ratio), x, *least(values, active.plain_slopes(x), x, 0.0, _NEAREST))
 
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with the limits as the best strip's exact check shifts them."""
         p = program(self.task.objective, best.limits, active.layout, self.task.guard)
         return AtRatio.of(p, self.box, log_frequency_ratio(active.home_cycle)[1])
+
+
+def _held(active: FullRows, least: AtRatio, x: Array, ratio: float, slopes: Array) -> Place | None:
+    """The place of a strip of that ln Omega, by its corrections at some strip's peaks; None if it buckles."""
+    values = active.corrected_values(x)
+    if rows.BUCKLED in (active.plain_values(x)[rows.UTILISATION], values[rows.UTILISATION]):
+        return None
+    return Place(math.exp(ratio), x, *least(values, slopes, x, 0.0, _NEAREST))

@@ -47,7 +47,7 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 4, 0.03, 0.01
+_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 3, 0.03, 0.01
 """Searches from other gaps at most, and in turn without a better strip; the first radius, in ln b, ln h, ln l, of the
 search from where rough ones have come, and of these."""
 _LAST_SEARCHES = 2

@@ -58,7 +58,7 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     if local is None:
         return None
     conditions = None if local.found is None else _conditions(context, local)
-    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.ripple)
+    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.ripple, optimum.followed)
 
 
 def _optimum(context: Context, start: Dimensions) -> Optimum | None:
@@ -83,10 +83,10 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
         return None
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
-    ripple = 0.0
+    ripple, followed = 0.0, None
     if _among_gaps(context):
         _search_other_slices(context, tried)
-        ripple = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
+        ripple, followed = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
     elif context.model.rings:
         found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
         ripple = _uncovered(context, best, found.height)
@@ -94,7 +94,8 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
             if _key(context, strip) not in tried:
                 _at(context, strip, tried)
     best = context.best()
-    return Optimum(best, _conditions(context, best), starts=context.starts, ends=len(context.ends), ripple=ripple)
+    ends = len(context.ends)
+    return Optimum(best, _conditions(context, best), None, context.starts, ends, ripple, followed)
 
 
 def _among_gaps(context: Context) -> bool:

@@ -86,6 +86,8 @@ class Optimum:
     ends: int = 0
     ripple: float = 0.0
     """What may be missed among several optima close to each other, in ln objective: how high results ripple."""
+    followed: tuple[float, float] | None = None
+    """The least and greatest frequency ratio between which other gaps were looked into, if strips ring."""
 
 
 @dataclass
@@ -254,14 +256,14 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
     """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
     rough = explored.bent()
     rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _BENT_RADIUS)
-    left = search_other_gaps(rough, context.bounds)
+    left, followed = search_other_gaps(rough, context.bounds)
     known = rough.ends or explored.ends
     best = at_full_accuracy(context, known, lambda _: context.bounds)
     ends = _different(known)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
-    return Optimum(best, conditions, None, context.starts, ends, left)
+    return Optimum(best, conditions, None, context.starts, ends, left, followed)
 
 
 def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
@@ -299,20 +301,21 @@ def _contenders(ends: list[Local]) -> list[Local]:
     return out[:_CONTENDERS]
 
 
-def search_other_gaps(context: Context, bounds: Bounds) -> float:
+def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
     """Searches from other gaps between damped resonances than the best strip's, until several in turn find nothing
-    better; what may be left to gain in ln objective where there is no time for all."""
+    better: what may be left to gain in ln objective where there is no time for all, and the least and greatest
+    frequency ratio of what was looked into."""
     gaps, left, failed = Gaps(context.task, bounds), 0.0, 0
     untried = lambda d: not near(logarithms(d), context.ends, _SAME)  # noqa: E731
     for _ in range(_GAP_STARTS):
         best = context.best()
         start = None if best is None or best.found is None else gaps.next(best.best, untried)
         if start is None or failed == _GAP_FAILURES:
-            return 0.0
+            return 0.0, gaps.range
         context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
         left = best.best.log_cost - context.best().best.log_cost
         failed = 0 if left > context.task.enough else failed + 1
-    return left
+    return left, gaps.range
 
 
 def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:

@@ -82,6 +82,12 @@ class Gaps:
         """The bounds of ln(b, h, l), (3, 2)."""
         return np.log([self.bounds.b, self.bounds.h, self.bounds.l])
 
+    @property
+    def range(self) -> tuple[float, float] | None:
+        """The least and greatest Omega of what was followed; None if nothing was."""
+        looked = [*self.known, *self.followed]
+        return (min(looked), max(looked)) if looked else None
+
     def next(self, best: Iterate, untried: Callable[[Dimensions], bool]) -> Dimensions | None:
         """The most promising strip of another gap, from where a search may find a better one; None without any."""
         active = best.memory.active

@@ -93,6 +93,12 @@ def full_certificate(
     if optimum.second_order is not None and optimum.second_order.curvature is not None:
         evidence["least_curvature"] = optimum.second_order.curvature
     evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
+    if optimum.followed is not None:
+        low, high = optimum.followed
+        evidence["optimality"] = (
+            f"local: the best of the valleys found between resonances, at frequency ratios from {low:.3g} to "
+            f"{high:.3g}; another may be deeper, which accuracy.estimated does not count"
+        )
     if 0.0 < optimum.ripple < math.inf:
         evidence["ripple"] = optimum.ripple
     if math.isfinite(optimum.local.gain):

@@ -91,3 +91,5 @@ def test_no_valley_in_another_gap_is_deeper(seed, best_mm):
     other = looker(asked, settled(found.effects), 1e-6)(1e-3 * np.array(best_mm))
     assert other.violation < 1e-4
     assert log_cost(asked, found.value.check) < other.cost + 2e-5
+    # What was looked into is told, as no bound proves that there is nothing better.
+    assert "another may be deeper" in found.certificate.evidence["optimality"]

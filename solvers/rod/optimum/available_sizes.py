@@ -112,8 +112,8 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
         if start is None:
             break
         found = _at(context, start, tried)
-        if found is not None and found is context.best():
-            _improved(context, found, found, tried)
+        while found is not None and found is context.best() and _improved(context, found, found, tried):
+            found = context.best()
 
 
 def _uncovered(context: Context, best: Local, height: float) -> float:

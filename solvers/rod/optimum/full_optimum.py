@@ -47,7 +47,7 @@ _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 3, 0.03, 0.01
+_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 4, 0.03, 0.01
 """Searches from other gaps at most, and in turn without a better strip; the first radius, in ln b, ln h, ln l, of the
 search from where rough ones have come, and of these."""
 _LAST_SEARCHES = 2
@@ -309,10 +309,13 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
     untried = lambda d: not near(logarithms(d), context.ends, _SAME)  # noqa: E731
     for _ in range(_GAP_STARTS):
         best = context.best()
-        start = None if best is None or best.found is None else gaps.next(best.best, untried)
-        if start is None or failed == _GAP_FAILURES:
+        lost = best is None or best.found is None or failed == _GAP_FAILURES
+        start = None if lost else gaps.next(best.best, untried)
+        if start is None:
             return 0.0, gaps.range
-        context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
+        end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
+        if end is not None:
+            gaps.leave_out(end.best)
         left = best.best.log_cost - context.best().best.log_cost
         failed = 0 if left > context.task.enough else failed + 1
     return left, gaps.range

@@ -63,7 +63,7 @@ class Place(NamedTuple):
 
 @dataclass
 class Gaps:
-    """Places of strips where no search has begun, the Omega ``known`` as beginnings of searches and of best strips, and
+    """Places of strips where no search has begun, the Omega ``known`` as beginnings and ends of searches, and
     those to which the least cost has been ``followed``, from all best strips until that of ``origin``.
 
     No start lies closer than ``apart`` to a known Omega.
@@ -92,8 +92,7 @@ class Gaps:
         """The most promising strip of another gap, from where a search may find a better one; None without any."""
         active = best.memory.active
         if best is not self.origin:
-            ratio, first, self.origin = log_frequency_ratio(active.home_cycle)[0], self.origin is None, best
-            self.known.append(math.exp(ratio))
+            ratio, first, self.origin = self.leave_out(best), self.origin is None, best
             self.places += [*self._path(best, -1.0), *self._path(best, 1.0)]
             self.places += self._exchanged(best, _GAPS * math.exp(-ratio)) if first else []
         self.places = [p for p in self.places if self._away(p.ratio)]
@@ -106,6 +105,12 @@ class Gaps:
                     self.known.append(place.ratio)
                     return d
         return None
+
+    def leave_out(self, end: Iterate) -> float:
+        """No search begins close to the end of one; the ln Omega there."""
+        ratio = log_frequency_ratio(end.memory.active.home_cycle)[0]
+        self.known.append(math.exp(ratio))
+        return ratio
 
     def _starts(self, best: Iterate, place: Place) -> list[Array]:
         """The strip of a place on the path, that which holds its limits, and that by its own peaks and corrections,

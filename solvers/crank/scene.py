@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.unrolled_pressure import Pressure
@@ -48,9 +49,15 @@ class Mechanism:
     def angular_speed(self) -> float:
         return 2.0 * math.pi * self.speed
 
-    def motion(self, with_offset: bool = True) -> ExactMotion:
-        """Return the exact motion, with or without the offset."""
-        return ExactMotion(self.crank_radius, self.rod_length, self.offset if with_offset else 0.0)
+    @cached_property
+    def motion(self) -> ExactMotion:
+        """The exact motion."""
+        return ExactMotion(self.crank_radius, self.rod_length, self.offset)
+
+    @cached_property
+    def motion_in_line(self) -> ExactMotion:
+        """The exact motion without the offset."""
+        return ExactMotion(self.crank_radius, self.rod_length) if self.offset else self.motion
 
 
 @dataclass(frozen=True)

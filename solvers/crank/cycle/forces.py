@@ -149,10 +149,10 @@ class Cycle:
     composition: Composition
     curve: Curve
 
-    @cached_property
+    @property
     def motion(self) -> ExactMotion:
-        m = self.scene.mechanism
-        return ExactMotion(m.crank_radius, m.rod_length, self.composition.offset)
+        mechanism = self.scene.mechanism
+        return mechanism.motion if self.composition.offset else mechanism.motion_in_line
 
     @cached_property
     def machine(self) -> Machine:

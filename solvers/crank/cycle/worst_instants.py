@@ -20,8 +20,7 @@ from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piec
 from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
-from solvers.numerics.jit import inlined_kernel, kernel
-from solvers.numerics.panels import largest, top_of
+from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -139,6 +138,27 @@ def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int
     return places, values
 
 
+@reducing_kernel
+def _bound_pieces(values: Array, bound: Array) -> tuple[float, float, int]:
+    """Write an upper bound of every piece's maxima; return the highest sample, the largest magnitude, and the first
+    piece with that sample.
+
+    No maximum exceeds the highest sample of its piece by more than half of four times the greatest second difference.
+    """
+    best, least, top = -np.inf, np.inf, 0
+    for n in range(bound.size):
+        first = n * (WITHIN + 1)
+        left, right = values[first], values[first + WITHIN]
+        highest, lowest, bend = max(left, right), min(left, right), 0.0
+        for j in range(first + 1, first + WITHIN):
+            highest, lowest = max(highest, values[j]), min(lowest, values[j])
+            bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
+        bound[n], least = highest + 0.5 * bend, min(least, lowest)
+        if highest > best:
+            best, top = highest, n
+    return best, max(abs(best), abs(least)), top
+
+
 @inlined_kernel
 def _upper_estimate(values: Array, first: int, j: int) -> float:
     """Return an upper estimate of a local maximum between sample ``j`` and its neighbours; -inf if it is none.
@@ -166,27 +186,21 @@ def climbed(
     rows, count, each = samples.shape[0], places.size, WITHIN + 1
     found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
-    reach, owner = np.empty(count), np.empty(count, np.intp)
+    reach, owner, bound = np.empty(count), np.empty(count, np.intp), np.empty(count // each)
     for row in range(rows):
         values = samples[row]
-        best, scale, at = top_of(values), largest(values), 0
+        best, scale, piece = _bound_pieces(values, bound)
+        at = piece * each
         while values[at] != best:
             at += 1
-        where, piece = places[at], at // each
-        humps = 0
-        for n in range(0, count, each):
-            # No maximum exceeds the highest sample by more than half of four times the greatest second difference.
-            highest, bend = values[n], 0.0
-            for j in range(n + 1, n + each):
-                highest = max(highest, values[j])
-            for j in range(n + 1, n + WITHIN):
-                bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
-            if highest + 0.5 * bend <= best:
+        where, humps = places[at], 0
+        for n in range(bound.size):
+            if bound[n] <= best:
                 continue
             for j in range(each):
-                high = _upper_estimate(values, n, j)
+                high = _upper_estimate(values, n * each, j)
                 if high > best:
-                    reach[humps], owner[humps] = high, n + j
+                    reach[humps], owner[humps] = high, n * each + j
                     humps += 1
         left = best
         for _ in range(_MAX_REFINED + 1):

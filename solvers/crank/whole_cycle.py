@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Cycle, Machine
 from solvers.crank.cycle.group import together
-from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, climbed, sampled
+from solvers.crank.cycle.worst_instants import BRIX, TORQUE, Greatest, climbed, sampled
 from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.crank.problem import LOADS, OF_THE_ROD
@@ -48,12 +48,12 @@ def whole_cycle(cycle: Cycle, engine: Engine, tolerance: float) -> WholeCycle:
 def _whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
     gas, single = refined(curve, sharp, LONGEST_PIECE), phases.size == 1
     group = together(gas, np.zeros(1))
-    places, samples = sampled(machine, gas, group, 0, TEXTBOOK if single else TORQUE)
+    places, samples = sampled(machine, gas, group, 0, BRIX if single else TORQUE)
     loads = climbed(machine, gas, group, 0, places, samples, tolerance)
     torque = loads
     if not single:
         group = together(gas, phases)
-        places, samples = sampled(machine, gas, group, TORQUE, TEXTBOOK - TORQUE)
+        places, samples = sampled(machine, gas, group, TORQUE, BRIX - TORQUE)
         torque = climbed(machine, gas, group, TORQUE, places, samples, tolerance)
     work = gas_work(machine, gas, tolerance, np.inf)
     high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, _CROSSING_TOLERANCE * tolerance)

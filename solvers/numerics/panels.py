@@ -220,15 +220,6 @@ def largest(f: Array) -> float:
 
 
 @reducing_kernel
-def top_of(f: Array) -> float:
-    """The greatest value."""
-    most = f[0]
-    for i in range(1, f.size):
-        most = max(most, f[i])
-    return most
-
-
-@reducing_kernel
 def _top_and_jump(f: Array, sign: float) -> tuple[float, float]:
     """Maximum of sign f, and the largest difference between neighbouring points."""
     most, jump = sign * f[0], 0.0

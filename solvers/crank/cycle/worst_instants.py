@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
 from solvers.crank.cycle.group import Group, together
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
-from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
 from solvers.numerics.brackets import narrow, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
@@ -25,10 +24,9 @@ from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-ROWS = 12
-"""Gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main bearing, torque and
-its negative; then the textbook errors (``textbook_error``): displacement, acceleration, pressure."""
-CRANK_PIN, TORQUE, TEXTBOOK = 5, 7, 9
+CRANK_PIN, TORQUE, BRIX = 5, 7, 9
+"""Rows of quantities: gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main
+bearing, torque and its negative; then the error of Brix's pressure (``textbook_error``)."""
 WITHIN = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
 _MAX_REFINED, _MAX_ROUNDS = 64, 40
@@ -80,8 +78,9 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             for row in range(out.shape[0]):
                 out[row, i] = out[row, i - 1]
             continue
-        if first >= TEXTBOOK:
-            _textbook_rows(angle[i], group.piece[n, 0], machine, gas, first, out[:, i])
+        if first == BRIX:
+            k = group.piece[n, 0]
+            out[0, i] = abs(brix_pressure_at(angle[i], k, gas) - pressure_at(angle[i], k, gas))
             continue
         at = instant_of(angle[i], n, 0, machine, gas, group)
         tangential, radial = at.tangential, at.radial
@@ -98,19 +97,6 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             out[CRANK_PIN + 1 - first, i] = length_of(tangential, radial - machine.turning)
         if first + out.shape[0] > TORQUE:
             out[TORQUE - first, i], out[TORQUE + 1 - first, i] = tangential * r, -tangential * r
-
-
-@kernel
-def _textbook_rows(angle: float, k: int, machine: Machine, gas: Unrolled, first: int, out: Array) -> None:
-    r, ratio = machine.frame.r, machine.frame.r / machine.frame.length
-    if first == TEXTBOOK + 2:
-        out[0] = abs(brix_pressure_at(angle, k, gas) - pressure_at(angle, k, gas))
-        return
-    at = stand_at(angle, machine.frame)
-    moved = 2.0 * at.half_sine * at.half_sine + 0.5 * ratio * at.sine * at.sine
-    hastened = at.cosine + ratio * (at.cosine - at.sine) * (at.cosine + at.sine)
-    out[0] = abs(moved - displacement_of(at, machine.frame) / r)
-    out[1] = abs(hastened - acceleration_of(at, machine.frame) / r) / (1.0 + ratio)
 
 
 @kernel

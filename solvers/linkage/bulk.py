@@ -9,16 +9,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import PLAIN, check, check_with, ratio_results
+from solvers.linkage.check import Case, check_case, ratio_results
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import coefficients, swing
-from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import Scene
 from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
@@ -32,25 +28,6 @@ exactly, one number at a time."""
 _ORIENTATION = 1e-13
 
 
-@dataclass(frozen=True)
-class Case:
-    """Arguments of one call of ``check``."""
-
-    scene: Scene
-    mechanism: Mechanism
-    limits: Limits = PLAIN
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-    demands: tuple[Demand, ...] = ()
-
-    def alone(self) -> Outcome[LinkageCheck]:
-        """Evaluate this case by ``check``."""
-        return check(
-            self.scene, self.mechanism, self.limits, self.effects, self.effect_tolerance, self.accuracy, self.demands
-        )
-
-
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
     """Outcomes of all cases, in order; for an invalid case its InvalidInput.
 
@@ -61,14 +38,9 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
     for case, own in zip(cases, ratio_results([case.mechanism for case in cases]), strict=True):
         try:
-            outcome = check_with(
-                own, case.scene, case.mechanism, case.limits, case.effects, case.effect_tolerance, case.accuracy,
-                case.demands,
-            )  # fmt: skip
+            found.append(check_case(case, own))
         except InvalidInput as refusal:
             found.append(refusal)
-        else:
-            found.append(outcome)
     return found
 
 

@@ -16,8 +16,7 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.linkage.loads.coupler_elasticity import worst_elastic_peak
 from solvers.linkage.loads.torque_and_pin_force import Peaks
-from solvers.linkage.mechanism.closure import Window, window
-from solvers.linkage.mechanism.length_tolerances import closure_error, restitution_error
+from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
 from solvers.linkage.scene import Scene

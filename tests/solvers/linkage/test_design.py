@@ -353,8 +353,8 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     assert refusal.value.field == "limits.longest_link"
     frequencies = []
     for base in (36.0, 360.0):
-        family = Family(linkage.LARGEST_ROCKER, scene.restitution.gain)
-        q = math.log(family.kind.margin_of_base(family.gain, base / 8e-3))
+        family, gain = Family(linkage.LARGEST_ROCKER, scene.restitution.gain), scene.restitution.gain
+        q = math.log(gain.square_less_one / (base / 8e-3 - gain.square))
         member = MemberQuantities(asked.subproblem, family, np.array([q]), 1e-9)
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])

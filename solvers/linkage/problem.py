@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.effects import Demand
-from solvers.errors import InvalidInput, require
+from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import TRANSMISSION, Scene, require_positive
+from solvers.linkage.scene import TRANSMISSION, Scene
 
 Array = NDArray[np.float64]
 
@@ -42,11 +42,8 @@ class Limits:
         return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
 
     def __post_init__(self) -> None:
-        names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
-        require_positive(self, names, "limits.")
-        for name in ("min_link", "joint_radius"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise InvalidInput(f"limits.{name}", "must not be negative", "[0, inf)")
+        require_positive(self, "limits", "longest_link", "width", "height", "enclosing_radius", "max_pin_force")
+        require_not_negative(self, "limits", "min_link", "joint_radius")
         for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
             value = getattr(self, name)
             if value is not None and value <= pads * self.joint_radius:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.accuracy import require_accuracy
-from solvers.crank.cycle.forces import Array, Cycle, Forces
+from solvers.crank.cycle.forces import Cycle, Forces
 from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
 from solvers.crank.cycle.worst_instants import Worst, worst_instants
 from solvers.crank.effects import choose_for, compose
@@ -21,6 +21,7 @@ from solvers.crank.scene import SINGLE, Scene
 from solvers.crank.whole_cycle import whole_cycle
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360

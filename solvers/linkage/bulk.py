@@ -18,9 +18,8 @@ from solvers.linkage.result import LinkageCheck
 from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
+from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 _NEAR_LIMIT = 1e-3
 """Above this relative distance from the least free ratio, the distance keeps twelve digits; below it, it is computed

@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
@@ -25,7 +24,6 @@ from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
 
-Array = NDArray[np.float64]
 _ROUNDING = 1e-14
 """Relative error of closed-form results."""
 PLAIN = Limits()

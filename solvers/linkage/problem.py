@@ -11,16 +11,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import TRANSMISSION, Scene
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -22,11 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
-
-Array = NDArray[np.float64]
 
 _SLOWEST = 0.75
 _FASTEST = 0.25

@@ -12,17 +12,14 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
 from solvers.crank.cycle.group import Group, together
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
 from solvers.crank.problem import LOADS
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.brackets import narrow, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 CRANK_PIN, TORQUE, BRIX = 5, 7, 9
 """Rows of quantities: gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main

@@ -64,19 +64,6 @@ def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) 
     return crank_radius * (2.0 * np.sin(0.5 * np.asarray(angle)) ** 2 + 0.5 * lam * np.sin(angle) ** 2)
 
 
-def crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
-    """The inverse of ``displacement`` on the downward stroke [rad].
-
-    phi = 2 atan2(sqrt(x (2L - x)), sqrt((2r - x)(2r + 2L - x))), exact and without cancellation at both dead
-    centres; the roots are taken factor by factor, so that x = 1e-300 does not underflow. Positions beyond a dead
-    centre are clipped to it.
-    """
-    x = np.clip(np.asarray(displacement, dtype=float), 0.0, 2.0 * crank_radius)
-    rest = 2.0 * crank_radius - x
-    down = np.sqrt(x) * np.sqrt(2.0 * rod_length - x)
-    return 2.0 * np.arctan2(down, np.sqrt(rest) * np.sqrt(rest + 2.0 * rod_length))
-
-
 def brix_crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
     """The inverse of ``brix_displacement`` on the downward stroke [rad].
 

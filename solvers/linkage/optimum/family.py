@@ -21,13 +21,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar, coefficients, swing
 from solvers.linkage.swept_area.outline import outlines
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 GREATEST_MARGIN = 1e3
 """Maximum relative distance of a design's free ratio from its least value: beyond it the links grow without bound."""
@@ -59,11 +57,7 @@ class Members:
 
     def part(self, rows: slice) -> Members:
         """A subset of the rows."""
-        r = self.ratios
-        ratios = Ratios(
-            r.base[rows], r.coupler[rows], r.rocker[rows],
-            r.base_less_one[rows], r.coupler_less_one[rows], r.rocker_less_one[rows],
-        )  # fmt: skip
+        ratios = Ratios(*(values[rows] for values in vars(self.ratios).values()))
         return Members(self.kind, ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows])
 
 

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, SHARP, TORQUE, unit_peaks
 from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _PEAK_TOLERANCE_RATIO = 0.1
 """Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
 

@@ -30,8 +30,8 @@ from solvers.linkage.optimum.member_quantities import allowed_scales, within
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 

@@ -14,12 +14,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _STAGES = 4
 _EVEN, _SHRINK = 9, 3.0
 _MIN_SCALE = 1e-10

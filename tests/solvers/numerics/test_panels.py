@@ -74,3 +74,9 @@ def test_the_number_of_panels_is_limited():
     assert found.edges.size - 1 <= 12
     assert missed > 1e-3
     assert values.shape == (1, 16 * (found.edges.size - 1))
+
+
+def test_splitting_keeps_every_edge():
+    edges = panels.split(np.array([0.0, 0.01, 1.0]), 0.1)
+    assert {0.0, 0.01, 1.0} <= set(edges)
+    assert np.max(np.diff(edges)) <= 0.1 * (1 + 1e-8)

@@ -27,14 +27,6 @@ SCENES = {
 }
 
 
-@pytest.mark.parametrize("effects", [ALL, NO_INERTIA], ids=["inertia", "gas alone"])
-@pytest.mark.parametrize("scene", SCENES.values(), ids=SCENES)
-def test_mean_torque_times_speed_is_the_indicated_power(scene, effects):
-    found = crank.analyse(scene, effects).value
-    power = found.torque_mean * scene.mechanism.angular_speed
-    assert power == pytest.approx(found.indicated_power, rel=1e-12)
-
-
 def test_the_power_is_the_area_of_the_diagram():
     """f_cycle times the integral of p dV by scipy's cubics."""
     for scene in (SCENES["car"], SCENES["offset"]):

@@ -75,7 +75,29 @@ def test_inverse_with_offset_returns_the_angle(r, length, e):
     assert found[[0, -1]] == pytest.approx(angle[[0, -1]], abs=1e-7)
 
 
-def test_in_line_motion_is_the_rods_kinematics():
+@pytest.mark.parametrize("ratio", [1e-6, 0.03, 0.3, 0.999999])
+def test_in_line_motion_against_fifty_digit_derivatives(ratio):
+    r, length, omega = 2e-3, 2e-3 / ratio, 300.0
+    with mp.workdps(50):
+        exact_length = mp.mpf(length)
+
+        def position(a):
+            return r * (1 - mp.cos(a)) + exact_length * (1 - mp.sqrt(1 - (r / exact_length * mp.sin(a)) ** 2))
+
+        for angle in (1e-8, 0.3, 1.5, 3.0, 4.4, 6.2831853):
+            found = [
+                kinematics.displacement(angle, r, length),
+                kinematics.velocity(angle, r, length, omega),
+                kinematics.acceleration(angle, r, length, omega),
+            ]
+            for order, value in enumerate(found):
+                reference = mp.diff(position, mp.mpf(angle), order) * mp.mpf(omega) ** order
+                scale = max(abs(reference), r * omega**order * (0 if order == 0 else 1e-3))
+                condition = 1 / (1 - ratio) if ratio > 0.9 else 1
+                assert abs(mp.mpf(float(value)) - reference) <= 2e-15 * condition * scale
+
+
+def test_without_an_offset_the_motion_is_the_in_line_one():
     r, length, angle = 0.04, 0.14, np.linspace(0, 12, 200)
     motion = ExactMotion(r, length)
     assert motion.displacement(angle) == pytest.approx(kinematics.displacement(angle, r, length), abs=1e-16)

@@ -42,18 +42,10 @@ def acceleration(angle: ArrayLike, crank_radius: float, rod_length: float, angul
     return crank_radius * angular_speed**2 * (cosine + lam * numerator / rod_cosine(angle, lam) ** 3)
 
 
-def two_harmonic_velocity(
-    angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
-) -> NDArray[np.float64]:
-    """v = r omega (sin phi + (lambda/2) sin 2 phi) [m/s]: the derivative of ``brix_displacement``."""
-    lam = crank_radius / rod_length
-    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle))
-
-
 def two_harmonic_acceleration(
     angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
 ) -> NDArray[np.float64]:
-    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the derivative of ``two_harmonic_velocity``."""
+    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the second derivative of ``brix_displacement``."""
     lam = crank_radius / rod_length
     return crank_radius * angular_speed**2 * (np.cos(angle) + lam * np.cos(2.0 * np.asarray(angle)))
 

@@ -121,14 +121,11 @@ def test_brix_and_its_inverse(ratio):
     )
 
 
-def test_the_two_harmonic_motion_is_one_motion():
-    """Its velocity is the derivative of its displacement, and so on, so that no work appears from nothing."""
-    angle, step = np.linspace(0, 6, 50), 1e-5
-    x = [kinematics.brix_displacement(angle + side * step, 0.04, 0.14) for side in (-1, 1)]
-    v = [kinematics.two_harmonic_velocity(angle + side * step, 0.04, 0.14, 1.0) for side in (-1, 1)]
-    slope, bend = (x[1] - x[0]) / (2 * step), (v[1] - v[0]) / (2 * step)
-    assert kinematics.two_harmonic_velocity(angle, 0.04, 0.14, 1.0) == pytest.approx(slope, abs=1e-10)
-    assert kinematics.two_harmonic_acceleration(angle, 0.04, 0.14, 1.0) == pytest.approx(bend, abs=1e-10)
+def test_the_two_harmonic_acceleration_is_that_of_brixs_displacement():
+    angle, step = np.linspace(0, 6, 50), 1e-3
+    before, here, after = (kinematics.brix_displacement(angle + side * step, 0.04, 0.14) for side in (-1, 0, 1))
+    bend = (before - 2 * here + after) / step**2
+    assert kinematics.two_harmonic_acceleration(angle, 0.04, 0.14, 1.0) == pytest.approx(bend, abs=1e-7)
 
 
 def test_the_error_of_two_harmonics_falls_with_the_square_of_the_ratio():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,6 +18,7 @@ from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
+from solvers.numerics.parallel import in_slices
 from solvers.outcome import Outcome
 
 _NEAR_LIMIT = 1e-3
@@ -94,7 +94,7 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _parallel(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
+    loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
@@ -102,18 +102,23 @@ def check_family(
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
         area[full] = _parallel(
-            lambda a, b: least_boxes(
-                swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
+            lambda part: least_boxes(
+                swept[part], one[part], zero[part], zero[part], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
             )[:, 0],
             full.size,
             threads,
         )
-        radius[full] = _parallel(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
+        radius[full] = _parallel(lambda part: enclosing_radii(swept[part]), full.size, threads) + joint_radius
     middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
         lengths, rotatable, start, end, most, less / (gain + 1.0), turned, middle, torque, force, area, radius
     )
+
+
+def _parallel(solve: Callable[[slice], Array], count: int, threads: int) -> Array:
+    """Results of a kernel for ``count`` rows."""
+    return np.concatenate(in_slices(solve, count, threads))
 
 
 def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
@@ -127,12 +132,3 @@ def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
         for name, values in found.items():
             values[i] = getattr(exact, name)
     return Ratios(**found)
-
-
-def _parallel(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
-    """Evaluate a kernel for rows 0 … count - 1 in parallel slices."""
-    if threads == 1 or count < threads:
-        return solve(0, count)
-    ends = np.linspace(0, count, threads + 1).astype(int).tolist()
-    with ThreadPoolExecutor(threads) as pool:
-        return np.concatenate(list(pool.map(solve, ends[:-1], ends[1:])))

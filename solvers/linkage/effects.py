@@ -8,7 +8,6 @@ tolerance, relative to the pin force and to one respectively.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -92,7 +91,7 @@ class Envelope:
             return results
         limits, outline = situation.limits, sweep(situation.mechanism.bar, situation.mechanism.crank)
         pad = limits.joint_radius
-        width, height = (math.inf if v is None else v * (1.0 + _LIMIT_ROUNDING) for v in (limits.width, limits.height))
+        width, height = (side * (1.0 + _LIMIT_ROUNDING) for side in limits.sides)
         box = least_box(outline, pad, width, height, _ORIENTATION) or least_box(outline, pad, tolerance=_ORIENTATION)
         error = max(results.error, _ORIENTATION + _ROUNDING)
         return replace(results, box=box, enclosing_radius=enclosing_radius(outline, pad), error=error)

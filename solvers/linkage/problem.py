@@ -33,6 +33,14 @@ class Limits:
     transmission_angle: tuple[float, float] | None = TRANSMISSION
 
     @property
+    def sides(self) -> tuple[float, float]:
+        """Width and height, inf if not limited."""
+        return (
+            math.inf if self.width is None else self.width,
+            math.inf if self.height is None else self.height,
+        )
+
+    @property
     def sized(self) -> bool:
         """Whether a limit bounds the mechanism's size from above."""
         return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
@@ -231,10 +239,8 @@ class Subproblem:
     @property
     def room(self) -> tuple[float, float] | None:
         """Width and height left beside the pads, if either is limited."""
-        width, height, pads = self.limits.width, self.limits.height, 2.0 * self.limits.joint_radius
-        if width is None and height is None:
-            return None
-        return (math.inf if width is None else width - pads), (math.inf if height is None else height - pads)
+        (width, height), pads = self.limits.sides, 2.0 * self.limits.joint_radius
+        return None if math.isinf(min(width, height)) else (width - pads, height - pads)
 
     def settled(self, scale: float, end: float) -> Scene:
         """The scene with the speed or the frequency of a member with this scale V and |u31(2 pi)|."""

@@ -174,18 +174,13 @@ def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float
         least, greatest = subproblem.limits.transmission_angle
         if ends.transmission[1] > greatest or ends.transmission[0] < least:
             return math.inf, -math.inf
-        low = _or(family.margin_of_transmission(greatest), low)
-        high = _or(family.margin_of_transmission(least), high)
+        low, high = family.margin_of_transmission(greatest, low), family.margin_of_transmission(least, high)
     if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
         crank = subproblem.limits.min_link / subproblem.fixed_scale
         if ends.lengths[0, 0] < crank:
             return math.inf, -math.inf
-        high = min(_or(family.margin_of_crank(crank), high), high)
+        high = min(family.margin_of_crank(crank, high), high)
     return low, high
-
-
-def _or(found: float | None, otherwise: float) -> float:
-    return otherwise if found is None else found
 
 
 def _scale(subproblem: Subproblem, family: Family, q: float) -> float:

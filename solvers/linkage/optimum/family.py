@@ -106,18 +106,18 @@ class Family:
             transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.rotatability_margin(r), 0.0))),
         )
 
-    def margin_of_transmission(self, angle: float) -> float | None:
-        """q of the member with nu(pi) = ``angle`` [rad]; None if there is none. nu(pi) decreases with q."""
-        return self._margin(self.kind.of_transmission(self.gain, angle)) if angle > 0 else None
+    def margin_of_transmission(self, angle: float, otherwise: float) -> float:
+        """q of the member with nu(pi) = ``angle`` [rad], ``otherwise`` if there is none. nu(pi) decreases with q."""
+        return self._margin(self.kind.of_transmission(self.gain, angle), otherwise) if angle > 0 else otherwise
 
-    def margin_of_crank(self, crank: float) -> float | None:
-        """q of the member with this crank per V; None if there is none. The crank per V decreases with q."""
-        return self._margin(self.kind.of_crank(self.gain, crank))
+    def margin_of_crank(self, crank: float, otherwise: float) -> float:
+        """q of the member with this crank per V, ``otherwise`` if there is none. The crank per V decreases with q."""
+        return self._margin(self.kind.of_crank(self.gain, crank), otherwise)
 
-    def _margin(self, parameter: float) -> float | None:
+    def _margin(self, parameter: float, otherwise: float) -> float:
         beyond = self.kind.beyond_least(self.gain, parameter) if math.isfinite(parameter) else math.inf
         low, high = self.range
-        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else None
+        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else otherwise
 
     def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
         """q at which ``read``, positive and monotone in q, takes the wanted value; None if it does not."""

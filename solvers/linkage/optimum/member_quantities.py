@@ -113,7 +113,6 @@ class MemberQuantities:
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
-        width = math.inf if limits.width is None else limits.width * (1 + 1e-12)
-        height = math.inf if limits.height is None else limits.height * (1 + 1e-12)
+        width, height = (side * (1 + 1e-12) for side in limits.sides)
         none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
         return least_boxes(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)[:, 0]

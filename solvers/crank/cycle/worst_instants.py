@@ -184,15 +184,11 @@ def climbed(
                     reach[humps], owner[humps] = high, n * each + j
                     humps += 1
         left = best
-        for _ in range(_MAX_REFINED + 1):
-            top = -1
-            for h in range(humps):
-                if top < 0 or reach[h] > reach[top]:
-                    top = h
+        for turn in range(_MAX_REFINED + 1 if humps else 0):
+            top = np.argmax(reach[:humps])
             slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
-            if top < 0 or reach[top] <= best + slack or _ == _MAX_REFINED:
-                if top >= 0:
-                    left = max(left, reach[top])
+            if reach[top] <= best + slack or turn == _MAX_REFINED:
+                left = max(left, reach[top])
                 break
             n, j = owner[top] // each, owner[top] % each
             reach[top] = -np.inf
@@ -201,7 +197,7 @@ def climbed(
                 place[i], value[i] = places[m], values[m]
             missing = np.inf
             pieces[:] = n
-            for _round in range(_MAX_ROUNDS):
+            for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
                 _rows(points, pieces, machine, gas, group, first, out)
                 missing = narrow(place, value, points, out[row])

@@ -26,7 +26,7 @@ from app.batches.task import Solved, Task
 from app.jobs.cluster import ClusterPool
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.store.batch_inputs import unpacked_rows
-from app.store.batch_items import packed
+from app.store.batch_items import packed, sealed
 from app.store.batch_records import Item
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
@@ -47,7 +47,7 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
         for index, row in enumerate(rows, task.first)
     ]
     time.sleep(max(0.0, ITEM_S * len(items) - (time.perf_counter() - began)))
-    return Solved(items, ITEM_S * len(items))
+    return Solved(sealed(task.batch, items), ITEM_S * len(items))
 
 
 def load(_kind: str, _mode: str) -> None:

@@ -30,7 +30,7 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, Entry, entry, finite
 from app.jobs.budget import budget
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import encoded, joined, packed, parts_json, unpacked
+from app.store.batch_items import encoded, joined, packed, parts_json, sealed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
@@ -46,7 +46,9 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
     began = time.perf_counter()
     with _gc_paused():
         found = _Chunk(slug, Mode(mode), asked).solved()
-    return found if isinstance(found, Needs) else Solved(found, time.perf_counter() - began)
+        if isinstance(found, Needs):
+            return found
+        return Solved(sealed(asked.batch, found), time.perf_counter() - began)
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ from app.jobs.executor import Executor
 from app.jobs.turns import Turns
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
-from app.store.batch_items import encoded
+from app.store.batch_items import encoded, sealed
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import batches_to_solve, block_of, items_asking, numbered_batch
 from app.store.batch_records import BatchRecord, Chunk, Item
@@ -219,12 +219,14 @@ class BatchEngine:
         except JobError as error:
             await self._recover(batch, chunk, error)
         else:
-            await self._store.write(Finish(chunk, self.owner, tuple(items)))
+            await self._store.write(Finish(chunk, self.owner, items))
 
-    async def _solve(self, batch: BatchRecord, chunk: Chunk) -> list[Item]:
+    async def _solve(self, batch: BatchRecord, chunk: Chunk) -> bytes:
+        """The chunk's items, ``sealed``."""
         block = await self._block(chunk)
         start = chunk.first - chunk.block
         task = Task(
+            batch.number,
             batch.source,
             block,
             start,
@@ -299,11 +301,11 @@ class BatchEngine:
         start = chunk.first - chunk.block
         source = Source.from_json(batch.source)
         rows = unpacked_rows(await self._block(chunk), start, start + chunk.count)
-        items: list[Any] = [
+        items = [
             failed_item(index, row, source, batch.dictionary, status, title, detail)
             for index, row in enumerate(rows, chunk.first)
         ]
-        await self._store.write(Finish(chunk, self.owner, tuple(items)))
+        await self._store.write(Finish(chunk, self.owner, sealed(batch.number, items)))
 
 
 def _problem_of(error: JobError) -> tuple[int, str, str]:

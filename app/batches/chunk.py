@@ -51,8 +51,7 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
         return Solved(sealed(asked.batch, found), time.perf_counter() - began)
 
 
-@dataclass(frozen=True, slots=True)
-class _Request:
+class _Request(NamedTuple):
     """A request, its spec as JSON, the spec without the name (``plain``), and the hash of the latter (``key``)."""
 
     request: BaseModel

@@ -12,7 +12,6 @@ import pickle
 import time
 from collections import OrderedDict
 from dataclasses import replace
-from typing import Any
 
 from app import runs
 from app.batches.chunk import failed_item, parts_of

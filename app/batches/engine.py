@@ -159,7 +159,7 @@ class BatchEngine:
             owner = self._owners.next(owner for owner, _ in waiting)
             number = self._batches.next(number for other, number in waiting if other == owner)
             batch = await self._record(number)
-            most = 1.0 / (2 * max(1, self._executor.background_workers))
+            most = 1.0 / (2 * self._executor.background_workers)
             claim = Claim(number, self.owner, self._lease_s, share, self._items_of(batch), most)
             chunks = await self._store.write(claim)
             for chunk in chunks:
@@ -181,7 +181,7 @@ class BatchEngine:
 
     def _items_of(self, batch: BatchRecord) -> int:
         """Items of a chunk; a small batch still has a chunk for each worker."""
-        share = math.ceil(batch.total / max(1, self._executor.background_workers))
+        share = math.ceil(batch.total / self._executor.background_workers)
         return max(1, min(int(_CHUNK_TARGET_S / self._estimated_item_s(batch)), share))
 
     def _estimated_item_s(self, batch: BatchRecord) -> float:

@@ -104,15 +104,17 @@ class ClusterPool(ProcessPool):
         self._cluster_settings = cluster_settings
         self._client = Client(scheduler, set_as_default=False, timeout=_TIMEOUT_S, name="crankwright")
         self._executor = self._client.get_executor(pure=False, retries=0)
-        self._threads, self._over = 0, threading.Event()
-        threading.Thread(target=self._count_threads, name="cluster", daemon=True).start()
+        self._threads, self._over = self._count(), threading.Event()
+        threading.Thread(target=self._keep_count, name="cluster", daemon=True).start()
 
-    def _count_threads(self) -> None:
-        """Keep count of the cluster's threads: to ask the scheduler takes a round trip, too long for an event loop."""
-        while not self._over.is_set():
+    def _count(self) -> int:
+        return self._client.scheduler_info(n_workers=0)["total_threads"]
+
+    def _keep_count(self) -> None:
+        """Ask the scheduler beside the event loop, which cannot wait for its answer."""
+        while not self._over.wait(_COUNT_INTERVAL_S):
             with contextlib.suppress(Exception):  # the scheduler is lost; the client connects again
-                self._threads = self._client.scheduler_info(n_workers=0)["total_threads"]
-            self._over.wait(_COUNT_INTERVAL_S)
+                self._threads = self._count()
 
     @property
     def background_workers(self) -> int:

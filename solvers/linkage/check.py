@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
-from solvers.errors import require
+from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, Peaks, peaks_of, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint
@@ -25,7 +24,6 @@ from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
 
-Array = NDArray[np.float64]
 _ROUNDING = 1e-14
 """Relative error of closed-form results."""
 PLAIN = Limits()
@@ -40,7 +38,8 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
     field = f"ratios.{kind.parameter}"
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
     pole = kind.pole(scene.restitution.gain)
-    require(parameter > pole, field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
+    if not parameter > pole:
+        raise InvalidInput(field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
     bar = of_family(kind, scene.restitution.middle, parameter)
     if scene.tool_radius is None:
         crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.end)
@@ -65,8 +64,24 @@ def check(
     effects that limits require. Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that
     is required.
     """
-    own = ratio_results([mechanism])[0]
-    return check_with(own, scene, mechanism, limits, effects, effect_tolerance, accuracy, demands)
+    return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).alone()
+
+
+@dataclass(frozen=True)
+class Case:
+    """Arguments of one call of ``check``."""
+
+    scene: Scene
+    mechanism: Mechanism
+    limits: Limits = PLAIN
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+    demands: tuple[Demand, ...] = ()
+
+    def alone(self) -> Outcome[LinkageCheck]:
+        """Evaluate this case by ``check``."""
+        return check_case(self, ratio_results([self.mechanism])[0])
 
 
 @dataclass(frozen=True)
@@ -93,22 +108,14 @@ def ratio_results(mechanisms: Sequence[Mechanism]) -> list[RatioResults]:
     return found
 
 
-def check_with(
-    own: RatioResults,
-    scene: Scene,
-    mechanism: Mechanism,
-    limits: Limits = PLAIN,
-    effects: EffectSelection = AUTO,
-    effect_tolerance: float = 1e-2,
-    accuracy: float = 1e-6,
-    demands: tuple[Demand, ...] = (),
-) -> Outcome[LinkageCheck]:
-    """``check`` of a mechanism with precomputed ratio results."""
+def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
+    """``check`` of a case whose mechanism has these ratio results."""
     started = time.perf_counter()
-    require_accuracy(accuracy)
+    require_accuracy(case.accuracy)
+    scene, mechanism = case.scene, case.mechanism
     loads = peaks_of(own.peaks, mechanism.crank, scene.impact_energy) if own.peaks else None
-    situation = Situation(scene, mechanism, limits, accuracy, own.strikes, loads)
-    choice = choose_for(situation, effects, effect_tolerance, demands)
+    situation = Situation(scene, mechanism, case.limits, case.accuracy, own.strikes, loads)
+    choice = choose_for(situation, case.effects, case.effect_tolerance, case.demands)
     brought = compose(choice, situation)
     confined, closure = mechanism.confined, mechanism.closure
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
@@ -132,7 +139,7 @@ def check_with(
         status=Status.SUCCEEDED,
         value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(_ROUNDING, brought.error), settings),
+        accuracy=Accuracy(case.accuracy, max(_ROUNDING, brought.error), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
 

@@ -53,8 +53,8 @@ class Parts:
         every = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
         used, strained = Parts(order, starts, every, all_stresses).values(stress, diagram)
-        near = used >= _NEAR * used.max(), strained >= _NEAR * strained.max()
-        return Parts(order, starts, *(np.compress(own, of, axis=1) for own, of in zip(near, (every, all_stresses))))
+        every = np.compress(used >= _NEAR * used.max(), every, axis=1)
+        return Parts(order, starts, every, np.compress(strained >= _NEAR * strained.max(), all_stresses, axis=1))
 
     def values(self, stress: Array, diagram: Diagram) -> tuple[Array, Array]:
         """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles)."""

@@ -61,10 +61,10 @@ def no_watch() -> None:
 class FullModel:
     """The physics chosen for a scene, its criterion, what is looked at, and the accuracy of all that.
 
-    ``effects`` are those that run, settled. ``strips`` counts the strips evaluated by rows, ``checks`` the exact ones.
-    Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped
-    resonances are followed closely, over the shortest steps where it is the ``last``. ``watch`` is called before each
-    strip and check and may raise OutOfTime.
+    ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
+    counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
+    as quadratic where the model is ``curved``: so damped resonances are followed closely, over the shortest steps where
+    it is the ``last``. ``watch`` is called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -74,6 +74,7 @@ class FullModel:
     effect_tolerance: float
     accuracy: float
     wanted: Wanted
+    free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
     curved: bool = False
@@ -216,7 +217,7 @@ class FullModel:
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil
-        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.watch)
+        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
         return stencil
 

@@ -49,6 +49,8 @@ _RIPPLE, _SMOOTH = 2e-3, 1e-7
 """Radii that no trust is left in where results ripple, and where they do not."""
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
+_CONTACT = frozenset({"friction"})
+"""The effect that changes no other results."""
 
 Watch = Callable[[], None]
 
@@ -117,8 +119,11 @@ class FullModel:
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
-        """The same, less accurate; its checks are its own."""
-        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), checks=0, _checks={})
+        """The same, less accurate; its checks are its own, without contact and friction power where nobody looks at
+        them: to resolve these takes twice the time of the rest."""
+        looks, chosen = self.wanted.reactions or self.wanted.power, self.effects
+        effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
+        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), effects=effects, _checks={})
 
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""

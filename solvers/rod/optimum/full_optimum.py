@@ -282,8 +282,7 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
 def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
     """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
     those that are dearer by less than they, and it, may be wrong or still gain."""
-    finer = context.finer()
-    closest = finer.closest()
+    finer, closest = context.rougher(_CLOSER).finer(), context.finer().closest()
     for end in _contenders(ends):
         best, strip = closest.best(), end.best.outcome.value.dimensions
         known = math.inf if best is None or best.found is None else best.best.log_cost

@@ -16,7 +16,7 @@ centre's resolution.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -35,8 +35,8 @@ _FREQUENCY_STEP = 1e-4
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
 _CENTRE = (0.0, 0.0, 0.0)
-RowsOf = Callable[[Sequence[FullStrip]], Array]
-"""Rows of several strips, (strips, rows)."""
+RowsOf = Callable[[FullStrip], Array]
+"""Rows of a strip, (rows,)."""
 _ROUNDING = 1e-13
 """Of places y: what is less is nought, for the directions that a strip has not been moved in."""
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
@@ -138,8 +138,8 @@ class Added:
     @staticmethod
     def near(home: FullStrip, stencil: Stencil, rows_of: RowsOf) -> Added:
         """The polynomial near a strip that was solved with its corrections."""
-        plain = rows_of([FullStrip(home.cycle.without_corrections())])
-        return Added(stencil, rows_of, home, difference(rows_of, plain, [home])[0])
+        plain = rows_of(FullStrip(home.cycle.without_corrections()))
+        return Added(stencil, rows_of, home, difference(rows_of, plain, home))
 
     def at(self, x: Array) -> Array:
         """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
@@ -191,19 +191,14 @@ class Added:
     def _around(self, y: tuple[float, ...]) -> Array:
         if y not in self._beside:
             self.stencil.solve(y)
-            new = {place: both for place, both in self.stencil.solved.items() if place not in self._beside}
-            plain, corrected = zip(*new.values(), strict=True)
-            self._beside.update(zip(new, difference(self.rows_of, self.rows_of(plain), corrected), strict=True))
+            plain, corrected = self.stencil.solved[y]
+            self._beside[y] = difference(self.rows_of, self.rows_of(plain), corrected)
         return self._beside[y]
 
 
-def difference(rows_of: RowsOf, plain: Sequence[Array] | Array, corrected: Sequence[FullStrip]) -> Array:
-    """What corrections add to the rows of strips (strips, rows), from those without; nothing where one buckles."""
-    without = np.array(plain)
-    standing, out = np.flatnonzero(without[:, rows.STABILITY] < 0.0), np.zeros_like(without)
-    if standing.size:
-        out[standing] = rows_of([corrected[k] for k in standing]) - without[standing]
-    return out
+def difference(rows_of: RowsOf, plain: Array, corrected: FullStrip) -> Array:
+    """What corrections add to the rows of a strip, from those without; nothing where it buckles."""
+    return rows_of(corrected) - plain if plain[rows.STABILITY] < 0.0 else np.zeros_like(plain)
 
 
 def stands(cycle: Cycle) -> bool:

@@ -6,7 +6,7 @@ Everything that a design asks of effects beyond the core's physics goes through 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -266,62 +266,50 @@ class FullRows:
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        return self._several([x])[0]
+        own, at_home = self.plain_values(x), self._dimensions(x) is self.home
+        if self._added is None or not (own[rows.STABILITY] < 0.0 or at_home):
+            return own
+        return own + (self._added.at_home if at_home else self._added.at(x))
 
     def plain_values(self, x: Array) -> Array:
         """The rows without corrections."""
-        return self._plain_ones([x])[0]
+        key = x.tobytes()
+        if key not in self._plain:
+            self._plain[key] = self._read(self.model.strip(self._dimensions(x), corrected=False))
+        return self._plain[key]
 
     def corrected_values(self, x: Array) -> Array:
         """All rows with the corrections evaluated anew."""
-        return self._read([self.model.strip(self._dimensions(x))])[0]
+        return self._read(self.model.strip(self._dimensions(x)))
 
     def taken_apart(self, x: Array) -> tuple[Array, Array]:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
         plain = self.plain_values(x)
-        return plain, difference(self._read, [plain], [self.model.strip(self._dimensions(x))])[0]
+        return plain, difference(self._read, plain, self.model.strip(self._dimensions(x)))
 
     def slopes(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
         zero."""
-        return self._slopes(self._several, x, free)
+        return self._slopes(self.values, x, free)
 
     def plain_slopes(self, x: Array) -> Array:
         """The same of the rows without corrections."""
-        return self._slopes(self._plain_ones, x, ALL)
+        return self._slopes(self.plain_values, x, ALL)
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
         return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
 
-    def _several(self, places: Sequence[Array]) -> list[Array]:
-        """All rows at several places."""
-        out = []
-        for x, own in zip(places, self._plain_ones(places), strict=True):
-            at_home = self._dimensions(x) is self.home
-            if self._added is not None and (own[rows.STABILITY] < 0.0 or at_home):
-                own = own + (self._added.at_home if at_home else self._added.at(x))
-            out.append(own)
-        return out
-
-    def _plain_ones(self, places: Sequence[Array]) -> list[Array]:
-        """The rows without corrections at several places, those that are not known side by side."""
-        new = [x for x in places if x.tobytes() not in self._plain]
-        if new:
-            strips = [self.model.strip(self._dimensions(x), corrected=False) for x in new]
-            self._plain.update(zip((x.tobytes() for x in new), self._read(strips), strict=True))
-        return [self._plain[x.tobytes()] for x in places]
-
-    def _slopes(self, several: Callable[[Sequence[Array]], list[Array]], x: Array, free: Array) -> Array:
-        sides = [-1.0 if v == 2 and self._ends(x + _STEP * np.eye(3)[v]) else 1.0 for v in free]
-        here, *beside = several([x, *(x + side * _STEP * np.eye(3)[v] for v, side in zip(free, sides, strict=True))])
-        out = np.zeros((self.layout.size, 3))
-        for v, side, values in zip(free, sides, beside, strict=True):
-            if values[rows.UTILISATION] == rows.BUCKLED and side > 0.0:
-                # Beside buckling only the other side has strips.
-                side, (values,) = -1.0, several([x - _STEP * np.eye(3)[v]])
-            if values[rows.UTILISATION] != rows.BUCKLED:
-                out[:, v] = (values - here) / (side * _STEP)
+    def _slopes(self, values_at: Callable[[Array], Array], x: Array, free: Array) -> Array:
+        here, out = values_at(x), np.zeros((self.layout.size, 3))
+        for v in free:
+            step = _STEP * np.eye(3)[v]
+            # Beside buckling only the other side has strips.
+            for side in (-1.0,) if v == 2 and self._ends(x + step) else (1.0, -1.0):
+                values = values_at(x + side * step)
+                if values[rows.UTILISATION] != rows.BUCKLED:
+                    out[:, v] = (values - here) / (side * _STEP)
+                    break
         return out
 
     def _dimensions(self, x: Array) -> Dimensions:

@@ -292,7 +292,7 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
                 break
             strip = led.best.outcome.value.dimensions
             led = closest.search_from(strip, within(strip), _LAST_RADIUS)
-            if led is not None and led.gain <= context.model.accuracy:
+            if led is None or led.gain <= context.model.accuracy or led.best.outcome.value.dimensions == strip:
                 break
     return closest.best() or finer.best()
 

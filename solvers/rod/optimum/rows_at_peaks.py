@@ -1,9 +1,8 @@
-"""All rows of strips, read at given peaks."""
+"""All rows of a strip, read at given peaks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -41,19 +40,17 @@ class RowsAtPeaks:
         parts = self.parts
         return Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
 
-    def __call__(self, strips: Sequence[FullStrip]) -> Array:
-        """Shape (strips, rows)."""
-        out = np.zeros((len(strips), self.layout.size))
-        for strip, own in zip(strips, out, strict=True):
-            d, (inside, sideways) = strip.dimensions, strip.critical
-            own[rows.TAU], own[rows.LENGTH], own[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
-            pushed = highest(-strip.cycle.axial_force(self._pushed))
-            for row, critical in ((rows.STABILITY, inside), (rows.SIDEWAYS, sideways)):
-                own[row] = math.log(pushed / critical) if pushed > 0.0 else rows.NEVER_COMPRESSED
-            if own[rows.STABILITY] < 0.0:
-                self._read_loads(strip, own)
-            if own[rows.STABILITY] >= 0.0 or not np.isfinite(own).all():
-                buckled_rows(own)
+    def __call__(self, strip: FullStrip) -> Array:
+        """Shape (rows,)."""
+        out, d = np.zeros(self.layout.size), strip.dimensions
+        out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
+        pushed = highest(-strip.cycle.axial_force(self._pushed))
+        for row, critical in zip((rows.STABILITY, rows.SIDEWAYS), strip.critical, strict=True):
+            out[row] = math.log(pushed / critical) if pushed > 0.0 else rows.NEVER_COMPRESSED
+        if out[rows.STABILITY] < 0.0:
+            self._read_loads(strip, out)
+        if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
+            buckled_rows(out)
         return out
 
     def _read_loads(self, strip: FullStrip, out: Array) -> None:

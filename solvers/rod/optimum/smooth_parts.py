@@ -52,20 +52,17 @@ class Parts:
         count, pieces = starts.size, diagram.lines.shape[0] + 1
         every = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
-        used, strained = Parts(order, starts, every, all_stresses).values(stress, diagram)
+        used, strained = part_values(stress, order, starts, every, all_stresses, *diagram)
         every = np.compress(used >= _NEAR * used.max(), every, axis=1)
         return Parts(order, starts, every, np.compress(strained >= _NEAR * strained.max(), all_stresses, axis=1))
-
-    def values(self, stress: Array, diagram: Diagram) -> tuple[Array, Array]:
-        """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles)."""
-        return part_values(stress, self.order, self.starts, self.utilisations, self.stresses, *diagram)
 
 
 @kernel
 def part_values(
     stress: Array, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array, parabola: Array
 ) -> tuple[Array, Array]:
-    """``Parts.values``."""
+    """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles); the other arguments
+    as in ``Parts`` and ``Diagram``."""
     high, low = _extremes(stress, order, starts)
     used, strained, three = np.empty(utilisations.shape[1]), np.empty(stresses.shape[1]), np.empty(3)
     for n in range(used.size):

@@ -1,4 +1,7 @@
-"""One half of a discretised pin or bushing as the ``Bar`` of the step search."""
+"""One half of a discretised pin or bushing for the step search; positions are fractions t of the half.
+
+u is the material of a section (the pin's u, the bushing's y); the mass is the integral of u over t.
+"""
 
 from __future__ import annotations
 
@@ -13,9 +16,22 @@ from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.lumped import Lumped
 from solvers.pin.optimum.program import Program, folded
-from solvers.pin.shapes.break_points.bar import Law, Sums, Walls, kinks
+from solvers.pin.shapes.break_points.sums import Sums
+from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Walls:
+    """The walls for given break points: u of every step, non-decreasing, the mass, and the deflection's multiplier.
+
+    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    """
+
+    levels: Array
+    volume: float
+    multiplier: float
 
 
 @dataclass(frozen=True)
@@ -26,10 +42,10 @@ class Half:
     solid_from: float = math.inf
 
     @cached_property
-    def law(self) -> Law:
-        """Flexibility law of the sections."""
+    def law(self) -> Array:
+        """Flexibility law of the sections: kappa (``solvers.pin.optimum.one_station``) and Cowper's constants."""
         law = self.program.law
-        return Law(self.program.sought.kappa, law.a, law.b)
+        return np.array([self.program.sought.kappa, law.a, law.b])
 
     def _least_at(self, x: Array) -> Array:
         """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
@@ -50,15 +66,15 @@ class Half:
     @cached_property
     def edges(self) -> Array:
         """Fractions with kinks, including 0 and 1."""
-        scene = self.program.scene
-        return kinks(scene.cases, scene.geometry.length, scene.reference)
+        return kinks(self.program.scene)
 
     @cached_property
     def _peaks(self) -> Array:
         return np.maximum.accumulate(self.half.lower)
 
     @cached_property
-    def _sums(self) -> Sums | None:
+    def sums(self) -> Sums | None:
+        """The cumulative deflection coefficients; None without a limit."""
         half = self.half
         if half.limit is None:
             return None
@@ -70,14 +86,11 @@ class Half:
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
         return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
 
-    def sums(self) -> Sums | None:
-        """Return the cumulative deflection coefficients; None without a limit."""
-        return self._sums
-
     def weigh(self, places: Array) -> Walls | None:
-        """Return the lightest walls of steps that end at these positions."""
+        """Return the lightest walls for steps that end at these positions, the last at 1; None if none is stiff
+        enough."""
         share = np.diff(places, prepend=0.0)
-        sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
+        sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
         lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
         reduced = replace(

@@ -33,11 +33,11 @@ class Cells:
     level: NDArray[np.bool_]
     table: Array
 
-    def priced(self, at: Array, extra: Array) -> Cells:
-        """Return the cells with ``extra``, piecewise linear between positions ``at``, added to the price of length."""
+    def priced(self, extra: Array) -> Cells:
+        """Return the cells with ``extra`` added to the price of length: positions and values, linear between."""
         table = self.table.copy()
         ends = table[:, AT : AT + 2]
-        table[:, PRICE : PRICE + 2] = ends + np.interp(ends, at, extra)
+        table[:, PRICE : PRICE + 2] = ends + np.interp(ends, *extra)
         return replace(self, table=table)
 
     def floored(self, least: float) -> Cells:
@@ -107,8 +107,8 @@ def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
     return ends
 
 
-def finer(half: Half, old: Cells, keep: NDArray[np.bool_], sums: Sums | None) -> Cells:
-    """Split the kept cells into CUT parts each."""
-    t, h = old.t[keep], old.h[keep] / CUT
-    start = (t[:, None] + h[:, None] * np.arange(CUT)).ravel()
+def finer(half: Half, old: Cells, sums: Sums | None) -> Cells:
+    """Split the cells into CUT parts each."""
+    h = old.h / CUT
+    start = (old.t[:, None] + h[:, None] * np.arange(CUT)).ravel()
     return cells(half, start, np.repeat(h, CUT), sums)

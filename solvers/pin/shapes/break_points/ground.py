@@ -51,10 +51,8 @@ class Through:
 
 @dataclass(frozen=True)
 class Ground:
-    """A half with its deflection integrals; ``sums`` is None without a binding deflection limit.
-
-    Order prices are defined at the ``edges``.
-    """
+    """A half with its deflection integrals and the ``edges`` of the first cells; ``sums`` is None without a binding
+    deflection limit."""
 
     half: Half
     sums: Sums | None
@@ -75,7 +73,7 @@ class Ground:
         known: dict[tuple[int, float], Cells] = {}
         for layer, low in zip([*layers, self._ends[1]], least, strict=True):
             if (id(layer), low) not in known:
-                priced = layer.priced(self.edges, price) if price.any() else layer
+                priced = layer.priced(price) if price[1].any() else layer
                 known[id(layer), low] = priced.floored(low)
         own = [self._ends[0]]
         own += [known[id(layer), low] for layer, low in zip([*layers, self._ends[1]], least, strict=True)]
@@ -124,25 +122,28 @@ class Ground:
         return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
 
     def price_of_order(self, places: Array, walls: Walls) -> Array:
-        """Return the order price m at the edges, which keeps a step from splitting into decreasing steps.
+        """Return the order price m, which keeps a step from splitting into decreasing steps: positions and values,
+        (2, n).
 
         -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall is
         governed by the deflection; where that is negative, the step would rather increase, and m is 0.
         """
-        price = np.zeros_like(self.edges)
+        at = np.union1d(self.edges, places)
+        price = np.zeros((2, at.size))
+        price[0] = at
         if not 0.0 < walls.multiplier < math.inf:
             return price
         floors = self.half.least(places)
         starts = np.flatnonzero(np.diff(walls.levels, prepend=-1.0))
         for first, last in zip(starts, [*(starts[1:] - 1), walls.levels.size - 1], strict=True):
             begin, end, u = places[first - 1] if first else 0.0, places[last], walls.levels[last]
-            inside = (self.edges > begin) & (self.edges < end)
+            inside = (at > begin) & (at < end)
             if not inside.any() or u <= floors[last] * (1.0 + 1e-9):
                 continue
-            at = self.edges[inside]
-            bend, shear = self.sums.upto(at) - self.sums.upto(np.array([begin]))
+            bend, shear = self.sums.upto(at[inside]) - self.sums.upto(np.array([begin]))
             beta, phi = slopes(u, *self.half.law.tolist())
-            price[inside] = np.maximum(begin - at - walls.multiplier * (bend * beta + shear * phi), 0.0)
+            gain = begin - at[inside] - walls.multiplier * (bend * beta + shear * phi)
+            price[1, inside] = np.maximum(gain, 0.0)
         return price
 
 

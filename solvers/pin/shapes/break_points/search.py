@@ -132,7 +132,7 @@ class _Search:
         first = _undominated(cells(self.half, edges[:-1], np.diff(edges), self.ground.sums))
         whole = _Part(
             [first] * (self.steps - 1), (0.0,) * self.steps, (1.0 if self._capped else math.inf,) * self.steps,
-            0.5 if self.limited else 0.0, np.zeros_like(edges),
+            0.5 if self.limited else 0.0, np.array([[0.0, 1.0], [0.0, 0.0]]),
         )  # fmt: skip
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
@@ -219,42 +219,43 @@ class _Search:
         self, part: _Part, keep: list[NDArray[np.bool_]], around: Around | None, bound: float
     ) -> list[_Part]:
         """Return the part without its pruned cells, refined, or divided where a duality gap dominates."""
+        kept = replace(part, layers=[layer.taken(k) for layer, k in zip(part.layers, keep, strict=True)])
         if around is not None:
             missing = self.walls.volume - around.value
             if missing > max(self.gap * self.walls.volume, 0.5 * (self.walls.volume - bound)):
-                return self._parted(part, keep, around)
-        counts = [CUT * int(k.sum()) for k in keep]
+                parted = self._parted(kept, around)
+                if parted:
+                    return parted
+        counts = [CUT * layer.t.size for layer in kept.layers]
         if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
-            return [] if around is None else self._parted(part, keep, around)
-        layers = [
-            _undominated(finer(self.half, layer, k, self.ground.sums))
-            for layer, k in zip(part.layers, keep, strict=True)
-        ]
+            longest = int(np.argmax([layer.t[-1] - layer.t[0] for layer in kept.layers]))
+            t = kept.layers[longest].t
+            return self._parted_at(kept, longest, 0.5 * (t[0] + t[-1])) if self.limited else []
+        layers = [_undominated(finer(self.half, layer, self.ground.sums)) for layer in kept.layers]
         return [replace(part, layers=layers)]
 
-    def _parted(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around) -> list[_Part]:
-        """Divide the part between the soft and the stiff path: in a wall, in a break point, or at its longest
-        stretch."""
+    def _parted(self, part: _Part, around: Around) -> list[_Part]:
+        """Divide the part between the soft and the stiff path, in a wall or in a break point; none if these differ by
+        no more than their cells."""
         self._parted_once = True
-        layers = [layer.taken(k) for layer, k in zip(part.layers, keep, strict=True)]
         places, walls = np.abs(around.stiff - around.soft)
-        thin = int(np.argmax(walls))
-        if self._capped and walls[thin] > max(places.max(), APART):
-            return self._parted_in_wall(replace(part, layers=layers), thin, around.soft[1, thin], around.stiff[1, thin])
-        at = int(np.argmax(places[:-1]))
-        middle = 0.5 * (around.soft[0, at] + around.stiff[0, at])
+        thin, at = int(np.argmax(walls)), int(np.argmax(places))
+        if self._capped and walls[thin] > max(places[at], APART):
+            return self._parted_in_wall(part, thin, 0.5 * (around.soft[1, thin] + around.stiff[1, thin]))
         if places[at] <= 2.0 * part.width:
-            at = int(np.argmax([layer.t[-1] - layer.t[0] for layer in layers]))
-            middle = 0.5 * (layers[at].t[-1] + layers[at].t[0] + layers[at].h[-1])
-        first = layers[at].t + 0.5 * layers[at].h < middle
+            return []
+        return self._parted_at(part, at, 0.5 * (around.soft[0, at] + around.stiff[0, at]))
+
+    def _parted_at(self, part: _Part, at: int, middle: float) -> list[_Part]:
+        """Divide the part's cells of a break point at a position."""
+        layers, own = part.layers, part.layers[at]
+        first = own.t + 0.5 * own.h < middle
         if first.all() or not first.any():
             return []
-        halves = [[*layers[:at], layers[at].taken(side), *layers[at + 1 :]] for side in (first, ~first)]
-        return [replace(part, layers=half) for half in halves]
+        return [replace(part, layers=[*layers[:at], own.taken(side), *layers[at + 1 :]]) for side in (first, ~first)]
 
-    def _parted_in_wall(self, part: _Part, step: int, one: float, other: float) -> list[_Part]:
-        """Divide the part at the middle of two walls of a step; walls increase from step to step."""
-        cut = 0.5 * (one + other)
+    def _parted_in_wall(self, part: _Part, step: int, cut: float) -> list[_Part]:
+        """Divide the part at a wall of a step; walls increase from step to step."""
         thin = replace(part, most=tuple(min(m, cut) if k <= step else m for k, m in enumerate(part.most)))
         thick = replace(part, least=tuple(max(m, cut) if k >= step else m for k, m in enumerate(part.least)))
         layers = [

@@ -110,6 +110,8 @@ def _step_cost(
         return u, sought
     ends = 2 if before[AT + 1] > before[AT] else 1
     tips = 2 if after[AT + 1] > after[AT] else 1
+    if tips == 1 and after[FLOOR] > most:
+        return u, sought
     fixed, bend_most, shear_most, least = False, 0.0, 0.0, after[FLOOR]
     for e in range(ends):
         for f in range(tips):

@@ -30,12 +30,13 @@ from solvers.pin.shapes.break_points.ground import APART, Around, Ground, ground
 from solvers.pin.shapes.break_points.half import Half, Walls
 from solvers.pin.shapes.break_points.paths import AT, FLOOR
 from solvers.pin.shapes.break_points.sums import Sums
+from solvers.pin.section.flexibility import inflection
 
 Array = NDArray[np.float64]
 
 GAP = 9e-8
 """Relative gap at convergence, regardless of the accuracy requested for the mass itself."""
-_INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 96}, 0.25, 24
+_INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 48}, 0.25, 24
 """Initial cells, without and with a deflection limit, which makes every pair of cells more expensive; exponent of
 the reduction for a gap wider than ``GAP``, and the minimum."""
 _MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
@@ -46,8 +47,9 @@ _WEIGHING_WORK = 100_000
 """Work counted for the walls of one path."""
 _INITIAL_ITERATIONS = 4
 _POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
-_DUAL_TOLERANCE = 0.05
-"""Tolerance of the greatest bound, as a fraction of the gap."""
+_DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
+"""Tolerance of the greatest bound as a fraction of the gap that is sought or expected next, and the latter as a
+fraction of the part's present gap."""
 _BREAK_POINT_TOLERANCE = 1e-2
 """Break point tolerance as a fraction of the gap's square root; the mass, stationary there, converges to its square."""
 _ROUNDING = 1e-12
@@ -124,7 +126,9 @@ class _Search:
         self.places, self.walls = np.zeros(0), None
         self.work = 0
         self._parted_once = False
-        self._capped = self.limited and half.program.sought.kappa < 0.0
+        own = half.program
+        self._capped = self.limited and own.sought.kappa < 0.0
+        self._knee = inflection(own.scene.material.poisson) if self._capped else math.inf
 
     def close(self, known: float) -> Steps | None:
         """Bound, refine and branch, lowest bound first."""
@@ -140,7 +144,7 @@ class _Search:
             if self.walls is not None and (self._is_closed(bound) or self.work > _MOST_WORK):
                 done = min(done, bound)
                 break
-            around, part = self._improve(part)
+            around, part = self._improve(part, bound)
             if self.walls is None:
                 return None
             if self.steps == 1 or not math.isfinite(self.walls.multiplier):
@@ -175,7 +179,7 @@ class _Search:
         worst = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
         return max(bound, (found.total - part.multiplier) * (1.0 - _ROUNDING)), [c <= worst for c in found.each]
 
-    def _improve(self, part: _Part) -> tuple[Around | None, _Part]:
+    def _improve(self, part: _Part, bound: float) -> tuple[Around | None, _Part]:
         """Update the incumbent from paths through the cells' ends, and the part's multiplier and price of order.
 
         On the first call repeated while that price changes.
@@ -189,7 +193,7 @@ class _Search:
             return None, part
         for _ in range(_INITIAL_ITERATIONS if self.walls is None else 1):
             volume = math.inf if self.walls is None else self.walls.volume
-            tolerance = _DUAL_TOLERANCE * self.gap * min(volume, 1.0)
+            tolerance = _DUAL_TOLERANCE * max(self.gap * min(volume, 1.0), _EXPECTED_PROGRESS * (min(volume, 1.0) - bound))
             around = self.ground.around(ends, part.price, part.least, most, part.multiplier, tolerance, volume)
             self.work += around.work
             here = None
@@ -239,8 +243,9 @@ class _Search:
         no more than their cells."""
         self._parted_once = True
         places, walls = np.abs(around.stiff - around.soft)
+        walls[np.maximum(around.stiff[1], around.soft[1]) <= self._knee] = 0.0
         thin, at = int(np.argmax(walls)), int(np.argmax(places))
-        if self._capped and walls[thin] > max(places[at], APART):
+        if walls[thin] > max(places[at], APART):
             return self._parted_in_wall(part, thin, 0.5 * (around.soft[1, thin] + around.stiff[1, thin]))
         if places[at] <= 2.0 * part.width:
             return []

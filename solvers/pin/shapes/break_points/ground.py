@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 APART = 1e-12
 """Distance below which two positions of the bar, 0 to 1, are identical."""
 _SAMPLES_PER_EDGE = 8
+_PRICE_PLACES = 1025
+"""Positions between which an order price is linear."""
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work of a call, of a wall that requires a minimisation, and of one that does not, in evaluations of a cost."""
 
@@ -29,7 +31,7 @@ _CALL, _STEP, _PAIR = 20_000, 10, 4
 @dataclass(frozen=True)
 class Around:
     """The multiplier of the greatest bound over point layers, the bound, and the cheapest paths just below and above
-    it, (2, steps): break points, the last being 1, and walls."""
+    it, (3, steps): break points, the last being 1, walls, and rows of the table."""
 
     multiplier: float
     value: float
@@ -41,11 +43,12 @@ class Around:
 @dataclass(frozen=True)
 class Through:
     """Bound of layers of cells at one multiplier: the cost of the cheapest path, that of the cheapest one through
-    every cell of every layer, and its break points, the last being 1."""
+    every cell of every layer, its break points, the last being 1, and its cells, one of each layer."""
 
     total: float
     each: list[Array]
     path: Array
+    cells: list[int]
     work: int
 
 
@@ -62,6 +65,10 @@ class Ground:
     def _ends(self) -> tuple[Cells, Cells]:
         """The end and the middle of the bar as cells of zero width."""
         return points(self.half, np.zeros(1), self.sums), points(self.half, np.ones(1), self.sums)
+
+    @cached_property
+    def _price_places(self) -> Array:
+        return np.union1d(self.edges, np.linspace(0.0, 1.0, _PRICE_PLACES))
 
     def points(self, t: Array) -> Cells:
         """Return points as cells of zero width."""
@@ -98,11 +105,12 @@ class Ground:
         chain, costs = self._chain(layers, price, least, most)
         sought = forward(multiplier, chain, costs)
         backward(chain, costs)
-        path = np.empty((2, most.size))
+        path = np.empty((3, most.size))
         trace(multiplier, chain, costs, path)
         each = np.split((costs.ahead + costs.rest).min(axis=1), chain.starts[1:-1])[1:-1]
         work = _CALL + _STEP * sought + _PAIR * len(costs.step)
-        return Through(float(costs.ahead[-1, 0]), each, path[0], work)
+        rows = path[2, :-1].astype(int) - chain.starts[1:-2]
+        return Through(float(costs.ahead[-1, 0]), each, path[0], rows.tolist(), work)
 
     def around(
         self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, start: float, tolerance: float,
@@ -110,7 +118,7 @@ class Ground:
     ) -> Around:  # fmt: skip
         """Return the greatest bound over the multiplier (see ``greatest_dual``); the layers are points."""
         chain, costs = self._chain(layers, price, least, most)
-        soft, stiff = np.empty((2, 2, most.size))
+        soft, stiff = np.empty((2, 3, most.size))
         multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
         return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
 
@@ -128,7 +136,7 @@ class Ground:
         -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall is
         governed by the deflection; where that is negative, the step would rather increase, and m is 0.
         """
-        at = np.union1d(self.edges, places)
+        at = np.union1d(self._price_places, places)
         price = np.zeros((2, at.size))
         price[0] = at
         if not 0.0 < walls.multiplier < math.inf:

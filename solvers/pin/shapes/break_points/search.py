@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer
-from solvers.pin.shapes.break_points.ground import APART, Around, Ground, ground
+from solvers.pin.shapes.break_points.ground import APART, Around, Ground, Through, ground
 from solvers.pin.shapes.break_points.half import Half, Walls
 from solvers.pin.shapes.break_points.paths import AT, FLOOR
 from solvers.pin.shapes.break_points.sums import Sums
@@ -39,8 +39,13 @@ GAP = 9e-8
 _INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 48}, 0.25, 24
 """Initial cells, without and with a deflection limit, which makes every pair of cells more expensive; exponent of
 the reduction for a gap wider than ``GAP``, and the minimum."""
-_MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
-"""Maximum pairs of cells of neighbouring break points per round."""
+_MANY_PAIRS, _MOST_PAIRS = 20_000, 1_600_000
+"""Pairs of cells of neighbouring break points per round above which only the cells are cut that weaken the bound most,
+and their maximum."""
+_WORTH = 0.1
+"""Least share of the greatest gain for which cells are cut."""
+_MOST_POINTS = 65
+"""Maximum points of a break point in the search for the multiplier."""
 _MOST_WORK = 100_000_000
 """Maximum work in cost evaluations, ten for one that requires a minimisation: a few seconds."""
 _WEIGHING_WORK = 100_000
@@ -150,11 +155,12 @@ class _Search:
             if self.steps == 1 or not math.isfinite(self.walls.multiplier):
                 done = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else bound
                 break
-            bound, keep = self._bounded(part, bound)
-            if self._is_closed(bound) or not all(k.any() for k in keep):
+            found, bound = self._bounded(part, bound)
+            kept = self._kept(part, found)
+            if self._is_closed(bound) or not all(layer.t.size for layer in kept.layers):
                 done = min(done, bound)
                 continue
-            divided = self._divided(part, keep, around, bound)
+            divided = self._divided(part, kept, found, around, bound)
             if not divided:
                 # Too many cells: this part's bound is final.
                 done = min(done, bound)
@@ -172,19 +178,24 @@ class _Search:
     def _is_closed(self, bound: float) -> bool:
         return bound >= self.walls.volume * (1.0 - self.gap)
 
-    def _bounded(self, part: _Part, bound: float) -> tuple[float, list[NDArray[np.bool_]]]:
-        """Return the part's bound, and which of its cells may contain an improvement of the incumbent."""
+    def _bounded(self, part: _Part, bound: float) -> tuple[Through, float]:
+        """Return the cheapest paths through the part's cells, and the part's bound."""
         found = self.ground.through(part.layers, part.price, part.least, np.array(part.most), part.multiplier)
         self.work += found.work
+        return found, max(bound, (found.total - part.multiplier) * (1.0 - _ROUNDING))
+
+    def _kept(self, part: _Part, found: Through) -> _Part:
+        """Return the part with the cells that may contain an improvement of the incumbent."""
         worst = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
-        return max(bound, (found.total - part.multiplier) * (1.0 - _ROUNDING)), [c <= worst for c in found.each]
+        kept = [layer.taken(cost <= worst) for layer, cost in zip(part.layers, found.each, strict=True)]
+        return replace(part, layers=kept)
 
     def _improve(self, part: _Part, bound: float) -> tuple[Around | None, _Part]:
         """Update the incumbent from paths through the cells' ends, and the part's multiplier and price of order.
 
         On the first call repeated while that price changes.
         """
-        own = {id(layer): self.ground.points(np.unique(layer.table[:, :2])) for layer in part.layers}
+        own = {id(layer): self.ground.points(_spread(np.unique(layer.table[:, :2]))) for layer in part.layers}
         ends, most = [own[id(layer)] for layer in part.layers], np.array(part.most)
         if not self.limited:
             found = self.ground.through(ends, part.price, part.least, most, 0.0)
@@ -220,29 +231,48 @@ class _Search:
         return (places, walls) if other is None or walls.volume < other[1].volume else other
 
     def _divided(
-        self, part: _Part, keep: list[NDArray[np.bool_]], around: Around | None, bound: float
-    ) -> list[_Part]:
-        """Return the part without its pruned cells, refined, or divided where a duality gap dominates."""
-        kept = replace(part, layers=[layer.taken(k) for layer, k in zip(part.layers, keep, strict=True)])
+        self, part: _Part, kept: _Part, found: Through, around: Around | None, bound: float
+    ) -> list[_Part]:  # fmt: skip
+        """Return the kept cells refined, or divided where a duality gap dominates."""
         if around is not None:
             missing = self.walls.volume - around.value
             if missing > max(self.gap * self.walls.volume, 0.5 * (self.walls.volume - bound)):
                 parted = self._parted(kept, around)
                 if parted:
                     return parted
-        counts = [CUT * layer.t.size for layer in kept.layers]
-        if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
+        cut = [True] * len(kept.layers)
+        if _pairs(kept.layers, cut) > _MANY_PAIRS:
+            cut = self._worth_cutting(part, found)
+        if _pairs(kept.layers, cut) > _MOST_PAIRS:
             longest = int(np.argmax([layer.t[-1] - layer.t[0] for layer in kept.layers]))
             t = kept.layers[longest].t
             return self._parted_at(kept, longest, 0.5 * (t[0] + t[-1])) if self.limited else []
-        layers = [_undominated(finer(self.half, layer, self.ground.sums)) for layer in kept.layers]
-        return [replace(part, layers=layers)]
+        layers = [
+            _undominated(finer(self.half, layer, self.ground.sums)) if own else layer
+            for layer, own in zip(kept.layers, cut, strict=True)
+        ]
+        return [replace(kept, layers=layers)]
+
+    def _worth_cutting(self, part: _Part, found: Through) -> list[bool]:
+        """Return which break points' cells lower the bound most: what the cheapest path gains when a cell of it is
+        replaced by its ends."""
+        most, path = np.array(part.most), []
+        for layer, at in zip(part.layers, found.cells, strict=True):
+            which = np.zeros(layer.t.size, dtype=bool)
+            which[at] = True
+            path.append(layer.taken(which))
+        gains = []
+        for k, cell in enumerate(path):
+            exact = [*path[:k], self.ground.points(np.unique(cell.table[:, :2])), *path[k + 1 :]]
+            gains.append(self.ground.through(exact, part.price, part.least, most, part.multiplier).total)
+        lost = np.array(gains) - found.total
+        return (lost >= _WORTH * lost.max()).tolist()
 
     def _parted(self, part: _Part, around: Around) -> list[_Part]:
         """Divide the part between the soft and the stiff path, in a wall or in a break point; none if these differ by
         no more than their cells."""
         self._parted_once = True
-        places, walls = np.abs(around.stiff - around.soft)
+        places, walls, _ = np.abs(around.stiff - around.soft)
         walls[np.maximum(around.stiff[1], around.soft[1]) <= self._knee] = 0.0
         thin, at = int(np.argmax(walls)), int(np.argmax(places))
         if walls[thin] > max(places[at], APART):
@@ -284,6 +314,19 @@ class _Search:
                 if (np.diff(moved) >= 0.0).all():
                     self._take(moved)
             reach *= 0.25
+
+
+def _pairs(layers: list[Cells], cut: list[bool]) -> int:
+    """Return the pairs of cells of neighbouring break points after cutting some."""
+    counts = [layer.t.size * (CUT if own else 1) for layer, own in zip(layers, cut, strict=True)]
+    return sum(a * b for a, b in pairwise([1, *counts, 1]))
+
+
+def _spread(t: Array) -> Array:
+    """Return at most about ``_MOST_POINTS`` of the positions, the first and the last included."""
+    if t.size <= _MOST_POINTS:
+        return t
+    return t[np.linspace(0, t.size - 1, _MOST_POINTS).astype(int)]
 
 
 def _undominated(layer: Cells) -> Cells:

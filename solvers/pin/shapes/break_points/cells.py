@@ -49,9 +49,14 @@ class Cells:
         table[below, FLOOR : FLOOR + 2] = least
         return replace(self, table=table)
 
-    def taken(self, which: NDArray[np.bool_]) -> Cells:
+    def taken(self, which: NDArray[np.bool_] | slice) -> Cells:
         """Return a subset of the cells."""
         return Cells(self.t[which], self.h[which], self.level[which], self.table[which])
+
+    def split(self, counts: list[int]) -> list[Cells]:
+        """Return consecutive groups of the cells."""
+        ends = np.cumsum(counts)
+        return [self.taken(slice(end - count, end)) for count, end in zip(counts, ends, strict=True)]
 
 
 def points(half: Half, t: Array, sums: Sums | None) -> Cells:
@@ -107,8 +112,9 @@ def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
     return ends
 
 
-def finer(half: Half, old: Cells, sums: Sums | None) -> Cells:
-    """Split the cells into CUT parts each."""
-    h = old.h / CUT
-    start = (old.t[:, None] + h[:, None] * np.arange(CUT)).ravel()
-    return cells(half, start, np.repeat(h, CUT), sums)
+def finer(half: Half, old: list[Cells], sums: Sums | None) -> list[Cells]:
+    """Split the cells of every layer into CUT parts each."""
+    t, h = (np.concatenate([getattr(layer, name) for layer in old]) for name in ("t", "h"))
+    h = h / CUT
+    start = (t[:, None] + h[:, None] * np.arange(CUT)).ravel()
+    return cells(half, start, np.repeat(h, CUT), sums).split([CUT * layer.t.size for layer in old])

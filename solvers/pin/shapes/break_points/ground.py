@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 APART = 1e-12
 """Distance below which two positions of the bar, 0 to 1, are identical."""
 _SAMPLES_PER_EDGE = 8
-_PRICE_PLACES = 1025
+_PRICE_PLACES = 257
 """Positions between which an order price is linear."""
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work of a call, of a wall that requires a minimisation, and of one that does not, in evaluations of a cost."""
@@ -70,9 +70,9 @@ class Ground:
     def _price_places(self) -> Array:
         return np.union1d(self.edges, np.linspace(0.0, 1.0, _PRICE_PLACES))
 
-    def points(self, t: Array) -> Cells:
-        """Return points as cells of zero width."""
-        return points(self.half, t, self.sums)
+    def points(self, places: list[Array]) -> list[Cells]:
+        """Return one layer of points, cells of zero width, for each array of positions."""
+        return points(self.half, np.concatenate(places), self.sums).split([t.size for t in places])
 
     def _chain(self, layers: list[Cells], price: Array, least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
         """Return the layers between the bar's two ends with their order price and the walls' bounds, and room for

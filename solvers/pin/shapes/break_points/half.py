@@ -81,10 +81,13 @@ class Half:
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
 
     def least(self, t: Array) -> Array:
-        """Return the running maximum of the lower bound of u from the end to increasing positions."""
-        x = t * self.middle
+        """Return the running maximum of the lower bound of u from the end to positions in any order."""
+        order = np.argsort(t, kind="stable")
+        x = t[order] * self.middle
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
-        return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
+        found = np.empty_like(t)
+        found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
+        return found
 
     def weigh(self, places: Array) -> Walls | None:
         """Return the lightest walls for steps that end at these positions, the last at 1; None if none is stiff

@@ -93,10 +93,10 @@ def lightest_steps(half: Half, steps: int, known: float = 0.0, gap: float = GAP)
     """
     limited = half.sums
     if limited is not None:
-        first = half.weigh(_Search(half, steps, None, 1.0).close(0.0).places)
-        if first is None:
+        even = half.weigh(np.arange(1, steps + 1) / steps)
+        if even is None:
             return None
-        if first.multiplier > 0.0:
+        if even.multiplier > 0.0:
             return _Search(half, steps, limited, gap).close(known)
     found = _Search(half, steps, None, gap).close(known)
     if limited is not None and half.weigh(found.places).multiplier > 0.0:
@@ -195,7 +195,9 @@ class _Search:
 
         On the first call repeated while that price changes.
         """
-        own = {id(layer): self.ground.points(_spread(np.unique(layer.table[:, :2]))) for layer in part.layers}
+        distinct = {id(layer): layer for layer in part.layers}
+        places = [_spread(np.unique(layer.table[:, :2])) for layer in distinct.values()]
+        own = dict(zip(distinct, self.ground.points(places), strict=True)) if places else {}
         ends, most = [own[id(layer)] for layer in part.layers], np.array(part.most)
         if not self.limited:
             found = self.ground.through(ends, part.price, part.least, most, 0.0)
@@ -247,10 +249,8 @@ class _Search:
             longest = int(np.argmax([layer.t[-1] - layer.t[0] for layer in kept.layers]))
             t = kept.layers[longest].t
             return self._parted_at(kept, longest, 0.5 * (t[0] + t[-1])) if self.limited else []
-        layers = [
-            _undominated(finer(self.half, layer, self.ground.sums)) if own else layer
-            for layer, own in zip(kept.layers, cut, strict=True)
-        ]
+        split = iter(finer(self.half, [layer for layer, own in zip(kept.layers, cut, strict=True) if own], self.ground.sums))
+        layers = [_undominated(next(split)) if own else layer for layer, own in zip(kept.layers, cut, strict=True)]
         return [replace(kept, layers=layers)]
 
     def _worth_cutting(self, part: _Part, found: Through) -> list[bool]:
@@ -262,8 +262,8 @@ class _Search:
             which[at] = True
             path.append(layer.taken(which))
         gains = []
-        for k, cell in enumerate(path):
-            exact = [*path[:k], self.ground.points(np.unique(cell.table[:, :2])), *path[k + 1 :]]
+        for k, ends in enumerate(self.ground.points([np.unique(cell.table[:, :2]) for cell in path])):
+            exact = [*path[:k], ends, *path[k + 1 :]]
             gains.append(self.ground.through(exact, part.price, part.least, most, part.multiplier).total)
         lost = np.array(gains) - found.total
         return (lost >= _WORTH * lost.max()).tolist()
@@ -306,8 +306,7 @@ class _Search:
         free = (0.0,) * self.steps, np.full(self.steps, 1.0 if self._capped else math.inf)
         while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
-            layers = [self.ground.points(grid) for grid in grids]
-            self._take(self.ground.through(layers, price, *free, self.walls.multiplier).path)
+            self._take(self.ground.through(self.ground.points(grids), price, *free, self.walls.multiplier).path)
             # Across a duality gap the cheapest path is not the lightest: one break point after the other.
             one = reach * np.eye(self.places.size)[:-1]
             for moved in np.clip(self.places + np.concatenate([one, -one]), 0.0, 1.0) if self._parted_once else ():

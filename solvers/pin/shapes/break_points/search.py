@@ -39,10 +39,10 @@ GAP = 9e-8
 _INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 48}, 0.25, 24
 """Initial cells, without and with a deflection limit, which makes every pair of cells more expensive; exponent of
 the reduction for a gap wider than ``GAP``, and the minimum."""
-_MANY_PAIRS, _MOST_PAIRS = 20_000, 1_600_000
+_MANY_PAIRS, _MOST_PAIRS = 5_000, 1_600_000
 """Pairs of cells of neighbouring break points per round above which only the cells are cut that weaken the bound most,
 and their maximum."""
-_WORTH = 0.1
+_WORTH = 0.3
 """Least share of the greatest gain for which cells are cut."""
 _MOST_POINTS = 65
 """Maximum points of a break point in the search for the multiplier."""

@@ -16,6 +16,8 @@ from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
 
 _MAX_PASSES = 40
+CONSTANT_TOLERANCE = 0.1
+"""Relative error of the lightest uniform diameter's mass, as a fraction of the accuracy."""
 
 
 def _one_wall(program: Program) -> Weighed | None:
@@ -53,19 +55,18 @@ class Constant:
         )  # fmt: skip
 
 
-def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] | None:
-    """Return the volume of the lightest uniform diameter and its relative error estimate; None if infeasible.
+def lightest_constant_mass(program: Program, accuracy: float) -> float | None:
+    """Return the mass [kg] of the lightest uniform diameter, to CONSTANT_TOLERANCE of the accuracy; None if infeasible.
 
     Panels that may hold the critical section between stations are refined.
     """
-    found = None
     for _ in range(_MAX_PASSES):
         found = _one_wall(program) if np.isfinite(program.lower).all() else None
         if found is None:
             return None
-        doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
-        if not (doubt > 0.1 * accuracy).any():
+        doubt = risen(program.stations, program.lower[None]) / (CONSTANT_TOLERANCE * accuracy)
+        if found.multiplier > 0.0 or not (doubt > 1.0).any():
             break
-        stations = refined(program, doubt / (0.1 * accuracy), program.lower)
+        stations = refined(program, doubt, program.lower)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
-    return float(found.solidity[0]), float(doubt.sum())
+    return program.mass_unit * float(found.solidity[0])

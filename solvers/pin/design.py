@@ -37,7 +37,7 @@ _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 solver noise is not reduced by further stations."""
 _UTILISATION_OVERSHOOT = 0.5
 """Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
-_MASS_ERROR_FRACTION = 0.2
+_MASS_ERROR_FRACTION = 0.5
 """Tolerated mass error as a fraction of the accuracy; the errors of deflection and stresses are a few times larger."""
 _MAX_PASSES = 40
 _NEGLIGIBLE_GAP = 1e-6

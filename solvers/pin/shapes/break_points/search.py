@@ -179,9 +179,11 @@ class _Search:
         return bound >= self.walls.volume * (1.0 - self.gap)
 
     def _bounded(self, part: _Part, bound: float) -> tuple[Through, float]:
-        """Return the cheapest paths through the part's cells, and the part's bound."""
+        """Return the cheapest paths through the part's cells, and the part's bound; weigh the cheapest."""
         found = self.ground.through(part.layers, part.price, part.least, np.array(part.most), part.multiplier)
         self.work += found.work
+        if (np.diff(found.path) >= 0.0).all():
+            self._take(found.path)
         return found, max(bound, (found.total - part.multiplier) * (1.0 - _ROUNDING))
 
     def _kept(self, part: _Part, found: Through) -> _Part:

@@ -105,7 +105,9 @@ class Prepared:
             partial(lightest_constant_mass, program, self.accuracy), whole.places,
         )  # fmt: skip
         settings = {"stations": int(walls.size)}
-        return self._outcome(value, max(doubt, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING, settings, time.perf_counter() - started)
+        return self._outcome(
+            value, max(doubt, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING, settings, time.perf_counter() - started
+        )
 
     def _on_profile(self) -> tuple[Program, Array, float]:
         return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)

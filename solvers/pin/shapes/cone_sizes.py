@@ -127,9 +127,7 @@ class Cones:
         """Cell edges from 0 to 1, the allowed bore there, and its maximum excess over linear interpolation in each
         cell, including a kink in the cell."""
         scene = self.program.scene
-        edges = np.union1d(
-            np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene)
-        )
+        edges = np.union1d(np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene))
         edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
         while True:
             bore, wide = self._bore_at(edges), np.diff(edges)

@@ -10,8 +10,7 @@ import numpy as np
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.lumped import segments
+from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
 
@@ -25,8 +24,9 @@ def _one_wall(program: Program) -> Weighed | None:
     least = np.array([program.lower.max()])
     if program.limit is None:
         return Weighed(least, 0.0, 0)
-    lumped = segments(program, least, [slice(None)])
-    return weigh(lumped, least, False)
+    p, bend, shear = program, program.share @ program.bending, program.share @ program.shear
+    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.sought.kappa, p.law, 1)
+    return weigh_segments(whole, least, False)
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,14 @@ u is the material of a section (the pin's u, the bushing's y); the mass is the i
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.discretised import least_walls_at
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.lumped import Lumped
+from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.optimum.program import Program, folded
 from solvers.pin.shapes.break_points.sums import Sums
 from solvers.pin.stations.opening import kinks
@@ -94,18 +93,12 @@ class Half:
         enough."""
         share = np.diff(places, prepend=0.0)
         sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)
-        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
-        lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
-        reduced = replace(
-            self.half,
-            stations=lumped,
-            lower=self.least(places),
-            anchor=places.size,
-            bending=np.maximum(mean[0], 0.0),
-            shear=np.maximum(mean[1], 0.0),
-        )
-        found = weigh(reduced, reduced.lower, True)
-        return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
+        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0)
+        bending, shear = np.maximum(mean, 0.0)
+        p = self.program
+        steps = Segments(share, bending, shear, 1.0, p.sought.kappa, p.law, places.size)
+        found = weigh_segments(steps, self.least(places), True)
+        return None if found is None else Walls(found.solidity, float(share @ found.solidity), found.multiplier)
 
 
 def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:

@@ -25,12 +25,12 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.section.flexibility import inflection
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer
 from solvers.pin.shapes.break_points.ground import APART, Around, Ground, Through, ground
 from solvers.pin.shapes.break_points.half import Half, Walls
 from solvers.pin.shapes.break_points.paths import AT, FLOOR
 from solvers.pin.shapes.break_points.sums import Sums
-from solvers.pin.section.flexibility import inflection
 
 Array = NDArray[np.float64]
 
@@ -208,7 +208,8 @@ class _Search:
             return None, part
         for _ in range(_INITIAL_ITERATIONS if self.walls is None else 1):
             volume = math.inf if self.walls is None else self.walls.volume
-            tolerance = _DUAL_TOLERANCE * max(self.gap * min(volume, 1.0), _EXPECTED_PROGRESS * (min(volume, 1.0) - bound))
+            size = volume if self.walls is not None else max(1.0, bound)
+            tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
             around = self.ground.around(ends, part.price, part.least, most, part.multiplier, tolerance, volume)
             self.work += around.work
             here = None
@@ -251,7 +252,8 @@ class _Search:
             longest = int(np.argmax([layer.t[-1] - layer.t[0] for layer in kept.layers]))
             t = kept.layers[longest].t
             return self._parted_at(kept, longest, 0.5 * (t[0] + t[-1])) if self.limited else []
-        split = iter(finer(self.half, [layer for layer, own in zip(kept.layers, cut, strict=True) if own], self.ground.sums))
+        chosen = [layer for layer, own in zip(kept.layers, cut, strict=True) if own]
+        split = iter(finer(self.half, chosen, self.ground.sums))
         layers = [_undominated(next(split)) if own else layer for layer, own in zip(kept.layers, cut, strict=True)]
         return [replace(kept, layers=layers)]
 

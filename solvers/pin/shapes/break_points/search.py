@@ -130,7 +130,6 @@ class _Search:
         self.ground: Ground = ground(half, sums, math.ceil(first))
         self.places, self.walls = np.zeros(0), None
         self.work = 0
-        self._parted_once = False
         own = half.program
         self._capped = self.limited and own.sought.kappa < 0.0
         self._knee = inflection(own.scene.material.poisson) if self._capped else math.inf
@@ -249,9 +248,7 @@ class _Search:
         if _pairs(kept.layers, cut) > _MANY_PAIRS:
             cut = self._worth_cutting(part, found)
         if _pairs(kept.layers, cut) > _MOST_PAIRS:
-            longest = int(np.argmax([layer.t[-1] - layer.t[0] for layer in kept.layers]))
-            t = kept.layers[longest].t
-            return self._parted_at(kept, longest, 0.5 * (t[0] + t[-1])) if self.limited else []
+            return []
         chosen = [layer for layer, own in zip(kept.layers, cut, strict=True) if own]
         split = iter(finer(self.half, chosen, self.ground.sums))
         layers = [_undominated(next(split)) if own else layer for layer, own in zip(kept.layers, cut, strict=True)]
@@ -275,7 +272,6 @@ class _Search:
     def _parted(self, part: _Part, around: Around) -> list[_Part]:
         """Divide the part between the soft and the stiff path, in a wall or in a break point; none if these differ by
         no more than their cells."""
-        self._parted_once = True
         places, walls, _ = np.abs(around.stiff - around.soft)
         walls[np.maximum(around.stiff[1], around.soft[1]) <= self._knee] = 0.0
         thin, at = int(np.argmax(walls)), int(np.argmax(places))
@@ -311,11 +307,6 @@ class _Search:
         while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
             self._take(self.ground.through(self.ground.points(grids), price, *free, self.walls.multiplier).path)
-            # Across a duality gap the cheapest path is not the lightest: one break point after the other.
-            one = reach * np.eye(self.places.size)[:-1]
-            for moved in np.clip(self.places + np.concatenate([one, -one]), 0.0, 1.0) if self._parted_once else ():
-                if (np.diff(moved) >= 0.0).all():
-                    self._take(moved)
             reach *= 0.25
 
 

@@ -163,7 +163,9 @@ class _Design:
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
         wanted = wanted_of(p.objective, self.limits)
-        model = FullModel(p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted)
+        model = FullModel(
+            p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
+        )
         guard, enough = _GUARD * self.accuracy, _MIN_GAIN * self.accuracy
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)

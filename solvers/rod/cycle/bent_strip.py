@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.shape import bend
@@ -74,11 +75,11 @@ class BentStrip:
             return np.broadcast_to(self.states[FORCE], (np.size(stations), self.states.shape[1]))
         return self._tangential(self.slope(stations))
 
-    def force_and_curvature(self, stations: ArrayLike) -> tuple[Array, Array]:
-        """``axial_force`` and ``curvature``, which determine the stresses."""
-        curvature, slope, _ = self._linear(stations)
-        force = self._tangential(slope) if self.inclined else self.states[FORCE][None]
-        return force, curvature + self._series(stations, self.bent)
+    def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
+        """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
+        z = np.atleast_1d(np.asarray(stations, dtype=float))
+        more = self._series(z, self.bent) if self.bent.size else np.empty((0, 0))
+        return _fibre_stresses(self.strip, self.states, z, more, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
 
     def _tangential(self, slope: Array) -> Array:
         return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
@@ -90,3 +91,28 @@ class BentStrip:
     def clamp_moment(self) -> Array:
         """M0 on the piston [N m], shape (angles,)."""
         return self.states[MOMENT] + self.more_moment
+
+
+@kernel
+def _fibre_stresses(
+    strip: Strip, states: Array, stations: Array, more: Array, direct: float, bending: float, inclined: bool
+) -> Array:
+    """``BentStrip.fibre_stresses``, with what is added to V'' (stations, angles), if anything is."""
+    angles = states.shape[1]
+    out, turned, sunk = np.empty((2, stations.size, angles)), np.empty(angles), np.empty(angles)
+    for j in range(stations.size):
+        bent = out[1, j]
+        bend(
+            states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, stations[j], bent, turned, sunk
+        )
+        for i in range(angles):
+            curvature, force = bent[i], states[FORCE, i]
+            if more.size > 0:
+                curvature += more[j, i]
+            if inclined:
+                slope = turned[i]
+                if strip.compliance != 0.0:
+                    slope = slope / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
+                force = force * (1.0 - 0.5 * slope * slope) + states[SIDE, i] * slope
+            out[0, j, i], out[1, j, i] = direct * force + bending * curvature, direct * force - bending * curvature
+    return out

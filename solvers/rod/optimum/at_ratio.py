@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.rod.optimum.local_search import PENALTY
 from solvers.rod.optimum.sqp import Program
 
@@ -47,27 +48,64 @@ class AtRatio:
     def __call__(self, here: Array, slopes: Array, x: Array, change: float, reach: float) -> tuple[Array, float]:
         """Where the cost is least for a change of ln Omega from x, of rows ``here`` with ``slopes`` (rows, 3), and what
         it is there with the penalty for limits that are missed."""
-        start, centre, wide = x + change * self.up, np.zeros(len(self.within)), reach
-        for _ in range(_ZOOMS):
-            grid = np.meshgrid(*[wide * _GRID] * centre.size, indexing="ij")
-            places = centre + np.stack(grid, axis=-1).reshape(-1, centre.size) if centre.size else centre[None]
-            at = start + places @ self.within
-            costs = self._costs(here, slopes, at - x) + _WALL * self._outside(at)
-            n = int(np.argmin(costs))
-            centre, wide = places[n], _CLOSER * wide
-        return np.clip(at[n], self.box[:, 0], self.box[:, 1]), float(costs[n])
+        p, start = self.program, x + change * self.up
+        rows = np.array([row for row, _ in p.linear], dtype=np.intp)
+        weights = np.array([weight for _, weight in p.linear])
+        linear, steps = slopes[rows], start - x
+        cost = float(weights @ (here[rows] + linear @ steps))
+        top, limited = here[p.top] - p.offset + slopes[p.top] @ steps, here[p.which] - p.limit + slopes[p.which] @ steps
+        way = np.ascontiguousarray(self.within.T)
+        at, least = _least(
+            cost, weights @ linear @ way, p.top_weight, top, slopes[p.top] @ way, limited, slopes[p.which] @ way,
+            start, way, self.box, reach,
+        )  # fmt: skip
+        return np.clip(at, self.box[:, 0], self.box[:, 1]), least
 
-    def _costs(self, here: Array, slopes: Array, steps: Array) -> Array:
-        """Cost and penalty of steps (count, 3)."""
-        p = self.program
-        cost = sum((weight * (here[row] + steps @ slopes[row]) for row, weight in p.linear), np.zeros(len(steps)))
-        if p.top.size:
-            cost = cost + p.top_weight * np.max(here[p.top] - p.offset + steps @ slopes[p.top].T, axis=1)
-        if p.which.size:
-            missed = np.max(here[p.which] - p.limit + steps @ slopes[p.which].T, axis=1)
-            cost = cost + PENALTY * np.maximum(missed, 0.0)
-        return cost
 
-    def _outside(self, at: Array) -> Array:
-        """The greatest distance from the bounds, (count,)."""
-        return np.maximum(np.max(np.maximum(self.box[:, 0] - at, at - self.box[:, 1]), axis=1), 0.0)
+@kernel
+def _least(
+    cost: float, towards: Array, top_weight: float, top: Array, top_slopes: Array, limited: Array,
+    limited_slopes: Array, start: Array, way: Array, box: Array, reach: float,
+) -> tuple[Array, float]:  # fmt: skip
+    """The place start + way y (3,), and its cost, of least cost + towards y + top_weight max(top + top_slopes y) with
+    the penalties for max(limited + limited_slopes y) > 0 and for what lies out of bounds."""
+    free = way.shape[1]
+    centre, y, best, at, place = np.zeros(free), np.zeros(free), np.zeros(free), start.copy(), np.empty(3)
+    wide, most, least = reach, _GRID.size**free, np.inf
+    for _ in range(_ZOOMS):
+        least = np.inf
+        for n in range(most):
+            rest, value, outside, missed, greatest = n, cost, 0.0, 0.0, -np.inf
+            for k in range(free - 1, -1, -1):
+                y[k] = centre[k] + wide * _GRID[rest % _GRID.size]
+                rest //= _GRID.size
+                value += towards[k] * y[k]
+            for v in range(3):
+                place[v] = start[v]
+                for k in range(free):
+                    place[v] += way[v, k] * y[k]
+                outside = max(outside, max(box[v, 0] - place[v], place[v] - box[v, 1]))
+            value += _WALL * outside
+            if value >= least and top.size == 0:
+                continue
+            for i in range(limited.size):
+                excess = limited[i]
+                for k in range(free):
+                    excess += limited_slopes[i, k] * y[k]
+                missed = max(missed, excess)
+            for i in range(top.size):
+                height = top[i]
+                for k in range(free):
+                    height += top_slopes[i, k] * y[k]
+                greatest = max(greatest, height)
+            value += PENALTY * missed + (top_weight * greatest if top.size > 0 else 0.0)
+            if value < least:
+                least = value
+                for k in range(free):
+                    best[k] = y[k]
+                for v in range(3):
+                    at[v] = place[v]
+        for k in range(free):
+            centre[k] = best[k]
+        wide *= _CLOSER
+    return at, least

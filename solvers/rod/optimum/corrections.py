@@ -7,14 +7,16 @@ expanded about the centre of a stencil, in y = U (x - centre), x = ln(b, h, l), 
 
 Near a damped resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which
 ln Omega changes, and curvatures mixed with the others are small. Among undamped resonances no curvature is to be had,
-and all differences are to one side, along the axes. A stencil serves all strips close to its centre: at the one in
-question the polynomial is shifted to what was solved there. All its strips have the centre's resolution.
+and all differences are to one side, along the axes. Where sizes come in steps, the first directions are of those that
+may be chosen at will, and strips aside of them are solved only if they are asked for. A stencil serves all strips close
+to its centre: at the one in question the polynomial is shifted to what was solved there. All its strips have the
+centre's resolution.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -33,8 +35,10 @@ _FREQUENCY_STEP = 1e-4
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
 _CENTRE = (0.0, 0.0, 0.0)
-RowsOf = Callable[[Sequence[FullStrip]], Array]
-"""Rows of several strips, (strips, rows)."""
+RowsOf = Callable[[FullStrip], Array]
+"""Rows of a strip, (rows,)."""
+_ROUNDING = 1e-13
+"""Of places y: what is less is nought, for the directions that a strip has not been moved in."""
 _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 """Of the directions whose curvatures are looked at."""
 
@@ -42,26 +46,27 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 @dataclass(frozen=True)
 class Stencil:
     """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
-    and kept; ``curved`` if curvatures are looked at. Strips that were ``solved``, by y, are without their corrections,
-    and with them, at the resolution that the centre asked for."""
+    and kept; ``curved`` if curvatures are looked at. Of the directions those of indices in ``free`` are of sizes that
+    may be chosen at will. Strips that were ``solved``, by y, are without their corrections, and with them, at the
+    resolution that the centre asked for."""
 
     centre: FullStrip
     step: float
     directions: Array
     curved: bool
+    free: tuple[int, ...]
     watch: Callable[[], None]
     solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
 
     @staticmethod
-    def around(centre: FullStrip, step: float, curved: bool, watch: Callable[[], None]) -> Stencil:
-        """The stencil of a strip, which has been solved; ``watch`` is called before each other one."""
-        return Stencil(
-            centre,
-            step,
-            _frequency_first(centre.cycle) if curved else np.eye(3),
-            curved,
-            watch,
-        )
+    def around(
+        centre: FullStrip, step: float, curved: bool, free: tuple[int, ...], watch: Callable[[], None]
+    ) -> Stencil:
+        """The stencil of a strip, which has been solved, where sizes of indices ``free`` may be chosen at will;
+        ``watch`` is called before others are solved."""
+        if not curved:
+            return Stencil(centre, step, np.eye(3), curved, free, watch)
+        return Stencil(centre, step, _frequency_first(centre.cycle, free), curved, tuple(range(len(free))), watch)
 
     def serves(self, d: Dimensions) -> bool:
         """Whether the polynomial holds near a strip."""
@@ -73,11 +78,17 @@ class Stencil:
         """ln(b, h, l) of the centre."""
         return logarithms(self.centre.dimensions)
 
+    def place(self, x: Array) -> Array:
+        """y of ln(b, h, l)."""
+        y = self.directions @ (x - self.origin)
+        return np.where(np.abs(y) > _ROUNDING, y, 0.0)
+
     def solve(self, y: tuple[float, ...]) -> None:
         """Have the strip at y among those ``solved``, and with it those that will be asked for, too."""
         if y not in self.solved:
-            places = [y] if y == _CENTRE or not self.curved else list({y: None, **dict.fromkeys(self._together())})
-            self._solve([place for place in places if place not in self.solved])
+            aside = np.flatnonzero(y)
+            places = [y] if not aside.size else [y, *self._together(np.isin(aside, self.free).all())]
+            self._solve([place for place in dict.fromkeys(places) if place not in self.solved])
 
     def _solve(self, places: list[tuple[float, ...]]) -> None:
         """Solve strips, all those that do not buckle at the same time."""
@@ -94,11 +105,15 @@ class Stencil:
         centre = self.centre.cycle
         return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
 
-    def _together(self) -> list[tuple[float, ...]]:
-        """Places of which all are asked for, if any is: those of all slopes and curvatures."""
-        one = self.step * np.eye(3)
-        mixed = [one[v] + one[w] for v, w in _PAIRS if v != w]
-        return [place for place in map(tuple, np.vstack([one, -one, mixed]).tolist()) if not self.ends(place)]
+    def _together(self, free: bool) -> list[tuple[float, ...]]:
+        """Places of which all are asked for, if any is: those of all slopes and curvatures, in the directions of sizes
+        that may be chosen at will or in all."""
+        one, among = self.step * np.eye(3), self.free if free else range(3)
+        places = [one[v] for v in among]
+        if self.curved:
+            places += [-one[v] for v in among]
+            places += [one[v] + one[w] for v, w in _PAIRS if v != w and v in among and w in among]
+        return [place for place in (tuple(y.tolist()) for y in places) if not self.ends(place)]
 
     def ends(self, y: tuple[float, ...]) -> bool:
         """Whether a strip there would be longer than the rod."""
@@ -123,13 +138,13 @@ class Added:
     @staticmethod
     def near(home: FullStrip, stencil: Stencil, rows_of: RowsOf) -> Added:
         """The polynomial near a strip that was solved with its corrections."""
-        plain = rows_of([FullStrip(home.cycle.without_corrections())])
-        return Added(stencil, rows_of, home, difference(rows_of, plain, [home])[0])
+        plain = rows_of(FullStrip(home.cycle.without_corrections()))
+        return Added(stencil, rows_of, home, difference(rows_of, plain, home))
 
     def at(self, x: Array) -> Array:
         """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
         s = self.stencil
-        old, new = s.directions @ (logarithms(self.home.dimensions) - s.origin), s.directions @ (x - s.origin)
+        old, new = s.place(logarithms(self.home.dimensions)), s.place(x)
         out = self.at_home.copy()
         for k in np.flatnonzero(new - old).tolist():
             out += (new[k] - old[k]) * self._slope(k)
@@ -141,9 +156,9 @@ class Added:
 
     def slopes_at_ratio(self) -> Array:
         """Derivatives by ln(b, h, l) at a constant frequency ratio, (rows, 3): nothing across it."""
-        return np.outer(self._slope(1), self.stencil.directions[1]) + np.outer(
-            self._slope(2), self.stencil.directions[2]
-        )
+        slopes = sum(np.outer(self._slope(k), way) for k, way in enumerate(self.stencil.directions))
+        steepest = log_frequency_ratio(self.stencil.centre.cycle)[1]
+        return slopes - np.outer(slopes @ steepest, steepest) / (steepest @ steepest)
 
     def _slope(self, k: int) -> Array:
         """The derivative by y_k at the centre; to one side at the rod's end."""
@@ -176,19 +191,14 @@ class Added:
     def _around(self, y: tuple[float, ...]) -> Array:
         if y not in self._beside:
             self.stencil.solve(y)
-            new = {place: both for place, both in self.stencil.solved.items() if place not in self._beside}
-            plain, corrected = zip(*new.values(), strict=True)
-            self._beside.update(zip(new, difference(self.rows_of, self.rows_of(plain), corrected), strict=True))
+            plain, corrected = self.stencil.solved[y]
+            self._beside[y] = difference(self.rows_of, self.rows_of(plain), corrected)
         return self._beside[y]
 
 
-def difference(rows_of: RowsOf, plain: Sequence[Array] | Array, corrected: Sequence[FullStrip]) -> Array:
-    """What corrections add to the rows of strips (strips, rows), from those without; nothing where one buckles."""
-    without = np.array(plain)
-    standing, out = np.flatnonzero(without[:, rows.STABILITY] < 0.0), np.zeros_like(without)
-    if standing.size:
-        out[standing] = rows_of([corrected[k] for k in standing]) - without[standing]
-    return out
+def difference(rows_of: RowsOf, plain: Array, corrected: FullStrip) -> Array:
+    """What corrections add to the rows of a strip, from those without; nothing where it buckles."""
+    return rows_of(corrected) - plain if plain[rows.STABILITY] < 0.0 else np.zeros_like(plain)
 
 
 def stands(cycle: Cycle) -> bool:
@@ -208,10 +218,14 @@ def log_frequency_ratio(cycle: Cycle) -> tuple[float, Array]:
     return here, np.array([(here - at(x - _FREQUENCY_STEP * unit)) / _FREQUENCY_STEP for unit in np.eye(3)])
 
 
-def _frequency_first(cycle: Cycle) -> Array:
-    """Orthonormal directions, rows, of which the first is that in which the frequency ratio changes."""
-    steepest = log_frequency_ratio(cycle)[1]
+def _frequency_first(cycle: Cycle, free: tuple[int, ...]) -> Array:
+    """Orthonormal directions, rows: those of sizes of indices ``free`` first, and of all these first the one in which
+    the frequency ratio changes most."""
+    axes = np.eye(3)[list(free or range(3))]
+    steepest = axes.T @ (axes @ log_frequency_ratio(cycle)[1])
     first = steepest / np.linalg.norm(steepest)
-    width = np.eye(3)[0] - first[0] * first
-    second = width / np.linalg.norm(width)
+    others = axes if len(axes) > 1 else np.eye(3)
+    beside = others - np.outer(others @ first, first)
+    lengths = np.linalg.norm(beside, axis=1)
+    second = beside[np.argmax(lengths)] / np.max(lengths)
     return np.array([first, second, np.cross(first, second)])

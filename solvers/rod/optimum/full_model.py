@@ -6,7 +6,7 @@ Everything that a design asks of effects beyond the core's physics goes through 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -50,6 +50,8 @@ _RIPPLE, _RIPPLE_CURVED, _SMOOTH = 2e-3, 5e-4, 1e-7
 they do not."""
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
+_CONTACT = frozenset({"friction"})
+"""The effect that changes no other results."""
 
 Watch = Callable[[], None]
 
@@ -62,10 +64,10 @@ def no_watch() -> None:
 class FullModel:
     """The physics chosen for a scene, its criterion, what is looked at, and the accuracy of all that.
 
-    ``effects`` are those that run, settled. ``strips`` counts the strips evaluated by rows, ``checks`` the exact ones.
-    Corrections are taken as linear in ln b, ln h, ln l, as quadratic where the model is ``curved``: so damped
-    resonances are followed closely, over the shortest steps where it is the ``last``. ``watch`` is called before each
-    strip and check and may raise OutOfTime.
+    ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
+    counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
+    as quadratic where the model is ``curved``: so damped resonances are followed closely, over the shortest steps where
+    it is the ``last``. ``watch`` is called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -75,6 +77,7 @@ class FullModel:
     effect_tolerance: float
     accuracy: float
     wanted: Wanted
+    free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
     curved: bool = False
@@ -119,8 +122,11 @@ class FullModel:
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
-        """The same, less accurate; its checks are its own."""
-        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), checks=0, _checks={})
+        """The same, less accurate; its checks are its own, without contact and friction power where nobody looks at
+        them: to resolve these takes twice the time of the rest."""
+        looks, chosen = self.wanted.reactions or self.wanted.power, self.effects
+        effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
+        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), effects=effects, _checks={})
 
     def finer(self) -> FullModel:
         """The same with rows as good as checks, for steps among ripples; its checks are the same."""
@@ -219,7 +225,7 @@ class FullModel:
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil
-        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.watch)
+        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
         return stencil
 
@@ -263,62 +269,50 @@ class FullRows:
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        return self._several([x])[0]
+        own, at_home = self.plain_values(x), self._dimensions(x) is self.home
+        if self._added is None or not (own[rows.STABILITY] < 0.0 or at_home):
+            return own
+        return own + (self._added.at_home if at_home else self._added.at(x))
 
     def plain_values(self, x: Array) -> Array:
         """The rows without corrections."""
-        return self._plain_ones([x])[0]
+        key = x.tobytes()
+        if key not in self._plain:
+            self._plain[key] = self._read(self.model.strip(self._dimensions(x), corrected=False))
+        return self._plain[key]
 
     def corrected_values(self, x: Array) -> Array:
         """All rows with the corrections evaluated anew."""
-        return self._read([self.model.strip(self._dimensions(x))])[0]
+        return self._read(self.model.strip(self._dimensions(x)))
 
     def taken_apart(self, x: Array) -> tuple[Array, Array]:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
         plain = self.plain_values(x)
-        return plain, difference(self._read, [plain], [self.model.strip(self._dimensions(x))])[0]
+        return plain, difference(self._read, plain, self.model.strip(self._dimensions(x)))
 
     def slopes(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
         zero."""
-        return self._slopes(self._several, x, free)
+        return self._slopes(self.values, x, free)
 
     def plain_slopes(self, x: Array) -> Array:
         """The same of the rows without corrections."""
-        return self._slopes(self._plain_ones, x, ALL)
+        return self._slopes(self.plain_values, x, ALL)
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
         return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
 
-    def _several(self, places: Sequence[Array]) -> list[Array]:
-        """All rows at several places."""
-        out = []
-        for x, own in zip(places, self._plain_ones(places), strict=True):
-            at_home = self._dimensions(x) is self.home
-            if self._added is not None and (own[rows.STABILITY] < 0.0 or at_home):
-                own = own + (self._added.at_home if at_home else self._added.at(x))
-            out.append(own)
-        return out
-
-    def _plain_ones(self, places: Sequence[Array]) -> list[Array]:
-        """The rows without corrections at several places, those that are not known side by side."""
-        new = [x for x in places if x.tobytes() not in self._plain]
-        if new:
-            strips = [self.model.strip(self._dimensions(x), corrected=False) for x in new]
-            self._plain.update(zip((x.tobytes() for x in new), self._read(strips), strict=True))
-        return [self._plain[x.tobytes()] for x in places]
-
-    def _slopes(self, several: Callable[[Sequence[Array]], list[Array]], x: Array, free: Array) -> Array:
-        sides = [-1.0 if v == 2 and self._ends(x + _STEP * np.eye(3)[v]) else 1.0 for v in free]
-        here, *beside = several([x, *(x + side * _STEP * np.eye(3)[v] for v, side in zip(free, sides, strict=True))])
-        out = np.zeros((self.layout.size, 3))
-        for v, side, values in zip(free, sides, beside, strict=True):
-            if values[rows.UTILISATION] == rows.BUCKLED and side > 0.0:
-                # Beside buckling only the other side has strips.
-                side, (values,) = -1.0, several([x - _STEP * np.eye(3)[v]])
-            if values[rows.UTILISATION] != rows.BUCKLED:
-                out[:, v] = (values - here) / (side * _STEP)
+    def _slopes(self, values_at: Callable[[Array], Array], x: Array, free: Array) -> Array:
+        here, out = values_at(x), np.zeros((self.layout.size, 3))
+        for v in free:
+            step = _STEP * np.eye(3)[v]
+            # Beside buckling only the other side has strips.
+            for side in (-1.0,) if v == 2 and self._ends(x + step) else (1.0, -1.0):
+                values = values_at(x + side * step)
+                if values[rows.UTILISATION] != rows.BUCKLED:
+                    out[:, v] = (values - here) / (side * _STEP)
+                    break
         return out
 
     def _dimensions(self, x: Array) -> Dimensions:

@@ -21,6 +21,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.corrections import log_frequency_ratio
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import Gaps
@@ -41,6 +42,9 @@ BOXES = 20_000
 _SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
 _ELSEWHERE, _SAME, _CLOSE_BY = 0.02, 2e-3, 0.1
 """In ln b, ln h, ln l: from where on a strip is another start, up to where two ends are one, or close to each other."""
+_SAME_VALLEY, _SAME_SIZE = 0.1, 1e-9
+"""Of the distance of resonances, in ln b, ln h, ln l, from where on a search between them goes to the same end; what is
+the same size."""
 _APART = 0.02
 """To each side of a strip its curvature is measured."""
 _FARTHEST = 0.1
@@ -118,12 +122,24 @@ class Context:
     def search_from(
         self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS, known: float = math.inf
     ) -> Local | None:
-        """One local search, kept among the ends."""
+        """One local search, kept among the ends; one that must come below a ``known`` ln objective is over, too, where
+        it is going to end at one of them."""
         self.started.append(logarithms(start))
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known)
+        ends, apart = ([], 0.0) if math.isinf(known) else self._ends_within(bounds)
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends, apart)
         if local is not None:
             self.ends.append(local)
         return local
+
+    def _ends_within(self, bounds: Bounds) -> tuple[list[Local], float]:
+        """The ends that lie within bounds, and how close to one a search is in its valley: to a share of a gap."""
+        low, high = np.log([bounds.b, bounds.h, bounds.l]).T
+        found = [
+            end for end in self.ends if np.all((low - _SAME_SIZE <= end.best.x) & (end.best.x <= high + _SAME_SIZE))
+        ]
+        if not found or not self.model.rings:
+            return [], 0.0
+        return found, _SAME_VALLEY * math.exp(-log_frequency_ratio(found[0].best.memory.active.home_cycle)[0])
 
     def explored(self) -> Context:
         """Where searches are made: among ripples roughly, as nothing finer is worth its time before the last steps."""
@@ -269,8 +285,7 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
 def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
     """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
     those that are dearer by less than they, and it, may be wrong or still gain."""
-    finer = context.finer()
-    closest = finer.closest()
+    finer, closest = context.rougher(_CLOSER).finer(), context.finer().closest()
     for end in _contenders(ends):
         best, strip = closest.best(), end.best.outcome.value.dimensions
         known = math.inf if best is None or best.found is None else best.best.log_cost
@@ -280,7 +295,7 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
                 break
             strip = led.best.outcome.value.dimensions
             led = closest.search_from(strip, within(strip), _LAST_RADIUS)
-            if led is not None and led.gain <= context.model.accuracy:
+            if led is None or led.gain <= context.model.accuracy or led.best.outcome.value.dimensions == strip:
                 break
     return closest.best() or finer.best()
 

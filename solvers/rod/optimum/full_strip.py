@@ -32,11 +32,8 @@ class FullStrip:
         return self.cycle.dimensions
 
     def stresses(self, angle: Array, eta: Array) -> Array:
-        d, shape = self.dimensions, self.cycle.at(angle).shape
-        z = (1.0 - eta) * d.l
-        force, curvature = shape.force_and_curvature(z)
-        direct, bending = force / (d.b * d.h), 0.5 * self.cycle.scene.material.elastic_modulus * d.h * curvature
-        return np.array([direct + bending, direct - bending])
+        d, modulus = self.dimensions, self.cycle.scene.material.elastic_modulus
+        return self.cycle.at(angle).shape.fibre_stresses((1.0 - eta) * d.l, d.b, d.h, modulus)
 
     def reactions(self, angle: Array) -> Array:
         piston, shape = self.cycle.scene.piston, self.cycle.at(angle).shape

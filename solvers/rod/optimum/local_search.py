@@ -8,6 +8,7 @@ within a trust region. The search ends at a strip that the exact check admits an
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -25,7 +26,7 @@ from solvers.rod.scene import Dimensions, Scene
 
 ROUNDS = 10
 _FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
-_POOR, _GOOD = 0.1, 0.75
+_POOR, _GOOD, _BEST = 0.1, 0.75, 0.9
 PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
@@ -95,10 +96,13 @@ def local_search(
     radius: float = _FIRST_RADIUS,
     rounds: int = ROUNDS,
     known: float = math.inf,
+    ends: Sequence[Local] = (),
+    apart: float = 0.0,
 ) -> Local | None:
     """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up.
 
-    A search that is not going to come below a ``known`` ln objective is given up.
+    A search that is not going to come below a ``known`` ln objective is given up, and so is one, without an end, that
+    has come to less than ``apart`` from one of the ``ends`` of others, which it is going to end at.
     """
     box = np.log([bounds.b, bounds.h, bounds.l])
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
@@ -115,6 +119,8 @@ def local_search(
             break
         if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
             break
+        if any(end.best.log_cost < at.log_cost and np.max(np.abs(end.best.x - at.x)) < apart for end in ends):
+            return None
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < model.least_radius:
             break
@@ -123,7 +129,7 @@ def local_search(
         if actual < _POOR * promised:
             radius = 0.25 * min(radius, moved)
         elif actual > _GOOD * promised and moved > 0.9 * radius:
-            radius = min(2.0 * radius, _GREATEST_RADIUS)
+            radius = min((4.0 if actual > _BEST * promised else 2.0) * radius, _GREATEST_RADIUS)
         if trial is None:
             continue
         if actual > 0.0 or (trial.admissible and not at.admissible):

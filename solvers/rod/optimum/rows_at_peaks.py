@@ -1,9 +1,8 @@
-"""All rows of strips, read at given peaks: of several strips side by side, as most of the time goes into each call."""
+"""All rows of a strip, read at given peaks."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,18 +10,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.optimum.full_strip import FullStrip
-from solvers.rod.optimum.peak_model import buckled_rows
+from solvers.rod.optimum.peak_model import buckled_rows, log, peak
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.smooth_parts import Parts, vertex
+from solvers.rod.optimum.smooth_parts import Index, Parts, part_values
 from solvers.rod.piston.skirt import pressure_per_load
-from solvers.rod.rows import Layout
+from solvers.rod.rows import FIRST_PART, PRESSURE, SIDE, STRESS, UTILISATION, Layout
 from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
-
-_LEAST = 1e-300
 
 
 @dataclass(frozen=True)
@@ -42,50 +40,29 @@ class RowsAtPeaks:
         parts = self.parts
         return Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
 
-    def __call__(self, strips: Sequence[FullStrip]) -> Array:
-        """Shape (strips, rows)."""
-        out = np.zeros((len(strips), self.layout.size))
-        for k, strip in enumerate(strips):
-            d = strip.dimensions
-            out[k, rows.TAU], out[k, rows.LENGTH] = -math.log(d.b * d.h**3), math.log(d.l)
-            out[k, rows.THICKNESS] = math.log(d.h)
-        out[:, [rows.STABILITY, rows.SIDEWAYS]] = self._stability(strips)
-        standing = np.flatnonzero(out[:, rows.STABILITY] < 0.0)
-        if standing.size:
-            out[standing] += self._loads([strips[k] for k in standing])
-        for k, own in enumerate(out):
-            if own[rows.STABILITY] >= 0.0 or not np.isfinite(own).all():
-                buckled_rows(out[k])
+    def __call__(self, strip: FullStrip) -> Array:
+        """Shape (rows,)."""
+        out, d = np.zeros(self.layout.size), strip.dimensions
+        out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
+        pushed = highest(-strip.cycle.axial_force(self._pushed))
+        for row, critical in zip((rows.STABILITY, rows.SIDEWAYS), strip.critical, strict=True):
+            out[row] = math.log(pushed / critical) if pushed > 0.0 else rows.NEVER_COMPRESSED
+        if out[rows.STABILITY] < 0.0:
+            self._read_loads(strip, out)
+        if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
+            buckled_rows(out)
         return out
 
-    def _stability(self, strips: Sequence[FullStrip]) -> Array:
-        """ln of compression over critical force, in the crank's plane and out of it, (strips, 2)."""
-        force = np.stack([strip.cycle.axial_force(self._pushed) for strip in strips]).reshape(len(strips), -1, 3)
-        pushed = np.max(vertex(*np.moveaxis(-force, 2, 0)), axis=1)[:, None]
-        critical = np.array([strip.critical for strip in strips])
-        return np.where(pushed > 0.0, np.log(np.maximum(pushed, _LEAST) / critical), rows.NEVER_COMPRESSED)
-
-    def _loads(self, strips: Sequence[FullStrip]) -> Array:
-        """The other rows of strips that do not buckle, (strips, rows)."""
-        out = np.zeros((len(strips), self.layout.size))
-        stresses = np.stack([strip.stresses(self._angles, self._stations) for strip in strips])
-        used, strained = self.parts.values(stresses, self.diagram)
-        self._put(out, rows.UTILISATION, used)
-        self._put(out, rows.STRESS, strained)
-        if self.peaks.reactions.size:
-            reactions = np.stack([strip.reactions(self._reactions) for strip in strips])
-            side, contact = vertex(*np.moveaxis(reactions.reshape(len(strips), 2, -1, 3), 3, 0)).swapaxes(0, 1)
-            piston = self.scene.piston
-            self._put(out, rows.SIDE, side)
-            self._put(out, rows.PRESSURE, contact * pressure_per_load(piston.diameter, piston.skirt_length))
+    def _read_loads(self, strip: FullStrip, out: Array) -> None:
+        """The other rows of a strip that does not buckle."""
+        parts, piston = self.parts, self.scene.piston
+        reactions = strip.reactions(self._reactions) if self._reactions.size else np.empty((2, 0))
+        read_loads(
+            strip.stresses(self._angles, self._stations), parts.order, parts.starts, parts.utilisations, parts.stresses,
+            *self.diagram, reactions, pressure_per_load(piston.diameter, piston.skirt_length), out,
+        )  # fmt: skip
         if self.power:
-            out[:, rows.POWER] = [math.log(max(strip.friction_power(), _LEAST)) for strip in strips]
-        return out
-
-    def _put(self, out: Array, row: int, parts: Array) -> None:
-        """A row and its parts, (strips, parts)."""
-        logs = np.log(np.maximum(parts, _LEAST))
-        out[:, self.layout.parts(row)], out[:, row] = logs, logs.max(axis=1)
+            out[rows.POWER] = log(strip.friction_power())
 
     @cached_property
     def _angles(self) -> Array:
@@ -102,3 +79,37 @@ class RowsAtPeaks:
     @cached_property
     def _reactions(self) -> Array:
         return self.peaks.reaction_threes(self.apart)
+
+
+@kernel
+def highest(values: Array) -> float:
+    """The height of the highest of parabolas through samples, three by three."""
+    out = -np.inf
+    for i in range(0, values.size, 3):
+        out = max(out, peak(values[i], values[i + 1], values[i + 2]))
+    return out
+
+
+@kernel
+def read_loads(
+    stress: Array, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array, parabola: Array,
+    reactions: Array, per_force: float, out: Array,
+) -> None:  # fmt: skip
+    """The rows of utilisation, stress, side force and pressure with their parts, from samples at the peaks: stresses
+    [Pa] (2, sections, 3 angles), reactions (2, 3 angles) [N], of the second of which ``per_force`` [1/m^2] makes a
+    pressure."""
+    used, strained = part_values(stress, order, starts, utilisations, stresses, lines, parabola)
+    out[UTILISATION], out[STRESS] = log(used.max()), log(strained.max())
+    for n in range(used.size):
+        out[FIRST_PART + n] = log(used[n])
+    for n in range(strained.size):
+        out[FIRST_PART + used.size + n] = log(strained[n])
+    row, side, contact = FIRST_PART + used.size + strained.size, 0.0, 0.0
+    for i in range(0, reactions.shape[1], 3):
+        this_side = peak(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
+        this_contact = per_force * peak(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
+        side, contact = max(side, this_side), max(contact, this_contact)
+        out[row], out[row + 1] = log(this_side), log(this_contact)
+        row += 2
+    if reactions.shape[1] > 0:
+        out[SIDE], out[PRESSURE] = log(side), log(contact)

@@ -8,13 +8,15 @@ smooth constraints and no kink in one of them. A greatest stress has single hump
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.jit import kernel
+from solvers.rod.optimum.peak_model import peak
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -23,26 +25,6 @@ _NEAR = 0.85
 """Parts below this share of the worst are left out."""
 _SAME_HUMP = 0.02
 """Angles [rad] closer than this belong to one hump."""
-_THREE = np.arange(3)[:, None]
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where parts are read from the humps' heights or depths (..., 2, sections, humps): fibres, groups of sections and
-    humps, (parts,) each."""
-
-    fibre: Index
-    group: Index
-    hump: Index
-
-    @cached_property
-    def sections(self) -> Index:
-        """The three of a group, (3, parts); at the clamp all three are the same."""
-        return np.maximum(3 * self.group - 2, 0) + _THREE * (self.group > 0)
-
-    def read(self, values: Array) -> Array:
-        """Values at the three sections of every part, (..., 3, parts)."""
-        return values[..., self.fibre, self.sections, self.hump]
 
 
 @dataclass(frozen=True)
@@ -50,7 +32,7 @@ class Parts:
     """Combinations that come near the worst. ``order`` sorts the angles, and humps begin at ``starts`` in that order.
 
     Of every utilisation: fibre, group of sections, hump, dip, and the piece of the diagram, of which the last is the
-    parabola; of stresses: fibre, group, hump, whether it is a dip.
+    parabola; of stresses: fibre, group, hump, whether it is a dip. (5, utilisations) and (4, stresses).
     """
 
     order: Index
@@ -70,55 +52,53 @@ class Parts:
         count, pieces = starts.size, diagram.lines.shape[0] + 1
         every = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
-        used, strained = Parts(order, starts, every, all_stresses).values(stress, diagram)
-        near = used >= _NEAR * used.max(), strained >= _NEAR * strained.max()
-        return Parts(order, starts, every[:, near[0]], all_stresses[:, near[1]])
-
-    def values(self, stress: Array, diagram: Diagram) -> tuple[Array, Array]:
-        """Utilisations, and stresses [Pa], of the parts of strips' stresses (..., 2, sections, 3 angles)."""
-        high, low = self._extremes(stress)
-        return self._utilisations(high, low, diagram), self._stresses(high, low)
-
-    def _extremes(self, stress: Array) -> tuple[Array, Array]:
-        """The height and the depth of every hump, shape (..., 2, sections, humps)."""
-        threes = stress.reshape(*stress.shape[:-1], -1, 3)[..., self.order, :]
-        both = np.stack([threes, -threes])
-        high, low = np.maximum.reduceat(vertex(both[..., 0], both[..., 1], both[..., 2]), self.starts, axis=-1)
-        return high, -low
-
-    @cached_property
-    def _used_at(self) -> tuple[Place, Place]:
-        fibre, group, hump, dip, _ = self.utilisations
-        return Place(fibre, group, hump), Place(fibre, group, dip)
-
-    @cached_property
-    def _strained_at(self) -> Place:
-        return Place(*self.stresses[:3])
-
-    def _utilisations(self, high: Array, low: Array, diagram: Diagram) -> Array:
-        hump, dip = self._used_at
-        piece, top, bottom = self.utilisations[4], hump.read(high), dip.read(low)
-        amplitude, mean = 0.5 * (top - bottom), 0.5 * (top + bottom)
-        lines, (alpha, beta, _) = diagram.lines, diagram.parabola
-        straight = np.minimum(piece, lines.shape[0] - 1)
-        if lines.shape[0]:
-            value = (lines[straight, :, 0] * amplitude[..., None] + lines[straight, :, 1] * mean[..., None]).min(
-                axis=-1
-            )
-        else:
-            value = np.zeros_like(amplitude)
-        a, m = alpha * amplitude, 2.0 * beta * np.maximum(mean, 0.0)
-        value = np.where(piece < lines.shape[0], value, 0.5 * (a + np.hypot(a, m)))
-        return vertex(*np.moveaxis(value, -2, 0))
-
-    def _stresses(self, high: Array, low: Array) -> Array:
-        at, dips = self._strained_at, self.stresses[3]
-        return vertex(*np.moveaxis(np.where(dips, -at.read(low), at.read(high)), -2, 0))
+        used, strained = part_values(stress, order, starts, every, all_stresses, *diagram)
+        every = np.compress(used >= _NEAR * used.max(), every, axis=1)
+        return Parts(order, starts, every, np.compress(strained >= _NEAR * strained.max(), all_stresses, axis=1))
 
 
-def vertex(left: Array, middle: Array, right: Array) -> Array:
-    """The heights of parabolas through three samples where their vertices lie near, else the greatest samples."""
-    bend, slope = 2.0 * middle - left - right, 0.5 * (right - left)
-    inside = (bend > 0.0) & (np.abs(slope) <= bend)
-    height = middle + 0.5 * slope**2 / np.where(inside, bend, 1.0)
-    return np.where(inside, height, np.maximum(middle, np.maximum(left, right)))
+@kernel
+def part_values(
+    stress: Array, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array, parabola: Array
+) -> tuple[Array, Array]:
+    """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles); the other arguments
+    as in ``Parts`` and ``Diagram``."""
+    high, low = _extremes(stress, order, starts)
+    used, strained, three = np.empty(utilisations.shape[1]), np.empty(stresses.shape[1]), np.empty(3)
+    for n in range(used.size):
+        fibre, group, piece = utilisations[0, n], utilisations[1, n], utilisations[4, n]
+        for k in range(3 if group > 0 else 1):
+            j = 3 * group - 2 + k if group > 0 else 0
+            top, bottom = high[fibre, j, utilisations[2, n]], low[fibre, j, utilisations[3, n]]
+            amplitude, mean = 0.5 * (top - bottom), 0.5 * (top + bottom)
+            if piece < lines.shape[0]:
+                three[k] = np.inf
+                for line in range(lines.shape[1]):
+                    three[k] = min(three[k], lines[piece, line, 0] * amplitude + lines[piece, line, 1] * mean)
+            else:
+                a, m = parabola[0] * amplitude, 2.0 * parabola[1] * max(mean, 0.0)
+                three[k] = 0.5 * (a + math.sqrt(a * a + m * m))
+        used[n] = peak(three[0], three[1], three[2]) if group > 0 else three[0]
+    for n in range(strained.size):
+        fibre, group, hump, dips = stresses[0, n], stresses[1, n], stresses[2, n], stresses[3, n]
+        for k in range(3 if group > 0 else 1):
+            j = 3 * group - 2 + k if group > 0 else 0
+            three[k] = -low[fibre, j, hump] if dips > 0 else high[fibre, j, hump]
+        strained[n] = peak(three[0], three[1], three[2]) if group > 0 else three[0]
+    return used, strained
+
+
+@kernel
+def _extremes(stress: Array, order: Index, starts: Index) -> tuple[Array, Array]:
+    """The height and the depth of every hump, (2, sections, humps) each."""
+    sections, humps = stress.shape[1], starts.size
+    high, low = np.full((2, sections, humps), -np.inf), np.full((2, sections, humps), np.inf)
+    for fibre in range(2):
+        for j in range(sections):
+            own = stress[fibre, j]
+            for hump in range(humps):
+                for n in range(starts[hump], starts[hump + 1] if hump + 1 < humps else order.size):
+                    i = 3 * order[n]
+                    high[fibre, j, hump] = max(high[fibre, j, hump], peak(own[i], own[i + 1], own[i + 2]))
+                    low[fibre, j, hump] = min(low[fibre, j, hump], -peak(-own[i], -own[i + 1], -own[i + 2]))
+    return high, low

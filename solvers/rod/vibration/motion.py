@@ -117,7 +117,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         kicked = kicks(equation, turn.swing[turn.first, 0], jump, static)[m:]
         count, omitted = chosen(kicked * enlarged, m, MOST_RINGING, wanted)
         if count:
-            enough = 1e-2 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / turn.widths.size
+            enough = 1e-1 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
             coarse = excitation.edges
             free = FreeModes.of(equation, coarse, excitation.panels(coarse), excitation.states, m, enough)

@@ -36,9 +36,9 @@ LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
 
 LADDER = (9, 11, 13, 16, 20, 26, 34)
-_RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 5e-8, 5e-9, 5e-9, 5e-10, 5e-10)
-"""Below these errors fewer polynomials than the next of ``LADDER`` have never been enough; behind corners more modes
-have to be known."""
+_RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 2e-7, 5e-9, 5e-9, 5e-10, 5e-10)
+"""Below these errors fewer polynomials than the next of ``LADDER`` have hardly ever been enough; behind corners more
+modes have to be known."""
 
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""

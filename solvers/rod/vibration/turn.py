@@ -75,7 +75,7 @@ class Turn:
         strips = equation.mean.shape
         columns, last, speeds, change, fell = each(
             strips,
-            lambda w, s, r, *own: slow_motion(w, s, r, Parts(*own), RULE, 0.1 * min(wanted, _LOOSEST), _TERMS),
+            lambda w, s, r, *own: slow_motion(w, s, r, Parts(*own), RULE, min(wanted, _LOOSEST), _TERMS),
             widths,
             swing,
             right @ turned[..., None, :, :],

@@ -52,7 +52,13 @@ class Sizes:
     @property
     def discrete(self) -> bool:
         """Whether any size is discrete."""
-        return self.stock_h is not None or self.step_b is not None or self.step_l is not None
+        return len(self.free) < 3
+
+    @property
+    def free(self) -> tuple[int, ...]:
+        """The indices of those of b, h, l that may be chosen at will."""
+        steps = self.step_b, self.stock_h, self.step_l
+        return tuple(k for k, step in enumerate(steps) if step is None)
 
     def slices(self) -> Array:
         """The boxes (b1, b2, h1, h2) that together contain all sizes; one per stock thickness."""

@@ -77,16 +77,21 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
             assert not np.array_equal(own.motion.edges, found.motion.edges)
 
 
-def test_rows_of_strips_side_by_side_are_those_of_each(rows):
-    """One of them buckles, and one has its corrections."""
+def test_a_strip_that_buckles_has_rows_that_say_so(rows):
     home = logarithms(rows.home)
-    thin, beside = home - np.array([0.0, 0.6, 0.0]), home + 1e-3
-    strips = [rows.model.strip(dimensions_of(x, rows.model.scene), corrected=False) for x in (home, thin, beside)]
-    strips.append(rows.model.strip(rows.home))
-    together = rows._read(strips)
-    assert together[1, UTILISATION] == BUCKLED and (together[[0, 2, 3], UTILISATION] < BUCKLED).all()
-    for k, strip in enumerate(strips):
-        assert together[k] == pytest.approx(rows._read([strip])[0], rel=1e-12)
+    assert rows.plain_values(home - np.array([0.0, 0.6, 0.0]))[UTILISATION] == BUCKLED
+    assert rows.plain_values(home)[UTILISATION] < BUCKLED
+
+
+def test_where_sizes_come_in_steps_strips_aside_are_solved_only_if_asked_for(rows):
+    """Of which what is read is the same."""
+    model = replace(rows.model, free=(1,), _stencils=[])
+    held = model.following(model.peaks(rows.home), rows.home)
+    home, parts = logarithms(rows.home), rows.layout.parts(UTILISATION)
+    for moved, solved in (([0.0, 8e-4, 0.0], 3), ([4e-4, 8e-4, 0.0], 10)):
+        x = home + np.array(moved)
+        assert held.values(x)[parts] == pytest.approx(rows.values(x)[parts], abs=1e-6)
+        assert len(held.stencil.solved) == solved
 
 
 def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from prometheus_client import Counter, Gauge, Histogram
 
@@ -25,12 +24,12 @@ RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["len
 ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
 
 
-def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Iterable[Mapping[str, Any]]) -> None:
-    """Record a finished solve."""
+def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Iterable[tuple[str, str]]) -> None:
+    """Record a finished solve, with the name and the state of each effect."""
     SOLVES.labels(kind, mode, status).inc()
     SOLVE_SECONDS.labels(kind, mode).observe(seconds)
-    for effect in effects:
-        EFFECTS.labels(kind, effect["name"], effect["state"]).inc()
+    for name, state in effects:
+        EFFECTS.labels(kind, name, state).inc()
 
 
 def record_write(seconds: float, fault: StoreFault | None) -> None:

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from app.designs.kind import Answer
 from app.designs.progress import Report, ignore_progress
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
@@ -53,8 +52,8 @@ class Executor(Protocol):
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
         report: Report = ignore_progress,
-    ) -> Answer:
-        """Return the answer to a request given as JSON; ``report`` is called with the progress.
+    ) -> Any:
+        """Return what the entry makes of a request given as JSON; ``report`` is called with the progress.
 
         Raises Busy if the queue is full, BudgetExceeded after ``budget_s`` seconds of wall-clock time (queueing not
         included), MemoryExceeded, WorkerCrashed or SolveFailed. Cancelling the awaiting task kills the solve.
@@ -175,7 +174,7 @@ class ProcessPool:
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
         report: Report = ignore_progress,
-    ) -> Answer:
+    ) -> Any:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         self.start()

@@ -145,7 +145,7 @@ def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, rea
         answer = service.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
         assert answer.json()["status"] == "failed" and number() == before + 1
     skipped = metrics.EFFECTS.labels("a-kind", "shear", "skipped")._value
-    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [{"name": "shear", "state": "skipped"}])
+    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [("shear", "skipped")])
     assert skipped.get() >= 1
 
 

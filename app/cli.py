@@ -297,8 +297,8 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         from app.designs.kind import REFUSED, Mode
         from app.designs.problems import OUT_OF_TIME
         from app.designs.registry import KINDS, job_of, modes_of
+        from app.encoded_answer import EncodedAnswer
         from app.errors import Problem
-        from app.jobs.encoded_answer import EncodedAnswer
         from app.jobs.errors import BudgetExceeded
         from app.printing import print_run, shown_progress
         from app.run_references import resolve_references

@@ -23,10 +23,10 @@ from app.designs.problems import INVALID, OUT_OF_TIME
 from app.designs.progress import Progress, Report, ignore_progress
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_budget_of
+from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
-from app.jobs.encoded_answer import EncodedAnswer
 from app.jobs.errors import (
     BudgetExceeded,
     Busy,

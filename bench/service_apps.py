@@ -20,7 +20,7 @@ from app import errors, runs
 from app.api import submissions
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD, CheckRequest
 from app.designs.kind import Mode
-from app.jobs.encoded_answer import EncodedAnswer
+from app.encoded_answer import EncodedAnswer
 from app.settings import Settings
 from app.store import models
 from app.store.engine import WRITE, make_engine

@@ -11,8 +11,8 @@ from app.designs.progress import Report
 from app.jobs import warm_markers
 
 if TYPE_CHECKING:
+    from app.encoded_answer import EncodedAnswer
     from app.exports.export import File, Refusal
-    from app.jobs.encoded_answer import EncodedAnswer
 
 _loaded: set[tuple[str, str]] = set()
 """Kinds and modes whose kernels this process has in memory, by itself or from the process it was forked from."""
@@ -28,7 +28,7 @@ EXPORT = "export:"
 def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> EncodedAnswer | str | File | Refusal:
     """Run a registered job on a request given as JSON and report its progress; or draw a plot; or make an export."""
     from app.designs.registry import KINDS, job_of
-    from app.jobs.encoded_answer import EncodedAnswer
+    from app.encoded_answer import EncodedAnswer
 
     if mode.startswith(EXPORT):
         return _file(kind_slug, mode.removeprefix(EXPORT), payload)

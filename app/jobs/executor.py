@@ -118,7 +118,8 @@ class ProcessPool:
             settings.background_niceness,
         )
         self._wake = threading.Event()
-        self._foreground = Lane(worker, settings.workers, self._wake.set)
+        most = settings.workers + settings.queue_limit
+        self._foreground = Lane(worker, settings.workers, self._wake.set, most)
         self._background = Lane(background, settings.background_workers, self._wake.set)
         self._lanes = (self._foreground, self._background)
         self._supervisor = threading.Thread(target=self._supervise, name="supervisor", daemon=True)
@@ -175,22 +176,18 @@ class ProcessPool:
         budget_s: float = DEFAULT_BUDGET_S,
         report: Report = ignore_progress,
     ) -> Any:
-        if self._closed:
-            raise ExecutorClosed("the executor is closing")
-        self.start()
-        await self._check_kernels(kind_slug, mode)
-        if self._foreground.pending >= self._settings.workers + self._settings.queue_limit:
-            raise Busy(f"{self._foreground.pending} solves run or wait already")
         return await self._solve(self._foreground, Call(kind_slug, mode, payload, budget_s, report))
 
     async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
-        if self._closed:
-            raise ExecutorClosed("the executor is closing")
-        self.start()
-        await self._check_kernels(kind_slug, mode)
         return await self._solve(self._background, Call(kind_slug, mode, payload, budget_s))
 
     async def _solve(self, lane: Lane, call: Call) -> Any:
+        if self._closed:
+            raise ExecutorClosed("the executor is closing")
+        self.start()
+        await self._check_kernels(call.kind_slug, call.mode)
+        if lane.pending >= lane.limit:
+            raise Busy(f"{lane.pending} solves run or wait already")
         lane.pending += 1
         try:
             for last in (False, True):
@@ -204,7 +201,7 @@ class ProcessPool:
                     lane.release(worker)
                     if self._closed:
                         self._reap(lane)
-                code = await asyncio.wrap_future(worker.exit_code)
+                code = await asyncio.shield(asyncio.wrap_future(worker.exit_code))
                 # Once more if it died before its call began, or with the fork server.
                 if last or (worker.accepted and code is not None):
                     raise WorkerCrashed(code)

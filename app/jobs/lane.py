@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 import threading
 from collections import deque
 from collections.abc import Callable
@@ -24,10 +25,12 @@ class Lane:
     ``on_lost`` wakes it.
     """
 
-    def __init__(self, settings: WorkerSettings, wanted: int, on_lost: Callable[[], None]) -> None:
+    def __init__(
+        self, settings: WorkerSettings, wanted: int, on_lost: Callable[[], None], limit: float = math.inf
+    ) -> None:
         self.settings, self.wanted, self._on_lost = settings, wanted, on_lost
-        self.pending = 0
-        """Number of running and waiting calls."""
+        self.pending, self.limit = 0, limit
+        """Number of running and waiting calls, now and at most."""
         self._workers: list[Worker] = []
         self._idle: list[Worker] = []
         self._lost: list[Worker] = []
@@ -44,8 +47,6 @@ class Lane:
     def workers(self) -> list[Worker]:
         with self._lock:
             return list(self._workers)
-
-    # -- calls ------------------------------------------------------------------------------------------------------
 
     async def acquire(self) -> Worker:
         """Borrow a worker, of the idle ones the last used: its memory is in the caches.
@@ -80,8 +81,6 @@ class Lane:
                 self._lend(worker)
             else:
                 self._lose(worker)
-
-    # -- supervisor -------------------------------------------------------------------------------------------------
 
     def missing(self) -> int:
         """Number of workers to start."""
@@ -122,8 +121,6 @@ class Lane:
             while self._idle:
                 self._lose(self._idle[-1])
         self.refuse(ExecutorClosed("the executor closed before the solve began"))
-
-    # -- with the lock held -----------------------------------------------------------------------------------------
 
     def _lend(self, worker: Worker) -> None:
         while self._waiting:

@@ -10,7 +10,7 @@ from app import runs
 from app.accepted_runs import MAX_ATTEMPTS
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS, example_of, job_of
-from app.jobs.encoded_answer import EncodedAnswer
+from app.encoded_answer import EncodedAnswer
 from app.jobs.errors import WorkerCrashed
 from app.store.faults import FaultKind, StoreFault
 from app.store.record import RunRecord

@@ -16,7 +16,7 @@ from app.designs.kind import Answer, Mode
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS
 from app.designs.schema import envelope
-from app.jobs.encoded_answer import EncodedAnswer
+from app.encoded_answer import EncodedAnswer
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service

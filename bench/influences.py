@@ -4,6 +4,8 @@ The influence of an effect is an estimate, made before anything is solved, of ho
 it; `auto` leaves out effects by it. Here it is compared with the change itself: each scene of the campaign is solved
 with all effects and without each in turn, to 1e-6. Ratios are given where the change is at least 20 times what the two
 solutions may be off. Where the estimate is unbounded, the effect is always included; such scenes are counted apart.
+The second table counts the effects that `auto` includes at each tolerance, of which those are needless that change no
+result by more than the tolerance.
 
 `python -m bench.influences [COUNT] [--first SEED]` writes the section of docs/benchmarks.md.
 """
@@ -14,6 +16,7 @@ import argparse
 import math
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -35,11 +38,23 @@ _LOCAL = "stress_amplitude_mpa"
 _ESTIMATED = tuple(effect for effect in EFFECTS if effect.name != "friction")
 """All whose influence is not known exactly."""
 
-Ratio = tuple[str, int, float, float]
-"""An effect's name, the scene's seed, the change without the effect, and its influence."""
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """The change of a scene's results without an effect, what both solutions may be off, and the effect's influence."""
+
+    effect: str
+    seed: int
+    change: float
+    off: float
+    influence: float
+
+    @property
+    def is_certain(self) -> bool:
+        return self.change > max(_CERTAIN * self.off, _LEAST)
 
 
-def ratios(seed: int) -> list[Ratio]:
+def comparisons(seed: int) -> list[Comparison]:
     """Those of a scene; none if it takes too long."""
     scene, everything = scene_of("flexible-rod", seed), frozenset(effect.name for effect in EFFECTS)
     request = scene.request()
@@ -51,46 +66,54 @@ def ratios(seed: int) -> list[Ratio]:
         results = {name: value for name, value in scene.results(answer).items() if name != _LOCAL}
         return results, answer.accuracy["estimated"]
 
-    found: list[Ratio] = []
+    found: list[Comparison] = []
     try:
         with limited(_LIMIT_S):
             exact, off = solved(everything)
             for effect in _ESTIMATED:
                 without, beside = solved(everything - {effect.name})
                 change = greatest_change(without, exact)
-                if change > max(_CERTAIN * (off + beside), _LEAST):
-                    found.append((effect.name, seed, change, effect.influence(situation)))
+                found.append(Comparison(effect.name, seed, change, off + beside, effect.influence(situation)))
     except TooLong:
         return []
     return found
 
 
 def table(count: int = 300, first: int = 0) -> list[str]:
-    """The page's lines: scenes and date, and a line for each effect."""
+    """The page's lines: scenes and date, a line for each effect, and a line for each tolerance."""
     with ProcessPoolExecutor() as workers:
-        of_scenes = workers.map(ratios, range(first, first + count), chunksize=20)
-        found = [ratio for of_scene in of_scenes for ratio in of_scene]
-    return [f"{datetime.now(UTC):%Y-%m-%d}: {count:,} scenes from seed {first}.", "", *_lines(found)]
+        of_scenes = workers.map(comparisons, range(first, first + count), chunksize=20)
+        found = [comparison for of_scene in of_scenes for comparison in of_scene]
+    told = f"{datetime.now(UTC):%Y-%m-%d}: {count:,} scenes from seed {first}."
+    return [told, "", *_by_effect([c for c in found if c.is_certain]), "", *_by_tolerance(found)]
 
 
-def _lines(found: Sequence[Ratio]) -> list[str]:
+def _by_effect(found: Sequence[Comparison]) -> list[str]:
     lines = [
         "| effect | changes | influence / change: median | 95 % | 99 % | below 1 | and a choice of `auto` spoiled | "
         "always included |",
         "|---|---|---|---|---|---|---|---|",
     ]
     for effect in _ESTIMATED:
-        own = [(seed, change, influence) for name, seed, change, influence in found if name == effect.name]
-        finite = [(seed, c, i) for seed, c, i in own if math.isfinite(c) and math.isfinite(i)]
-        ratio = np.array([influence / change for _, change, influence in finite])
-        low = [(seed, c, i) for seed, c, i in own if i < c]
-        spoiled = sorted({seed for seed, c, i in low if any(i <= tolerance < c for tolerance in TOLERANCES)})
-        median, most, rare = np.quantile(ratio, [0.5, 0.95, 0.99])
+        own = [c for c in found if c.effect == effect.name]
+        finite = [c for c in own if math.isfinite(c.change) and math.isfinite(c.influence)]
+        low = [c for c in own if c.influence < c.change]
+        spoiled = sorted({c.seed for c in low if any(c.influence <= t < c.change for t in TOLERANCES)})
+        median, most, rare = np.quantile([c.influence / c.change for c in finite], [0.5, 0.95, 0.99])
         named = f"{len(spoiled)} (seeds {', '.join(map(str, spoiled))})" if spoiled else "0"
         lines.append(
             f"| {effect.name} | {len(finite):,} | {median:.2f} | {most:.1f} | {rare:.0f} | {len(low)} | {named} | "
-            f"{sum(math.isinf(i) for _, _, i in own):,} |"
+            f"{sum(math.isinf(c.influence) for c in own):,} |"
         )
+    return lines
+
+
+def _by_tolerance(found: Sequence[Comparison]) -> list[str]:
+    lines = ["| tolerance of effects | included | needless | |", "|---|---|---|---|"]
+    for tolerance in TOLERANCES:
+        included = [c for c in found if c.influence > tolerance and abs(c.change - tolerance) > c.off]
+        needless = sum(c.change <= tolerance for c in included)
+        lines.append(f"| {tolerance:g} | {len(included):,} | {needless:,} | {needless / len(included):.1%} |")
     return lines
 
 

@@ -259,7 +259,7 @@ class Machine:
         side = axial * m.tan(beta) + couple
         tangential = axial * m.sin(phi) + side * m.cos(phi)
         radial = axial * m.cos(phi) - side * m.sin(phi)
-        rod = m.sign(axial) * m.sqrt(axial**2 + side**2)
+        rod = axial * m.cos(beta) + side * m.sin(beta)
         on_pin = gas - self.piston * acceleration
         whole = size + size_across
         big_end, turning_mass = self.big_end * grip, (self.throw + self.rods_per_pin * self.big_end) * grip

@@ -3,8 +3,8 @@
 With the axial force P on the wrist pin (toward the crank) and the rod angle beta: side force N = P tan(beta), rod
 force S = P/cos(beta), tangential T = P sin(phi + beta)/cos(beta), radial (toward the shaft) Z = P cos(phi +
 beta)/cos(beta), torque M = T r. All are expressed in tan(beta), so that Z^2 + T^2 = S^2 = P^2 + N^2 holds to
-rounding. With a couple on the rod its end forces are not along it; S is then the magnitude of the force transmitted
-from pin to pin.
+rounding. With a couple C on the rod N = P tan(beta) - C/(L cos(beta)), and the force on a pin is not along the rod;
+S = P cos(beta) + N sin(beta) is its part that is, smooth where P changes its sign.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -65,13 +65,15 @@ class Machine(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, tangential and radial."""
+    """p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, along the rod, tangential and
+    radial."""
 
     pressure: float
     gas: float
     inertia: float
     on_pin: float
     side: float
+    rod: float
     tangential: float
     radial: float
 
@@ -107,14 +109,15 @@ def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
     seen = frame.offset == gas.frame.offset
     pressure = pressure_of(phi, at, piece, gas) if seen else pressure_at(phi, piece, gas)
     force, hastened = (pressure - machine.back) * machine.area, -machine.speed * machine.speed
-    couple = machine.defect * hastened * turning_of(at, frame) * at.secant
+    across = machine.defect * hastened * turning_of(at, frame) * at.secant / frame.length
     hastened *= acceleration_of(at, frame)
     inertia = machine.reciprocating * hastened
     axial = force + inertia
-    side = axial * at.tangent - couple / frame.length
+    side = axial * at.tangent - across
     return Instant(
-        pressure, force, inertia, force + machine.piston * hastened, side, axial * at.sine + side * at.cosine,
-        axial * at.cosine - side * at.sine,
+        pressure, force, inertia, force + machine.piston * hastened, side,
+        axial * at.secant - across * at.tangent / at.secant,
+        axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine,
     )  # fmt: skip
 
 
@@ -131,9 +134,9 @@ def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
     for i in range(angle.size):
         phi = within(angle[i], gas.breaks)
         at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
-        axial = at.gas + at.inertia
-        out[0, i], out[1, i], out[2, i], out[3, i], out[4, i] = at.pressure, at.gas, at.inertia, axial, at.side
-        out[5, i] = math.copysign(length_of(axial, at.side), axial)
+        out[0, i], out[1, i], out[2, i] = at.pressure, at.gas, at.inertia
+        out[3, i], out[4, i] = at.gas + at.inertia, at.side
+        out[5, i] = at.rod
         out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.frame.r
         out[9, i] = length_of(at.on_pin, at.side)
         out[10, i] = length_of(at.tangential, at.radial - machine.big_end)

@@ -8,7 +8,6 @@ the higher neighbour, a maximum may rise by K/2 (1/2 - d/K)^2. What is left unre
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -91,9 +90,8 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             tangential += other.tangential
             radial += other.radial
         if first == 0:
-            axial = at.gas + at.inertia
-            out[0, i], out[1, i] = at.gas, math.copysign(length_of(axial, at.side), axial)
-            out[2, i], out[3, i], out[4, i] = -out[1, i], abs(at.side), length_of(at.on_pin, at.side)
+            out[0, i], out[1, i], out[2, i] = at.gas, at.rod, -at.rod
+            out[3, i], out[4, i] = abs(at.side), length_of(at.on_pin, at.side)
         if first <= CRANK_PIN:
             out[CRANK_PIN - first, i] = length_of(tangential, radial - machine.big_end)
             out[CRANK_PIN + 1 - first, i] = length_of(tangential, radial - machine.turning)

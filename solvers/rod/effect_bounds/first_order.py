@@ -12,6 +12,7 @@ factor of a few.
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import numpy as np
@@ -56,13 +57,15 @@ _SERIES_RATIO = 1.5
 _JUMP_EXCESS = 4.0
 """Typical overestimation of the ringing after jumps of the load by its bound."""
 
-_AMPLIFICATION, _MAX_AMPLIFYING, _NEAR_BUCKLING, _UNBOUNDED_FACTOR = 2.0, 1.2, 0.2, 2.0
-"""Amplification of other effects' changes per relative influence of inertia; the influence up to which it grows, its
-increment per 1/(1 - P/P_cr), and the factor on the amplification if the influence of inertia is unbounded."""
+_AMPLIFICATION, _MAX_AMPLIFYING, _NEAR_BUCKLING = 2.0, 1.2, 0.2
+"""Amplification of other effects' changes per relative influence of inertia; the influence up to which it grows, and
+its increment per 1/(1 - P/P_cr)."""
 
-_SLOW_PACE, _MIN_DETUNING, _SLOW_PHASE_FACTOR = 8.0, 0.2, 0.5
-"""If the influence of inertia is unbounded but the first mode slower than the first and detuned from the harmonics by
-more than the second, as |sin| of half its phase: no additional amplification, and the phase effect times the third."""
+_MIN_DETUNING = 1e-2
+"""Minimum |1 - m| with m the multiplier of a free motion after a revolution: resonance is never met exactly."""
+
+_MEMORY = 16.0
+"""Rate of forgetting a phase shift relative to the rate of decay: maxima come soon after what excites them."""
 
 _STRONG_INERTIA, _MAX_MULTIPLIER = 0.25, 3.0
 """Influence of inertia above which it may multiply a change larger than the results, and the maximum multiplier."""
@@ -186,15 +189,14 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
     own = influence / (_JUMP_EXCESS if situation.is_sharp else 1.0)
     own = min(own, _MAX_AMPLIFYING + _NEAR_BUCKLING / left)
-    # Ringing keeps the phase of the last revolution, or of as much of it as damping leaves.
-    memory = 1.0 / max(1.0, math.pi * situation.scene.material.loss_factor * pace)
-    lively, phase = _AMPLIFICATION * own, min(1.0, change * pace * memory)
-    moved = (own * share if stiffens else 0.0) * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
+    decay = math.pi * situation.scene.material.loss_factor * pace
+    phase = min(1.0, change * pace / max(1.0, _MEMORY * decay))
+    lively, moved = _AMPLIFICATION * own, 0.0
     if math.isinf(influence):
-        if pace < _SLOW_PACE and abs(math.sin(math.pi * pace)) > _MIN_DETUNING:
-            moved *= _SLOW_PHASE_FACTOR
-        else:
-            lively *= _UNBOUNDED_FACTOR
+        # What a revolution leaves of a free motion; near resonance, next to all of it.
+        lively /= min(1.0, max(abs(1.0 - cmath.exp(complex(-decay, TURN * pace))), _MIN_DETUNING))
+    if stiffens:
+        moved = own * share * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
     found = _MARGIN * change * (1.0 + lively) + moved
     if found <= 1.0 or not stiffens:
         return found

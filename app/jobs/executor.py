@@ -104,7 +104,7 @@ class ProcessPool:
     """
 
     def __init__(self, settings: PoolSettings | None = None, fork_server: ForkServer | None = None) -> None:
-        self._settings = settings = settings or PoolSettings()
+        settings = settings or PoolSettings()
         self._fork_server = fork_server or ForkServer(settings.preload)
         self._warming = KernelWarming(self._fork_server, settings.on_status) if settings.kernels else None
         worker = WorkerSettings(

@@ -123,6 +123,7 @@ class Lane:
         self.refuse(ExecutorClosed("the executor closed before the solve began"))
 
     def _lend(self, worker: Worker) -> None:
+        """Give it to the call that waits longest, if any; called, as the two below, with the lock held."""
         while self._waiting:
             waiting = self._waiting.popleft()
             if waiting.set_running_or_notify_cancel():

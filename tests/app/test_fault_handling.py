@@ -66,10 +66,8 @@ def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        # Applies to all connections used from now on.
-        event.listen(
-            service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
-        )
+        bound = "PRAGMA max_page_count = 1"  # in every transaction from now on
+        event.listen(service.store._engine, "begin", lambda connection: connection.exec_driver_sql(bound))
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
         rows = b"".join(json.dumps({**BODY, "name": os.urandom(99).hex()}).encode() + b"\n" for _ in range(500))

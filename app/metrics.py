@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from functools import cache
+from typing import Any
 
 from prometheus_client import Counter, Gauge, Histogram
 
@@ -24,12 +26,18 @@ RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["len
 ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
 
 
+@cache
+def labelled(metric: Any, *values: str) -> Any:
+    """The child of a metric for these labels, whose look-up checks and locks; there are few."""
+    return metric.labels(*values)
+
+
 def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Iterable[tuple[str, str]]) -> None:
     """Record a finished solve, with the name and the state of each effect."""
-    SOLVES.labels(kind, mode, status).inc()
-    SOLVE_SECONDS.labels(kind, mode).observe(seconds)
+    labelled(SOLVES, kind, mode, status).inc()
+    labelled(SOLVE_SECONDS, kind, mode).observe(seconds)
     for name, state in effects:
-        EFFECTS.labels(kind, name, state).inc()
+        labelled(EFFECTS, kind, name, state).inc()
 
 
 def record_write(seconds: float, fault: StoreFault | None) -> None:

@@ -35,10 +35,10 @@ _APART = 1e-9
 """Corners closer than this [rad] are one."""
 _SAME_CORNER, _WIDENED = 0.3, 0.5
 """By no more than this [rad] a corner moves from a strip to the next, and by this share what is between two."""
-_MOST_CORNERS = 400
+_MOST_CORNERS = 1000
 """More are no corners to a motion, but texture."""
 _MOST_ELEMENTS = 2000
-_ROUGH = 1e-15
+_ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
 
 
 @dataclass(frozen=True)
@@ -114,9 +114,11 @@ class Excitation:
         values = np.abs(self.states[[SIDE, MOMENT]].reshape(2, -1, RULE.points.size))
         most = values.max(axis=(1, 2), initial=1e-300)[:, None]
         last = np.abs(self.states[[SIDE, MOMENT]].reshape(values.shape) @ RULE.tail[2:].T).max(axis=2)
-        ratio = np.max(last / most, axis=0) + _ROUGH
+        ratio, widths = np.max(last / most, axis=0) + _ROUGH, np.diff(self.edges)
         rho = ratio ** (-1.0 / (RULE.points.size - 2))
-        return 0.25 * np.diff(self.edges) * (rho - 1.0 / rho)
+        # In a narrow element, coefficients at rounding tell nothing of what lies farther away than it is wide.
+        told = (ratio > _ROUNDED * _ROUGH) | (widths > _NARROW)
+        return np.where(told, 0.25 * widths * (rho - 1.0 / rho), np.inf)
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:

@@ -145,8 +145,8 @@ class ForkServer:
         try:
             ours.send((target, arguments))
         except OSError as error:
-            child.close()
-            raise WorkerCrashed(None) from error
+            child.kill()
+            raise WorkerCrashed(self.exit_code(child)) from error
         return child
 
     def exit_code(self, child: Child) -> int | None:

@@ -157,8 +157,8 @@ class GroupWriter:
     def _transaction(self) -> Iterator[Connection]:
         """A transaction of the writer.
 
-        It keeps its connection to a file, for taking one from the pool costs up to a sixth of a small write; the pool tests
-        one to a server before every use.
+        It keeps its connection to a file, for taking one from the pool costs up to a sixth of a small write; the pool
+        tests one to a server before every use.
         """
         connection = self._connection or self._engine.connect().execution_options(**WRITE)
         self._connection = None

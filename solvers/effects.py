@@ -8,7 +8,7 @@ is not computed at all; a bound that does not affect the selection is computed o
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from typing import Generic, Protocol, TypeVar
@@ -47,6 +47,7 @@ class EffectSelection:
         object.__setattr__(self, "exclude", frozenset(self.exclude))
 
 
+_NONE: Mapping[str, str] = {}
 AUTO = EffectSelection()
 ALL = EffectSelection(automatic=False)
 
@@ -76,8 +77,9 @@ def choose(
     selection: EffectSelection = AUTO,
     tolerance: float = 1e-2,
     demands: Iterable[Demand] = (),
+    unable: Mapping[str, str] = _NONE,
 ) -> Choice[E]:
-    """Select the effects for a situation.
+    """Select the effects for a situation; ``unable``: those that it lacks the data for, and what the manifest says.
 
     Raises InvalidInput for an unknown name or one both included and excluded, and EffectConflict for an excluded effect
     that a demand needs.
@@ -85,6 +87,8 @@ def choose(
     if not 0 < tolerance <= 1:
         raise InvalidInput("effect_tolerance", "must lie in (0, 1]", "(0, 1]")
     settled = _settled(tuple([effect.name for effect in effects]), selection, tuple(demands))
+    if unable:
+        settled = settled | {name: (EffectState.SKIPPED, why) for name, why in unable.items()}
     bounds = {effect.name: effect.influence(situation) for effect in effects if effect.name not in settled}
     skipped, left_out = set(), 0.0
     for name in sorted(bounds, key=bounds.__getitem__):
@@ -103,6 +107,7 @@ def choose(
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 
+    bounds.update(dict.fromkeys(unable, 0.0))
     manifest, active = [], []
     for effect in effects:
         state, why = settled.get(effect.name) or decided(effect.name)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 
 class InvalidInput(ValueError):
     """A quantity outside the model's range.
@@ -36,3 +38,21 @@ def require(ok: bool, field: str, reason: str, allowed: str) -> None:
     """Raise InvalidInput unless ``ok``."""
     if not ok:
         raise InvalidInput(field, reason, allowed)
+
+
+def require_positive(owner: object, prefix: str, *names: str) -> None:
+    """Raise InvalidInput for fields of ``owner`` that are neither None nor positive and finite."""
+    for name in names:
+        value = getattr(owner, name)
+        require(value is None or 0.0 < value < math.inf, _dotted(prefix, name), "must be positive", "(0, inf)")
+
+
+def require_not_negative(owner: object, prefix: str, *names: str) -> None:
+    """Raise InvalidInput for fields of ``owner`` that are negative or not finite."""
+    for name in names:
+        ok = 0.0 <= getattr(owner, name) < math.inf
+        require(ok, _dotted(prefix, name), "must not be negative", "[0, inf)")
+
+
+def _dotted(prefix: str, name: str) -> str:
+    return f"{prefix}.{name}" if prefix else name

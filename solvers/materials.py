@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from solvers.errors import InvalidInput
+from solvers.errors import InvalidInput, require_positive
 
 LOSS_FACTOR = 0.01
 """eta of a steel strip held by friction in its clamps, damping ratio 0.5 %: hardened steel itself has 1e-4 to 2e-3, a
@@ -43,9 +43,7 @@ class Material:
     loss_factor: float = LOSS_FACTOR
 
     def __post_init__(self) -> None:
-        for name in ("elastic_modulus", "fatigue_limit", "yield_strength", "density"):
-            if not (math.isfinite(value := getattr(self, name)) and value > 0):
-                raise InvalidInput(f"material.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "material", "elastic_modulus", "fatigue_limit", "yield_strength", "density")
         if not (math.isfinite(self.fatigue_reduction) and self.fatigue_reduction >= 1):
             raise InvalidInput("material.fatigue_reduction", "must be at least 1", "[1, inf)")
         if not 0 <= self.mean_stress_sensitivity < 1:

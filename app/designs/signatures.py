@@ -7,6 +7,7 @@ TUPLES: dict[str, str] = {
     "solvers.crank.cycle.forces.Machine": "solvers.crank.motion.slider_crank.Frame f f f f f f f f",
     "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Frame f f",
     "solvers.crank.motion.slider_crank.Frame": "f f f f f f",
+    "solvers.linkage.steady_state.collocation.Machine": "f1 f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f2 f2",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
@@ -114,9 +115,9 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
-        ("solvers.linkage.steady_state.collocation.inertias", "f1 f f f2 f1"),
-        ("solvers.linkage.steady_state.collocation.spread", "f1 f f f2 f1 f f f f f1 f1 f2F"),
-        ("solvers.linkage.steady_state.collocation.turn", "f2 f2 f f f f1 f2F"),
+        ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
+        ("solvers.linkage.steady_state.collocation.spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
+        ("solvers.linkage.steady_state.collocation.turn", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
     ),
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),

@@ -1,15 +1,11 @@
-"""Batch analysis of cycles, with the same results and kernels as ``analyse``.
-
-Scenes that differ in speed or masses alone, as in a sweep, share their unrolled pressures. Angle-resolved series are
-computed on access only.
-"""
+"""Batch analysis of cycles: ``analyse`` for each."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from solvers.crank.check import SERIES_ANGLES, CrankDynamics, Unroll, analyse, analyse_unrolled
+from solvers.crank.check import SERIES_ANGLES, CrankDynamics, analyse
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
@@ -33,14 +29,10 @@ class Case:
 
 def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | InvalidInput]:
     """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
-    known, found = Unroll(), []
+    found: list[Outcome[CrankDynamics] | InvalidInput] = []
     for case in cases:
         try:
-            found.append(
-                analyse_unrolled(
-                    case.scene, known, case.effects, case.effect_tolerance, case.accuracy, case.series_angles
-                )
-            )
+            found.append(case.alone())
         except InvalidInput as refusal:
             found.append(refusal)
     return found

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Hashable
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from solvers.accuracy import require_accuracy
-from solvers.crank.cycle.forces import Array, Cycle, Forces
+from solvers.crank.cycle.forces import Cycle, Forces
 from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
 from solvers.crank.cycle.worst_instants import Worst, worst_instants
 from solvers.crank.effects import choose_for, compose
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
 from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
 from solvers.crank.engine.unbalance import Balance, balance
-from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.unrolled_pressure import Curve, Pressure
-from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.crank.gas.unrolled_pressure import Curve
 from solvers.crank.scene import SINGLE, Scene
 from solvers.crank.whole_cycle import whole_cycle
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
@@ -105,32 +103,16 @@ def analyse(
 
     Raises InvalidInput for an invalid request: faulty pressures, phases that cannot share a crank pin.
     """
-    return analyse_unrolled(scene, Unroll(), effects, effect_tolerance, accuracy, series_angles)
-
-
-class Unroll(dict[Hashable, Curve]):
-    """Cache of unrolled pressures by pressure, motion and cylinder."""
-
-    def __missing__(self, key: tuple[Pressure, ExactMotion, Cylinder]) -> Curve:
-        pressure, motion, cylinder = key
-        self[key] = found = pressure.unroll(motion, cylinder)
-        return found
-
-
-def analyse_unrolled(
-    scene: Scene, known: Unroll, effects: EffectSelection, effect_tolerance: float, accuracy: float, series_angles: int
-) -> Outcome[CrankDynamics]:
-    """As ``analyse``, with a shared cache of unrolled pressures."""
     started = time.perf_counter()
     require_accuracy(accuracy)
     if not 1 <= series_angles <= 100_000:
         raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
     require_pairs(scene.engine, scene.masses.rods_per_pin)
-    curve = known[scene.pressure, scene.mechanism.motion(), scene.cylinder]
+    curve = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder)
     choice = choose_for(scene, curve, effects, effect_tolerance)
     composition = compose(choice, scene)
     if composition.offset != scene.mechanism.offset:
-        curve = known[scene.pressure, scene.mechanism.motion(with_offset=False), scene.cylinder]
+        curve = scene.pressure.unroll(scene.mechanism.motion_in_line, scene.cylinder)
     cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
     found = whole_cycle(cycle, engine, tolerance)

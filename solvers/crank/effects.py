@@ -13,15 +13,13 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
 from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, within
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 _ANGLES_PER_TURN = 128
 """Sampled angles per turn; a sampled maximum is a lower estimate, which makes the bounds conservative."""
@@ -43,6 +41,10 @@ class Background(NamedTuple):
     side_force: float
     mean_torque: float
     work_swing: float
+
+    def change(self, load: float, side: float, work: float) -> float:
+        """Return the greatest relative change by an effect that adds up to this to loads, side force and work."""
+        return max(_relative(load, self.least_load), _relative(side, self.side_force), _relative(work, self.work_swing))
 
 
 @kernel
@@ -182,14 +184,8 @@ class ReciprocatingInertia:
         force = mass * situation.acceleration * (1.0 + situation.ratio) / cosine**3
         m = situation.scene.mechanism
         energy = 0.5 * mass * (m.crank_radius * m.angular_speed / cosine) ** 2
-        return max(
-            max(
-                _relative(force / cosine, beside.least_load),
-                _relative(force * situation.greatest_tangent, beside.side_force),
-                _relative(situation.cylinders * energy, beside.work_swing),
-            )
-            for beside in situation.still
-        )
+        side = force * situation.greatest_tangent
+        return max(beside.change(force / cosine, side, situation.cylinders * energy) for beside in situation.still)
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, reciprocating=scene.masses.reciprocating, piston=scene.masses.piston)
@@ -215,14 +211,7 @@ class RodInertiaCouple:
         defect = abs(scene.masses.rod.inertia_defect)
         force = defect * turning / (scene.mechanism.rod_length * rod)
         energy = 0.5 * defect * (situation.ratio * scene.mechanism.angular_speed) ** 2
-        return max(
-            max(
-                _relative(force, beside.side_force),
-                _relative(force, beside.least_load),
-                _relative(situation.cylinders * energy, beside.work_swing),
-            )
-            for beside in situation.every
-        )
+        return max(beside.change(force, force, situation.cylinders * energy) for beside in situation.every)
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, inertia_defect=scene.masses.rod.inertia_defect)
@@ -242,13 +231,11 @@ class PinOffset:
             return 0.0
         turned = abs(m.offset) / (m.rod_length * situation.least_rod_cosine**3)
         force = situation.gas.gas_force + (1.0 + 3.0 * situation.ratio) * masses.reciprocating * situation.acceleration
-        torque = force * turned * m.crank_radius
+        aside, work = force * turned, situation.cylinders * force * turned * m.crank_radius * math.pi
         return max(
             2.0 * _relative(abs(m.offset), m.crank_radius),
             _relative(situation.gas.gas_force * turned * m.crank_radius, situation.gas.mean_torque),
-            *(_relative(force * turned, beside.side_force) for beside in situation.in_line),
-            *(_relative(force * turned, beside.least_load) for beside in situation.in_line),
-            *(_relative(situation.cylinders * torque * math.pi, beside.work_swing) for beside in situation.in_line),
+            *(beside.change(aside, aside, work) for beside in situation.in_line),
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:

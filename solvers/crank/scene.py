@@ -7,12 +7,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.unrolled_pressure import Pressure
 from solvers.crank.masses.two_mass_model import CrankThrow, RodMass
 from solvers.crank.motion.slider_crank import ExactMotion
-from solvers.errors import require
+from solvers.errors import require, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -28,9 +29,7 @@ class Mechanism:
     offset: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("crank_radius", "rod_length", "speed"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "mechanism", "crank_radius", "rod_length", "speed")
         require(
             self.crank_radius < self.rod_length,
             "mechanism.crank_radius",
@@ -48,9 +47,15 @@ class Mechanism:
     def angular_speed(self) -> float:
         return 2.0 * math.pi * self.speed
 
-    def motion(self, with_offset: bool = True) -> ExactMotion:
-        """Return the exact motion, with or without the offset."""
-        return ExactMotion(self.crank_radius, self.rod_length, self.offset if with_offset else 0.0)
+    @cached_property
+    def motion(self) -> ExactMotion:
+        """The exact motion."""
+        return ExactMotion(self.crank_radius, self.rod_length, self.offset)
+
+    @cached_property
+    def motion_in_line(self) -> ExactMotion:
+        """The exact motion without the offset."""
+        return ExactMotion(self.crank_radius, self.rod_length) if self.offset else self.motion
 
 
 @dataclass(frozen=True)
@@ -63,7 +68,7 @@ class Masses:
     rods_per_pin: int = 1
 
     def __post_init__(self) -> None:
-        require(math.isfinite(self.piston) and self.piston >= 0, "masses.piston", "must not be negative", "[0, inf)")
+        require_not_negative(self, "masses", "piston")
         require(self.rods_per_pin in (1, 2), "masses.rods_per_pin", "is neither one nor two", "1 or 2")
 
     @property
@@ -106,12 +111,7 @@ class Engine:
         require(
             len(self.positions) in (0, count), "engine.positions", "needs one position per cylinder", f"{count} or none"
         )
-        require(
-            math.isfinite(self.flywheel_inertia) and self.flywheel_inertia >= 0,
-            "engine.flywheel_inertia",
-            "must not be negative",
-            "[0, inf)",
-        )
+        require_not_negative(self, "engine", "flywheel_inertia")
         wanted = self.wanted_irregularity
         require(
             wanted is None or 1e-9 <= wanted <= 1,

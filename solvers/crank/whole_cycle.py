@@ -8,18 +8,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Cycle, Machine
 from solvers.crank.cycle.group import together
-from solvers.crank.cycle.worst_instants import TEXTBOOK, TORQUE, Greatest, climbed, sampled
+from solvers.crank.cycle.worst_instants import BRIX, TORQUE, Greatest, climbed, sampled
 from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.crank.problem import LOADS, OF_THE_ROD
 from solvers.crank.scene import Engine
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _CROSSING_TOLERANCE = 1e-2
 """Tolerance of crossings of the mean torque relative to that of the work, which is stationary there."""
 
@@ -48,23 +47,22 @@ def whole_cycle(cycle: Cycle, engine: Engine, tolerance: float) -> WholeCycle:
 def _whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
     gas, single = refined(curve, sharp, LONGEST_PIECE), phases.size == 1
     group = together(gas, np.zeros(1))
-    places, samples = sampled(machine, gas, group, 0, TEXTBOOK if single else TORQUE)
+    places, samples = sampled(machine, gas, group, 0, BRIX if single else TORQUE)
     loads = climbed(machine, gas, group, 0, places, samples, tolerance)
     torque = loads
     if not single:
         group = together(gas, phases)
-        places, samples = sampled(machine, gas, group, TORQUE, TEXTBOOK - TORQUE)
+        places, samples = sampled(machine, gas, group, TORQUE, BRIX - TORQUE)
         torque = climbed(machine, gas, group, TORQUE, places, samples, tolerance)
-    work = gas_work(machine, gas, tolerance, np.inf)
-    high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, _CROSSING_TOLERANCE * tolerance)
-    swing, error = max(high - low, 0.0), 2.0 * (missed + phases.size * work.error)
-    if error > tolerance * swing > 0.0:
-        # The summed work of all cylinders may fluctuate far less than that of one.
-        work = gas_work(machine, gas, tolerance, swing / (4.0 * phases.size))
-        high, low, missed = work_extremes(
-            machine, gas, group, places, samples[-2], work, _CROSSING_TOLERANCE * tolerance
-        )
+    crossing, least = _CROSSING_TOLERANCE * tolerance, np.inf
+    for _ in range(2):
+        work = gas_work(machine, gas, tolerance, least)
+        high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, crossing)
         swing, error = max(high - low, 0.0), 2.0 * (missed + phases.size * work.error)
+        if not error > tolerance * swing > 0.0:
+            break
+        # The summed work of all cylinders may fluctuate far less than that of one.
+        least = swing / (4.0 * phases.size)
     shaft = ShaftWork(
         work.before[-1], work.error, work.magnitude, torque.value[-2], -torque.value[-1],
         max(torque.error[-2], torque.error[-1]), swing, error, work.nodes,

@@ -7,8 +7,8 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.linkage.bulk import Case, LinkageTable, check_family, check_many
-from solvers.linkage.check import check, of_ratio
+from solvers.linkage.bulk import LinkageTable, check_family, check_many
+from solvers.linkage.check import Case, check, of_ratio
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
 from solvers.linkage.mechanism.change_point import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER

@@ -3,52 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import PLAIN, check, check_with, ratio_results
+from solvers.linkage.check import Case, check_case, ratio_results
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import coefficients, swing
-from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import Scene
 from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
+from solvers.numerics.arrays import Array
+from solvers.numerics.parallel import in_slices
 from solvers.outcome import Outcome
-
-Array = NDArray[np.float64]
 
 _NEAR_LIMIT = 1e-3
 """Above this relative distance from the least free ratio, the distance keeps twelve digits; below it, it is computed
 exactly, one number at a time."""
 _ORIENTATION = 1e-13
-
-
-@dataclass(frozen=True)
-class Case:
-    """Arguments of one call of ``check``."""
-
-    scene: Scene
-    mechanism: Mechanism
-    limits: Limits = PLAIN
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-    demands: tuple[Demand, ...] = ()
-
-    def alone(self) -> Outcome[LinkageCheck]:
-        """Evaluate this case by ``check``."""
-        return check(
-            self.scene, self.mechanism, self.limits, self.effects, self.effect_tolerance, self.accuracy, self.demands
-        )
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
@@ -61,14 +37,9 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
     for case, own in zip(cases, ratio_results([case.mechanism for case in cases]), strict=True):
         try:
-            outcome = check_with(
-                own, case.scene, case.mechanism, case.limits, case.effects, case.effect_tolerance, case.accuracy,
-                case.demands,
-            )  # fmt: skip
+            found.append(check_case(case, own))
         except InvalidInput as refusal:
             found.append(refusal)
-        else:
-            found.append(outcome)
     return found
 
 
@@ -123,7 +94,7 @@ def check_family(
     rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
     full = np.flatnonzero(rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
-    loads = _parallel(lambda a, b: unit_peaks(own[a:b], own_end[a:b], TORQUE, 3, SHARP), full.size, threads)
+    loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
@@ -131,18 +102,23 @@ def check_family(
         swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
         area[full] = _parallel(
-            lambda a, b: least_boxes(
-                swept[a:b], one[a:b], zero[a:b], zero[a:b], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
+            lambda part: least_boxes(
+                swept[part], one[part], zero[part], zero[part], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
             )[:, 0],
             full.size,
             threads,
         )
-        radius[full] = _parallel(lambda a, b: enclosing_radii(swept[a:b]), full.size, threads) + joint_radius
+        radius[full] = _parallel(lambda part: enclosing_radii(swept[part]), full.size, threads) + joint_radius
     middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
         lengths, rotatable, start, end, most, less / (gain + 1.0), turned, middle, torque, force, area, radius
     )
+
+
+def _parallel(solve: Callable[[slice], Array], count: int, threads: int) -> Array:
+    """Results of a kernel for ``count`` rows."""
+    return np.concatenate(in_slices(solve, count, threads))
 
 
 def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
@@ -156,12 +132,3 @@ def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
         for name, values in found.items():
             values[i] = getattr(exact, name)
     return Ratios(**found)
-
-
-def _parallel(solve: Callable[[int, int], Array], count: int, threads: int) -> Array:
-    """Evaluate a kernel for rows 0 … count - 1 in parallel slices."""
-    if threads == 1 or count < threads:
-        return solve(0, count)
-    ends = np.linspace(0, count, threads + 1).astype(int).tolist()
-    with ThreadPoolExecutor(threads) as pool:
-        return np.concatenate(list(pool.map(solve, ends[:-1], ends[1:])))

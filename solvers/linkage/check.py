@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
@@ -25,7 +24,6 @@ from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
 
-Array = NDArray[np.float64]
 _ROUNDING = 1e-14
 """Relative error of closed-form results."""
 PLAIN = Limits()
@@ -65,8 +63,24 @@ def check(
     effects that limits require. Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that
     is required.
     """
-    own = ratio_results([mechanism])[0]
-    return check_with(own, scene, mechanism, limits, effects, effect_tolerance, accuracy, demands)
+    return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).alone()
+
+
+@dataclass(frozen=True)
+class Case:
+    """Arguments of one call of ``check``."""
+
+    scene: Scene
+    mechanism: Mechanism
+    limits: Limits = PLAIN
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+    demands: tuple[Demand, ...] = ()
+
+    def alone(self) -> Outcome[LinkageCheck]:
+        """Evaluate this case by ``check``."""
+        return check_case(self, ratio_results([self.mechanism])[0])
 
 
 @dataclass(frozen=True)
@@ -93,22 +107,14 @@ def ratio_results(mechanisms: Sequence[Mechanism]) -> list[RatioResults]:
     return found
 
 
-def check_with(
-    own: RatioResults,
-    scene: Scene,
-    mechanism: Mechanism,
-    limits: Limits = PLAIN,
-    effects: EffectSelection = AUTO,
-    effect_tolerance: float = 1e-2,
-    accuracy: float = 1e-6,
-    demands: tuple[Demand, ...] = (),
-) -> Outcome[LinkageCheck]:
-    """``check`` of a mechanism with precomputed ratio results."""
+def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
+    """``check`` of a case whose mechanism has these ratio results."""
     started = time.perf_counter()
-    require_accuracy(accuracy)
+    require_accuracy(case.accuracy)
+    scene, mechanism = case.scene, case.mechanism
     loads = peaks_of(own.peaks, mechanism.crank, scene.impact_energy) if own.peaks else None
-    situation = Situation(scene, mechanism, limits, accuracy, own.strikes, loads)
-    choice = choose_for(situation, effects, effect_tolerance, demands)
+    situation = Situation(scene, mechanism, case.limits, case.accuracy, own.strikes, loads)
+    choice = choose_for(situation, case.effects, case.effect_tolerance, case.demands)
     brought = compose(choice, situation)
     confined, closure = mechanism.confined, mechanism.closure
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
@@ -132,7 +138,7 @@ def check_with(
         status=Status.SUCCEEDED,
         value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(_ROUNDING, brought.error), settings),
+        accuracy=Accuracy(case.accuracy, max(_ROUNDING, brought.error), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
 

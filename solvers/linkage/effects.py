@@ -8,7 +8,6 @@ tolerance, relative to the pin force and to one respectively.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -16,8 +15,7 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.linkage.loads.coupler_elasticity import worst_elastic_peak
 from solvers.linkage.loads.torque_and_pin_force import Peaks
-from solvers.linkage.mechanism.closure import Window, window
-from solvers.linkage.mechanism.length_tolerances import closure_error, restitution_error
+from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
 from solvers.linkage.scene import Scene
@@ -25,7 +23,6 @@ from solvers.linkage.steady_state.periodic_solution import Running, steady_runni
 from solvers.linkage.swept_area.bounding_box import Box, least_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
-from solvers.outcome import EffectReport, EffectState
 
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 _ORIENTATION, _ROUNDING = 1e-13, 1e-14
@@ -94,7 +91,7 @@ class Envelope:
             return results
         limits, outline = situation.limits, sweep(situation.mechanism.bar, situation.mechanism.crank)
         pad = limits.joint_radius
-        width, height = (math.inf if v is None else v * (1.0 + _LIMIT_ROUNDING) for v in (limits.width, limits.height))
+        width, height = (side * (1.0 + _LIMIT_ROUNDING) for side in limits.sides)
         box = least_box(outline, pad, width, height, _ORIENTATION) or least_box(outline, pad, tolerance=_ORIENTATION)
         error = max(results.error, _ORIENTATION + _ROUNDING)
         return replace(results, box=box, enclosing_radius=enclosing_radius(outline, pad), error=error)
@@ -174,21 +171,13 @@ def choose_for(
     demands: tuple[Demand, ...] = (),
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
-    missing = [effect for effect in EFFECTS if effect.needs and getattr(situation.scene, effect.needs) is None]
-    for effect in missing:
-        if effect.name in selection.include:
-            raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
-    if not missing:
-        return choose(EFFECTS, situation, selection, tolerance, demands)
-    able = tuple(effect for effect in EFFECTS if effect not in missing)
-    known = {effect.name for effect in missing}
-    asked = EffectSelection(selection.include, selection.exclude - known, selection.automatic)
-    choice = choose(able, situation, asked, tolerance, demands)
-    reports = {report.name: report for report in choice.manifest}
-    for effect in missing:
-        why = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
-        reports[effect.name] = EffectReport(effect.name, EffectState.SKIPPED, lambda: 0.0, why)
-    return Choice(choice.active, tuple(reports[effect.name] for effect in EFFECTS))
+    unable = {}
+    for effect in EFFECTS:
+        if effect.needs and getattr(situation.scene, effect.needs) is None:
+            if effect.name in selection.include:
+                raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
+            unable[effect.name] = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
+    return choose(EFFECTS, situation, selection, tolerance, demands, unable)
 
 
 def compose(choice: Choice[LinkageEffect], situation: Situation) -> EffectResults:

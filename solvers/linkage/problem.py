@@ -11,16 +11,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import ClassVar, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
 from solvers.effects import Demand
-from solvers.errors import InvalidInput, require
+from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import TRANSMISSION, Scene, require_positive
-
-Array = NDArray[np.float64]
+from solvers.linkage.scene import TRANSMISSION, Scene
+from solvers.numerics.arrays import Array
 
 
 @dataclass(frozen=True)
@@ -37,16 +33,21 @@ class Limits:
     transmission_angle: tuple[float, float] | None = TRANSMISSION
 
     @property
+    def sides(self) -> tuple[float, float]:
+        """Width and height, inf if not limited."""
+        return (
+            math.inf if self.width is None else self.width,
+            math.inf if self.height is None else self.height,
+        )
+
+    @property
     def sized(self) -> bool:
         """Whether a limit bounds the mechanism's size from above."""
         return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
 
     def __post_init__(self) -> None:
-        names = ("longest_link", "width", "height", "enclosing_radius", "max_pin_force")
-        require_positive(self, names, "limits.")
-        for name in ("min_link", "joint_radius"):
-            if not 0.0 <= getattr(self, name) < math.inf:
-                raise InvalidInput(f"limits.{name}", "must not be negative", "[0, inf)")
+        require_positive(self, "limits", "longest_link", "width", "height", "enclosing_radius", "max_pin_force")
+        require_not_negative(self, "limits", "min_link", "joint_radius")
         for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
             value = getattr(self, name)
             if value is not None and value <= pads * self.joint_radius:
@@ -238,10 +239,8 @@ class Subproblem:
     @property
     def room(self) -> tuple[float, float] | None:
         """Width and height left beside the pads, if either is limited."""
-        width, height, pads = self.limits.width, self.limits.height, 2.0 * self.limits.joint_radius
-        if width is None and height is None:
-            return None
-        return (math.inf if width is None else width - pads), (math.inf if height is None else height - pads)
+        (width, height), pads = self.limits.sides, 2.0 * self.limits.joint_radius
+        return None if math.isinf(min(width, height)) else (width - pads, height - pads)
 
     def settled(self, scale: float, end: float) -> Scene:
         """The scene with the speed or the frequency of a member with this scale V and |u31(2 pi)|."""

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.steady_state.periodic_solution import Running
 from solvers.linkage.swept_area.bounding_box import Box
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 TRANSFER_POINTS = 181
 
 

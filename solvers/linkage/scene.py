@@ -6,10 +6,9 @@ Every dataclass rejects values outside the model with ``InvalidInput``; all othe
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
 
-from solvers.errors import InvalidInput, require
+from solvers.errors import InvalidInput, require, require_positive
 from solvers.linkage.mechanism.change_point import Gain
 from solvers.linkage.mechanism.lengths import Mechanism
 
@@ -21,14 +20,6 @@ STRENGTH_SPEED = 10.0
 
 TRANSMISSION = (math.radians(40.0), math.radians(140.0))
 """Usual limits of the mid-cycle transmission angle; at the change point itself it is 0 in every cycle."""
-
-
-def require_positive(owner: object, names: Iterable[str], prefix: str = "") -> None:
-    """Raise InvalidInput for fields of ``owner`` that are neither None nor positive and finite."""
-    for name in names:
-        value = getattr(owner, name)
-        if value is not None and not 0.0 < value < math.inf:
-            raise InvalidInput(prefix + name, "must be positive", "(0, inf)")
 
 
 @dataclass(frozen=True)
@@ -68,7 +59,7 @@ class Motor:
     free_speed: float
 
     def __post_init__(self) -> None:
-        require_positive(self, ("stall_torque", "free_speed"), "drive.")
+        require_positive(self, "drive", "stall_torque", "free_speed")
 
     @property
     def slope(self) -> float:
@@ -84,7 +75,7 @@ class Drive:
     crank_inertia: float
 
     def __post_init__(self) -> None:
-        require_positive(self, ("crank_inertia",), "drive.")
+        require_positive(self, "drive", "crank_inertia")
 
 
 _GIVEN = ("blow_frequency", "impact_speed", "impact_energy")
@@ -108,7 +99,7 @@ class Scene:
     length_tolerance: float | None = None
 
     def __post_init__(self) -> None:
-        require_positive(self, (*_GIVEN, "tool_radius", "coupler_stiffness", "length_tolerance"))
+        require_positive(self, "", *_GIVEN, "tool_radius", "coupler_stiffness", "length_tolerance")
         for name in _GIVEN:
             require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
 

@@ -16,9 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 NEAR = 0.02
 _ALIKE = 2.0
@@ -50,11 +49,8 @@ def trial_points(place: Array, value: Array, out: Array) -> None:
 def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
     """Replace a bracket by the best point and its nearest distinct neighbours; returns a bound on the remaining
     gain."""
-    x, f = np.empty(8), np.empty(8)
-    for m in range(3):
-        x[m], f[m] = place[m], value[m]
-    for m in range(5):
-        x[3 + m], f[3 + m] = points[m], heights[m]
+    x = (place[0], place[1], place[2], points[0], points[1], points[2], points[3], points[4])
+    f = (value[0], value[1], value[2], heights[0], heights[1], heights[2], heights[3], heights[4])
     best = 0
     for m in range(1, 8):
         if f[m] > f[best]:

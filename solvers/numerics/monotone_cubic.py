@@ -8,11 +8,9 @@ interpolants, 1984.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 
 @kernel

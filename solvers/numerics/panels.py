@@ -22,11 +22,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
-
-Array = NDArray[np.float64]
 
 _SLOWEST = 0.75
 _FASTEST = 0.25
@@ -216,15 +214,6 @@ def largest(f: Array) -> float:
     most = 0.0
     for i in range(f.size):
         most = max(most, abs(f[i]))
-    return most
-
-
-@reducing_kernel
-def top_of(f: Array) -> float:
-    """The greatest value."""
-    most = f[0]
-    for i in range(1, f.size):
-        most = max(most, f[i])
     return most
 
 

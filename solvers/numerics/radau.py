@@ -14,11 +14,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import fusing_kernel
-
-Array = NDArray[np.float64]
 
 _TAIL = 4
 

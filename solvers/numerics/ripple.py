@@ -13,13 +13,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.numerics.radau import Radau, shares_of
-
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
 
 TURN = 2.0 * math.pi
 _MARGIN = 1.2

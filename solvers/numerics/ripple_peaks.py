@@ -21,13 +21,11 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import fusing_kernel
 from solvers.numerics.panels import Rule, greatest, panel_error, slopes_of
 from solvers.numerics.ripple import KINDS, TURN, Ripple, element_at, modes_at, tabulate
-
-Array = NDArray[np.float64]
 
 _MARGIN = 1.2
 """Safety factor on the second derivative of f, sampled at a panel's points."""

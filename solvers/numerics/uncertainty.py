@@ -13,7 +13,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 """Named input arrays -> named output arrays of the same shape; built from operations that support complex numbers."""
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import require
-from solvers.pin.scene import require_positive
+from solvers.errors import require, require_positive
 
 
 @dataclass(frozen=True)

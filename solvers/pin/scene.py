@@ -9,16 +9,9 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from solvers.errors import require
+from solvers.errors import require, require_not_negative, require_positive
 from solvers.pin.load.macaulay import LoadCase
 from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_pin_case
-
-
-def require_positive(owner: object, prefix: str, *names: str) -> None:
-    """Raise InvalidInput for fields that are not positive finite numbers."""
-    for name in names:
-        value = getattr(owner, name)
-        require(math.isfinite(value) and value > 0, f"{prefix}.{name}", "must be positive", "(0, inf)")
 
 
 class _Lengths:
@@ -40,7 +33,7 @@ class _Lengths:
 
     def _require_lengths(self) -> None:
         require_positive(self, "geometry", "boss_length", "small_end_length")
-        require(math.isfinite(self.gap) and self.gap >= 0, "geometry.gap", "must not be negative", "[0, inf)")
+        require_not_negative(self, "geometry", "gap")
 
 
 @dataclass(frozen=True)
@@ -89,7 +82,7 @@ class BushingGeometry(_Lengths):
 
     def __post_init__(self) -> None:
         self._require_lengths()
-        require(math.isfinite(self.bore) and self.bore >= 0, "bore", "must not be negative", "[0, inf)")
+        require_not_negative(self, "", "bore")
 
     def require_size(self, k: int, outer: float) -> None:
         """Raise InvalidInput if the k-th outer diameter of a profile is below the bore."""
@@ -136,7 +129,7 @@ class Scene:
     mirrored: bool = True
 
     def __post_init__(self) -> None:
-        require(math.isfinite(self.force) and self.force >= 0, "load.force", "must not be negative", "[0, inf)")
+        require_not_negative(self, "load", "force")
 
     @cached_property
     def cases(self) -> tuple[LoadCase, ...]:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,6 +19,7 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.fatigue.kernels import Diagram
+from solvers.numerics.parallel import in_slices
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck, check, outcome_of, require_within_rod
 from solvers.rod.cycle.composition import Composition
@@ -32,8 +32,6 @@ from solvers.rod.scene import Dimensions, Load, Scene
 Array = NDArray[np.float64]
 
 _SIZES = slice(INPUTS.index("b"), INPUTS.index("l") + 1)
-_CHUNK = 256
-"""Strips per work item of a thread."""
 
 
 @dataclass(frozen=True)
@@ -168,15 +166,10 @@ def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy
     lines = np.stack([diagram.lines for diagram in diagrams])
     parabolas = np.stack([diagram.parabola for diagram in diagrams])
 
-    def check_chunk(first: int) -> None:
-        part = slice(first, first + (_CHUNK if threads > 1 else len(inputs)))
+    def check(part: slice) -> None:
         check_linear(load, inputs[part], lines[part], parabolas[part], rule, stations, results[part])
 
-    if threads == 1:
-        check_chunk(0)
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            list(pool.map(check_chunk, range(0, len(inputs), _CHUNK)))
+    in_slices(check, len(inputs), threads)
     return results
 
 

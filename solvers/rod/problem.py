@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solvers.effects import Demand
-from solvers.errors import InvalidInput
+from solvers.errors import InvalidInput, require_positive
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
 from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
@@ -42,10 +42,7 @@ class Requirements:
     min_yield_safety: float | None = None
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if value is not None and not (math.isfinite(value) and value > 0):
-                raise InvalidInput(f"requirements.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "requirements", *self.__dataclass_fields__)
         if self.min_stability_safety < 1:
             raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
 

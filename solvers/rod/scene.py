@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.errors import require
+from solvers.errors import require, require_not_negative, require_positive
 from solvers.materials import Material
 
 
@@ -25,9 +25,7 @@ class Mechanism:
     speed: float
 
     def __post_init__(self) -> None:
-        for name in ("crank_radius", "rod_length", "speed"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value > 0, f"mechanism.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "mechanism", "crank_radius", "rod_length", "speed")
         require(
             self.crank_radius < self.rod_length,
             "mechanism.crank_radius",
@@ -51,12 +49,8 @@ class Piston:
     friction_coefficient: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("diameter", "skirt_length"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value > 0, f"piston.{name}", "must be positive", "(0, inf)")
-        for name in ("reciprocating_mass", "friction_coefficient"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value >= 0, f"piston.{name}", "must not be negative", "[0, inf)")
+        require_positive(self, "piston", "diameter", "skirt_length")
+        require_not_negative(self, "piston", "reciprocating_mass", "friction_coefficient")
         require(math.isfinite(self.clamp_offset), "piston.clamp_offset", "must be finite", "(-inf, inf)")
 
     @property
@@ -113,6 +107,4 @@ class Dimensions:
     l: float
 
     def __post_init__(self) -> None:
-        for name in ("b", "h", "l"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value > 0, f"dimensions.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "dimensions", "b", "h", "l")

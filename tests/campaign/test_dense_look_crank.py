@@ -37,7 +37,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 
 def cycle_of(scene):
     """The cycle with all effects."""
-    curve = scene.pressure.unroll(scene.mechanism.motion(), scene.cylinder)
+    curve = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder)
     return Cycle(scene, compose(Choice(EFFECTS, ()), scene), curve)
 
 

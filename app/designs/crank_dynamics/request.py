@@ -100,7 +100,7 @@ class IndicatorPressure(Diagram):
         self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
     ) -> tuple[crank.IndicatorPressure, tuple[crank.Repair, ...]]:
         diagram = self.diagram()
-        return crank.repaired_indicator(diagram, cylinder, mechanism.motion()) if self.repair else (diagram, ())
+        return crank.repaired_indicator(diagram, cylinder, mechanism.motion) if self.repair else (diagram, ())
 
 
 _PRESSURES = {"table": TablePressure, "indicator": IndicatorPressure}

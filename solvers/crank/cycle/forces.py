@@ -17,14 +17,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, pressure_of, within
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, acceleration_of, stand_at, turning_of
 from solvers.crank.scene import Engine, Scene
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
-
-Array = NDArray[np.float64]
 
 LONGEST_PIECE = math.pi / 24.0
 _SHARP_LIMIT = 0.3
@@ -152,10 +151,10 @@ class Cycle:
     composition: Composition
     curve: Curve
 
-    @cached_property
+    @property
     def motion(self) -> ExactMotion:
-        m = self.scene.mechanism
-        return ExactMotion(m.crank_radius, m.rod_length, self.composition.offset)
+        mechanism = self.scene.mechanism
+        return mechanism.motion if self.composition.offset else mechanism.motion_in_line
 
     @cached_property
     def machine(self) -> Machine:

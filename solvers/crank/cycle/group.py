@@ -6,13 +6,10 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 MOST_BREAKS, LEAST_MOST = 20_000, 500
 """Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""

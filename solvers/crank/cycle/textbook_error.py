@@ -1,19 +1,21 @@
-"""Errors of the textbook approximations: Brix's construction and two harmonics."""
+"""Errors of the textbook approximations: Brix's construction and two harmonics.
+
+The errors of displacement and acceleration are greatest with the crank perpendicular to the cylinder axis: with
+lambda = r/L and c = sqrt(1 - lambda^2)
+
+    |x_Brix - x|/r = lambda^3/(2 (1 + c)^2),  |a_2 - a|/(r omega^2 (1 + lambda)) = lambda^3/(c (1 + c)(1 + lambda)).
+"""
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.worst_instants import TEXTBOOK, greatest
-from solvers.crank.gas.unrolled_pressure import Unrolled
-from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.crank.cycle.forces import Cycle
+from solvers.crank.cycle.worst_instants import BRIX, greatest
 
-_PIECES = 8
-"""Pieces per half turn."""
 _ALONE = np.zeros(1)
 """The phase of a single cylinder [rad]."""
 
@@ -24,7 +26,7 @@ class TierErrors:
 
     ``brix_displacement``  maximum |x_Brix - x|/r
     ``two_harmonic_acceleration``  maximum |a_2 - a|/(r omega^2 (1 + lambda))
-    ``brix_pressure``  maximum |p_Brix(phi) - p(phi)| [Pa]; None for table pressures
+    ``brix_pressure``  maximum |p_Brix(phi) - p(phi)| [Pa]; None for table pressures, or with an offset
     """
 
     brix_displacement: float
@@ -33,21 +35,13 @@ class TierErrors:
 
 
 def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
-    """Return the errors, each to the relative ``tolerance``."""
-    displacement, acceleration = _of_motion(cycle.motion.crank_radius / cycle.motion.rod_length)
+    """Return the errors; that of the pressure to the relative ``tolerance``."""
+    ratio = cycle.motion.crank_radius / cycle.motion.rod_length
+    upright = math.sqrt((1.0 - ratio) * (1.0 + ratio))
     pressure = None
     if cycle.curve.has_brix:
-        of_cycle = cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, _ALONE
-        pressure = float(greatest(*of_cycle, TEXTBOOK + 2, 1, tolerance).value[0])
-    return TierErrors(displacement, acceleration, pressure)
-
-
-@lru_cache(maxsize=256)
-def _of_motion(ratio: float) -> tuple[float, float]:
-    """Return the errors of Brix's displacement, relative to r, and of the two-harmonic acceleration, to its maximum."""
-    frame, bounds = ExactMotion(ratio, 1.0).frame, np.linspace(0.0, np.pi, _PIECES + 1)
-    nothing = np.zeros(_PIECES)
-    gas = Unrolled(bounds, nothing, np.zeros((_PIECES, 4)), np.zeros(_PIECES, np.intp), False, frame, 0.0, 0.0)
-    machine = Machine(frame, *np.zeros(8).tolist())
-    found = greatest(machine, gas, np.empty(0), _ALONE, TEXTBOOK, 2, 1e-8).value
-    return float(found[0]), float(found[1])
+        found = greatest(cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, _ALONE, BRIX, 1, tolerance)
+        pressure = float(found.value[0])
+    return TierErrors(
+        ratio**3 / (2.0 * (1.0 + upright) ** 2), ratio**3 / (upright * (1.0 + upright) * (1.0 + ratio)), pressure
+    )

@@ -11,24 +11,18 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
 from solvers.crank.cycle.group import Group, together
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
-from solvers.crank.motion.slider_crank import acceleration_of, displacement_of, stand_at
 from solvers.crank.problem import LOADS
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.brackets import narrow, trial_points
-from solvers.numerics.jit import inlined_kernel, kernel
-from solvers.numerics.panels import largest, top_of
+from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
-
-ROWS = 12
-"""Gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main bearing, torque and
-its negative; then the textbook errors (``textbook_error``): displacement, acceleration, pressure."""
-CRANK_PIN, TORQUE, TEXTBOOK = 5, 7, 9
+CRANK_PIN, TORQUE, BRIX = 5, 7, 9
+"""Rows of quantities: gas force, rod compression, rod tension, |side force|, loads of wrist pin, crank pin and main
+bearing, torque and its negative; then the error of Brix's pressure (``textbook_error``)."""
 WITHIN = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
 _MAX_REFINED, _MAX_ROUNDS = 64, 40
@@ -80,8 +74,9 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             for row in range(out.shape[0]):
                 out[row, i] = out[row, i - 1]
             continue
-        if first >= TEXTBOOK:
-            _textbook_rows(angle[i], group.piece[n, 0], machine, gas, first, out[:, i])
+        if first == BRIX:
+            k = group.piece[n, 0]
+            out[0, i] = abs(brix_pressure_at(angle[i], k, gas) - pressure_at(angle[i], k, gas))
             continue
         at = instant_of(angle[i], n, 0, machine, gas, group)
         tangential, radial = at.tangential, at.radial
@@ -97,19 +92,6 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             out[CRANK_PIN + 1 - first, i] = length_of(tangential, radial - machine.turning)
         if first + out.shape[0] > TORQUE:
             out[TORQUE - first, i], out[TORQUE + 1 - first, i] = tangential * r, -tangential * r
-
-
-@kernel
-def _textbook_rows(angle: float, k: int, machine: Machine, gas: Unrolled, first: int, out: Array) -> None:
-    r, ratio = machine.frame.r, machine.frame.r / machine.frame.length
-    if first == TEXTBOOK + 2:
-        out[0] = abs(brix_pressure_at(angle, k, gas) - pressure_at(angle, k, gas))
-        return
-    at = stand_at(angle, machine.frame)
-    moved = 2.0 * at.half_sine * at.half_sine + 0.5 * ratio * at.sine * at.sine
-    hastened = at.cosine + ratio * (at.cosine - at.sine) * (at.cosine + at.sine)
-    out[0] = abs(moved - displacement_of(at, machine.frame) / r)
-    out[1] = abs(hastened - acceleration_of(at, machine.frame) / r) / (1.0 + ratio)
 
 
 @kernel
@@ -135,6 +117,27 @@ def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int
             pieces[n * each] = -1
     _rows(places, pieces, machine, gas, group, first, values)
     return places, values
+
+
+@reducing_kernel
+def _bound_pieces(values: Array, bound: Array) -> tuple[float, float, int]:
+    """Write an upper bound of every piece's maxima; return the highest sample, the largest magnitude, and the first
+    piece with that sample.
+
+    No maximum exceeds the highest sample of its piece by more than half of four times the greatest second difference.
+    """
+    best, least, top = -np.inf, np.inf, 0
+    for n in range(bound.size):
+        first = n * (WITHIN + 1)
+        left, right = values[first], values[first + WITHIN]
+        highest, lowest, bend = max(left, right), min(left, right), 0.0
+        for j in range(first + 1, first + WITHIN):
+            highest, lowest = max(highest, values[j]), min(lowest, values[j])
+            bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
+        bound[n], least = highest + 0.5 * bend, min(least, lowest)
+        if highest > best:
+            best, top = highest, n
+    return best, max(abs(best), abs(least)), top
 
 
 @inlined_kernel
@@ -164,38 +167,28 @@ def climbed(
     rows, count, each = samples.shape[0], places.size, WITHIN + 1
     found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
-    reach, owner = np.empty(count), np.empty(count, np.intp)
+    reach, owner, bound = np.empty(count), np.empty(count, np.intp), np.empty(count // each)
     for row in range(rows):
         values = samples[row]
-        best, scale, at = top_of(values), largest(values), 0
+        best, scale, piece = _bound_pieces(values, bound)
+        at = piece * each
         while values[at] != best:
             at += 1
-        where, piece = places[at], at // each
-        humps = 0
-        for n in range(0, count, each):
-            # No maximum exceeds the highest sample by more than half of four times the greatest second difference.
-            highest, bend = values[n], 0.0
-            for j in range(n + 1, n + each):
-                highest = max(highest, values[j])
-            for j in range(n + 1, n + WITHIN):
-                bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
-            if highest + 0.5 * bend <= best:
+        where, humps = places[at], 0
+        for n in range(bound.size):
+            if bound[n] <= best:
                 continue
             for j in range(each):
-                high = _upper_estimate(values, n, j)
+                high = _upper_estimate(values, n * each, j)
                 if high > best:
-                    reach[humps], owner[humps] = high, n + j
+                    reach[humps], owner[humps] = high, n * each + j
                     humps += 1
         left = best
-        for _ in range(_MAX_REFINED + 1):
-            top = -1
-            for h in range(humps):
-                if top < 0 or reach[h] > reach[top]:
-                    top = h
+        for turn in range(_MAX_REFINED + 1 if humps else 0):
+            top = np.argmax(reach[:humps])
             slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
-            if top < 0 or reach[top] <= best + slack or _ == _MAX_REFINED:
-                if top >= 0:
-                    left = max(left, reach[top])
+            if reach[top] <= best + slack or turn == _MAX_REFINED:
+                left = max(left, reach[top])
                 break
             n, j = owner[top] // each, owner[top] % each
             reach[top] = -np.inf
@@ -204,7 +197,7 @@ def climbed(
                 place[i], value[i] = places[m], values[m]
             missing = np.inf
             pieces[:] = n
-            for _round in range(_MAX_ROUNDS):
+            for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
                 _rows(points, pieces, machine, gas, group, first, out)
                 missing = narrow(place, value, points, out[row])

@@ -17,16 +17,14 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.crank.cycle.forces import Cycle, Machine
 from solvers.crank.cycle.worst_instants import WITHIN, Group, instant_of
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, within, work_at
 from solvers.crank.motion.slider_crank import displacement_of, stand_at
 from solvers.crank.scene import Engine
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
-
-Array = NDArray[np.float64]
 
 _MIN_NODES, _MAX_NODES = 2, 64
 _RULES = np.concatenate([np.stack(np.polynomial.legendre.leggauss(2**k)) for k in range(1, 7)], axis=1)

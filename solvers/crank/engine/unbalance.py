@@ -13,8 +13,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.cycle.forces import Array, Cycle
+from solvers.crank.cycle.forces import Cycle
 from solvers.crank.scene import Engine
+from solvers.numerics.arrays import Array
 
 ORDERS = (1, 2, 4)
 MOST_SAMPLES = 2**16

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import require
+from solvers.errors import require, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -18,13 +18,8 @@ class Cylinder:
     strokes: int
 
     def __post_init__(self) -> None:
-        require(math.isfinite(self.bore) and self.bore > 0, "cylinder.bore", "must be positive", "(0, inf)")
-        require(
-            math.isfinite(self.clearance_volume) and self.clearance_volume >= 0,
-            "cylinder.clearance_volume",
-            "must not be negative",
-            "[0, inf)",
-        )
+        require_positive(self, "cylinder", "bore")
+        require_not_negative(self, "cylinder", "clearance_volume")
         require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
         require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
 

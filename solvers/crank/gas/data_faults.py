@@ -8,11 +8,9 @@ from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 TURN = 2.0 * math.pi
 END_GAP = 5e-3

@@ -14,9 +14,10 @@ import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import END_GAP, Points, require_finite, require_sound_stroke
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Curve, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 from solvers.numerics.monotone_cubic import monotone_cubics
 
@@ -48,14 +49,15 @@ class IndicatorPressure:
             require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
 
     @cached_property
-    def _ascending(self) -> tuple[Array, Index, tuple[tuple[float, float, float], ...]]:
+    def _ascending(self) -> tuple[Array, Index, tuple[float, ...]]:
         """Volumes and pressures of all strokes, each ascending in volume, (2, points); where each stroke begins; the
-        least and the greatest volume of each and its least step."""
+        range of the strokes' least volumes, that of their greatest, and the least step."""
         columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
         columns = [c if c[0, 0] < c[0, -1] else c[:, ::-1] for c in columns]
         first = np.cumsum([0, *(c.shape[1] for c in columns)])
-        ranges = tuple((float(c[0, 0]), float(c[0, -1]), float(np.diff(c[0]).min())) for c in columns)
-        return np.concatenate(columns, axis=1), first, ranges
+        least, greatest = [float(c[0, 0]) for c in columns], [float(c[0, -1]) for c in columns]
+        step = min(float(np.diff(c[0]).min()) for c in columns)
+        return np.concatenate(columns, axis=1), first, (min(least), max(least), min(greatest), max(greatest), step)
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
         """Return the diagram over the crank angle.
@@ -67,12 +69,13 @@ class IndicatorPressure:
         if len(self.strokes) != len(names):
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
-        (volume, pressure), first, ranges = self._ascending
-        for index, (least, greatest, step) in enumerate(ranges):
-            # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
-            if not max(abs(least - low), abs(greatest - low - swept)) < END_GAP * swept or not step > 1e-12 * swept:
-                given = (np.array(column) for column in (self.strokes[index].volume, self.strokes[index].pressure))
-                require_sound_stroke(Points(*given, low, low + swept), f"pressure.strokes.{index}.volume")
+        (volume, pressure), first, (a, b, c, d, step) = self._ascending
+        high, room = low + swept, END_GAP * swept
+        # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
+        if not (low - room < a <= b < low + room and high - room < c <= d < high + room and step > 1e-12 * swept):
+            for index, stroke in enumerate(self.strokes):
+                points = Points(np.array(stroke.volume), np.array(stroke.pressure), low, high)
+                require_sound_stroke(points, f"pressure.strokes.{index}.volume")
         top, bottom = motion.dead_centres
         ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
         frame = motion.frame

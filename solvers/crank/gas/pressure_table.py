@@ -9,9 +9,10 @@ import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Array, Curve, Index, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Curve, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 from solvers.numerics.monotone_cubic import monotone_cubics
 

@@ -12,14 +12,12 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, displacements, stand_at
+from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import inlined_kernel, kernel
-
-Array = NDArray[np.float64]
-Index = NDArray[np.intp]
 
 MOST_POINTS = 20_000
 

@@ -14,8 +14,8 @@ from dataclasses import MISSING, dataclass, field, fields
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
-from solvers.errors import InvalidInput, require
+from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
+from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.numerics.uncertainty import COMPLEX_STEP, combined, propagate, sensitivities
 
 STANDARD_GRAVITY = 9.80665
@@ -57,10 +57,9 @@ class Pendulum:
     uncertainty: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_positive(self, "pivot_distance", "period_small_end", "period_big_end", "rod_mass", "gravity")
+        require_positive(self, "", "pivot_distance", "period_small_end", "period_big_end", "rod_mass", "gravity")
         require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
-        for name in ("small_end_bore_radius", "big_end_bore_radius"):
-            require(0 <= getattr(self, name) < math.inf, name, "must not be negative", "[0, inf)")
+        require_not_negative(self, "", "small_end_bore_radius", "big_end_bore_radius")
         between = self.pivot_distance - self.small_end_bore_radius - self.big_end_bore_radius
         require(between > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
         require_known(self, self.uncertainty)
@@ -113,7 +112,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
     }
     length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
     with np.errstate(all="ignore"):
-        found = scalars(_swung({name: np.array(value) for name, value in values.items()}))
+        found = evaluated(_swung, values)
         moves = sensitivities(_swung, values)["rod_cg_from_pin"]
         spread = combined(moves, judged) if all(map(math.isfinite, found.values())) else math.inf
     if not spread <= MEANINGLESS * length:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import require
-from solvers.numerics.uncertainty import Propagated
+from solvers.numerics.uncertainty import Function, Propagated
 
 
 @dataclass(frozen=True)
@@ -20,12 +20,6 @@ class RodMasses:
     values: Mapping[str, float | None]
     uncertainty: Propagated | None
     warnings: tuple[str, ...] = ()
-
-
-def require_positive(owner: object, *names: str) -> None:
-    for name in names:
-        value = getattr(owner, name)
-        require(math.isfinite(value) and value > 0, name, "must be positive", "(0, inf)")
 
 
 def require_known(owner: object, uncertainty: Mapping[str, float]) -> None:
@@ -46,5 +40,7 @@ def shares(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dic
     }
 
 
-def scalars(found: Mapping[str, NDArray]) -> dict[str, float]:
+def evaluated(formula: Function, values: Mapping[str, float]) -> dict[str, float]:
+    """The formula at these values."""
+    found = formula({name: np.array(value) for name, value in values.items()})
     return {name: float(np.asarray(value)) for name, value in found.items()}

@@ -6,10 +6,10 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars
+from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known
+from solvers.errors import require_positive
 from solvers.numerics.uncertainty import propagate
 
 USUAL = {
@@ -32,7 +32,7 @@ class Estimate:
     uncertainty: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_positive(self, "bore", "piston_area_density", "rod_area_density")
+        require_positive(self, "", "bore", "piston_area_density", "rod_area_density")
         require_known(self, self.uncertainty)
 
 
@@ -51,5 +51,5 @@ def estimate(request: Estimate) -> RodMasses:
         high = max(ranges[index][1] for ranges in USUAL.values())
         if not low <= value <= high:
             warnings.append(f"the {part} lies outside {low:g} … {high:g} kg/m2, the usual figures of textbooks")
-    found = scalars(scaled({name: np.array(value) for name, value in values.items()}))
+    found = evaluated(scaled, values)
     return RodMasses(found, propagate(scaled, values, given) if given else None, tuple(warnings))

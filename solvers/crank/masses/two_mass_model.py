@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from solvers.errors import require
+from solvers.errors import require, require_not_negative
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,8 @@ class CrankThrow:
     counterweight_radius: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("crank_pin", "web", "web_radius", "counterweight", "counterweight_radius"):
-            value = getattr(self, name)
-            require(math.isfinite(value) and value >= 0, f"masses.{name}", "must not be negative", "[0, inf)")
+        names = "crank_pin", "web", "web_radius", "counterweight", "counterweight_radius"
+        require_not_negative(self, "masses", *names)
 
     def at_crank_pin(self, crank_radius: float) -> float:
         """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]."""

@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.masses.pendulum import STANDARD_GRAVITY, reduced_length
-from solvers.crank.masses.reduced_rod import RodMasses, require_known, require_positive, scalars, shares
-from solvers.errors import require
+from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
+from solvers.errors import require, require_not_negative, require_positive
 from solvers.numerics.uncertainty import propagate
 
 
@@ -34,13 +34,10 @@ class Weighing:
     uncertainty: Mapping[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        require_positive(self, "length", "small_end_reading", "big_end_reading", "gravity")
-        if self.rod_mass is not None:
-            require_positive(self, "rod_mass")
-        if self.period_small_end is not None:
-            require_positive(self, "period_small_end")
+        names = "length", "small_end_reading", "big_end_reading", "gravity", "rod_mass", "period_small_end"
+        require_positive(self, "", *names)
         require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
-        require(0 <= self.small_end_bore_radius < math.inf, "small_end_bore_radius", "must not be negative", "[0, inf)")
+        require_not_negative(self, "", "small_end_bore_radius")
         require_known(self, self.uncertainty)
 
 
@@ -78,7 +75,7 @@ def weigh(weighing: Weighing) -> RodMasses:
         inertia = mass * arm * (reduced_length(x["period_small_end"], x["amplitude"], x["gravity"]) - arm)
         return shares(cg, x["length"], mass, inertia)
 
-    found = scalars(read({name: np.array(value) for name, value in values.items()}))
+    found = evaluated(read, values)
     require(
         found.get("rod_inertia", 1.0) > 0,
         "period_small_end",

@@ -42,18 +42,10 @@ def acceleration(angle: ArrayLike, crank_radius: float, rod_length: float, angul
     return crank_radius * angular_speed**2 * (cosine + lam * numerator / rod_cosine(angle, lam) ** 3)
 
 
-def two_harmonic_velocity(
-    angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
-) -> NDArray[np.float64]:
-    """v = r omega (sin phi + (lambda/2) sin 2 phi) [m/s]: the derivative of ``brix_displacement``."""
-    lam = crank_radius / rod_length
-    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle))
-
-
 def two_harmonic_acceleration(
     angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float
 ) -> NDArray[np.float64]:
-    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the derivative of ``two_harmonic_velocity``."""
+    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the second derivative of ``brix_displacement``."""
     lam = crank_radius / rod_length
     return crank_radius * angular_speed**2 * (np.cos(angle) + lam * np.cos(2.0 * np.asarray(angle)))
 
@@ -62,19 +54,6 @@ def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) 
     """x = r [(1 - cos phi) + (lambda/4)(1 - cos 2 phi)] [m]: Brix's construction; the differences as squared sines."""
     lam = crank_radius / rod_length
     return crank_radius * (2.0 * np.sin(0.5 * np.asarray(angle)) ** 2 + 0.5 * lam * np.sin(angle) ** 2)
-
-
-def crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
-    """The inverse of ``displacement`` on the downward stroke [rad].
-
-    phi = 2 atan2(sqrt(x (2L - x)), sqrt((2r - x)(2r + 2L - x))), exact and without cancellation at both dead
-    centres; the roots are taken factor by factor, so that x = 1e-300 does not underflow. Positions beyond a dead
-    centre are clipped to it.
-    """
-    x = np.clip(np.asarray(displacement, dtype=float), 0.0, 2.0 * crank_radius)
-    rest = 2.0 * crank_radius - x
-    down = np.sqrt(x) * np.sqrt(2.0 * rod_length - x)
-    return 2.0 * np.arctan2(down, np.sqrt(rest) * np.sqrt(rest + 2.0 * rod_length))
 
 
 def brix_crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:

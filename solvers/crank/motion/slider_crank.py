@@ -16,11 +16,10 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
-
-Array = NDArray[np.float64]
 
 
 class Posture(NamedTuple):

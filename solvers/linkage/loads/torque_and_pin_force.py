@@ -18,15 +18,14 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.numerics.arrays import Array
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import largest
 
-Array = NDArray[np.float64]
 _SAMPLES, _CROWD = 96, 48
 _EVEN = 1.0 / np.tan(math.pi * np.arange(1, _SAMPLES) / _SAMPLES)
 _BETWEEN = 1.0 / np.tan(math.pi * (np.arange(_SAMPLES) + 0.5) / _SAMPLES)

@@ -21,11 +21,9 @@ Derivation: docs/theory/impact-linkage.md; checked there against the raw loop eq
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 _NEAR_BLOW = 0.25
 """sin^2(phi/2) below which the terms of X are expanded about the blow; above it they are subtracted directly."""

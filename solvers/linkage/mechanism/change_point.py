@@ -123,9 +123,9 @@ class ChangePoint(ABC):
         """No mechanism exists for free ratios up to this."""
         return 0.0
 
-    @abstractmethod
     def of_transmission(self, gain: Gain, angle: float) -> float:
-        """The free ratio with nu(pi) = 2 asin(g/lambda2) = ``angle`` [rad]; inf if there is none."""
+        """The free ratio, here lambda2, with nu(pi) = 2 asin(g/lambda2) = ``angle`` [rad]; inf if there is none."""
+        return gain.value / math.sin(0.5 * angle)
 
     @abstractmethod
     def of_crank(self, gain: Gain, crank: float) -> float:
@@ -138,10 +138,6 @@ class ChangePoint(ABC):
     def least_margin(self, gain: Gain) -> float:
         """Minimum relative distance of a design's free ratio above its least value."""
         return NEAREST
-
-    @abstractmethod
-    def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        """Relative distance at which the base has this length in cranks; None if the base length is bounded."""
 
     @property
     def closure_signs(self) -> tuple[float, float, float]:
@@ -197,15 +193,8 @@ class LargestCoupler(ChangePoint):
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
 
-    def of_transmission(self, gain: Gain, angle: float) -> float:
-        return gain.value / math.sin(0.5 * angle)
-
     def of_crank(self, gain: Gain, crank: float) -> float:
         return gain.less_one / crank - 1.0
-
-    def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        # The base is bounded by g^2 cranks.
-        return None
 
 
 @dataclass(frozen=True)
@@ -235,9 +224,6 @@ class LargestRocker(ChangePoint):
     def pole(self, gain: Gain) -> float:
         return gain.square
 
-    def of_transmission(self, gain: Gain, angle: float) -> float:
-        return gain.value / math.sin(0.5 * angle)
-
     def of_crank(self, gain: Gain, crank: float) -> float:
         return gain.less_one / crank + 1.0
 
@@ -247,10 +233,6 @@ class LargestRocker(ChangePoint):
     def least_margin(self, gain: Gain) -> float:
         # The base is then about 1000 g^2 cranks long.
         return LONGEST * gain.square_less_one / gain.square
-
-    def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        # g^2 (p - 1)/(p - g^2) with p = g^2 (1 + margin).
-        return gain.square_less_one / (base - gain.square) if base > gain.square else None
 
 
 @dataclass(frozen=True)
@@ -281,9 +263,6 @@ class LargestBase(ChangePoint):
     def of_crank(self, gain: Gain, crank: float) -> float:
         more = crank * (gain.value + 1.0) - 1.0
         return gain.square / more if more > 0 else math.inf
-
-    def margin_of_base(self, gain: Gain, base: float) -> float | None:
-        return base / gain.value - 1.0 if base > gain.value else None
 
 
 LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()

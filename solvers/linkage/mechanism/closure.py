@@ -1,4 +1,5 @@
-"""Closure error of a change-point mechanism, and its effect on the crank's rotation.
+"""Errors of the lengths of a change-point mechanism: of its closure, with their effect on the crank's rotation, and of
+its restitution.
 
 A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks, see
 ``ChangePoint.surplus``) prevents the collinear position within a window phi_w about phi = 0:
@@ -98,3 +99,19 @@ def confinement(bar: FourBar) -> float | None:
         apart = abs(r.coupler - r.rocker)
         square = (base_more - apart) * (base_more + apart) / (4.0 * r.base)
     return None if square >= 1.0 else _twice_arcsine(square)
+
+
+def restitution_error(bar: FourBar, crank: float, tolerance: float) -> float:
+    """Maximum relative error of R_k for a tolerance [m] of every length, with the closure satisfied:
+
+    dR_k/R_k = g/(g^2 - 1) (dlambda0/lambda0 + dlambda2/lambda2 - dlambda3/lambda3).
+    """
+    r, gain = bar.ratios, bar.gain
+    sensitivity = gain / abs(gain * gain - 1.0) if gain != 1.0 else math.inf
+    base, coupler, rocker = crank * r.base, crank * r.coupler, crank * r.rocker
+    return sensitivity * tolerance * (1.0 / base + 1.0 / coupler + 1.0 / rocker)
+
+
+def closure_error(crank: float, tolerance: float) -> float:
+    """Maximum closure surplus [cranks] for a tolerance [m] of each of the four lengths."""
+    return 4.0 * tolerance / crank

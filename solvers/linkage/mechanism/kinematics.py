@@ -9,12 +9,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios, plain_ratios
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from solvers.errors import InvalidInput
+from solvers.errors import InvalidInput, require_positive
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
 from solvers.linkage.mechanism.closure import Closure, closure, confinement, turns_fully
 from solvers.linkage.mechanism.kinematics import FourBar
@@ -24,9 +24,7 @@ class Lengths:
     rocker: float
 
     def __post_init__(self) -> None:
-        for name, value in zip(_NAMES, self.links, strict=True):
-            if not 0.0 < value < math.inf:
-                raise InvalidInput(f"lengths.{name}", "must be positive", "(0, inf)")
+        require_positive(self, "lengths", *_NAMES)
         longest = max(self.links)
         if not longest < self.base + self.crank + self.coupler + self.rocker - longest:
             name = _NAMES[self.links.index(longest)]

@@ -16,14 +16,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.optimum.range_bounds import RangeBounds
 from solvers.linkage.problem import Quantities, Subproblem
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _SAMPLES = 57
 _CELLS = 24
 _POINTS = 25
@@ -64,11 +63,6 @@ class Proven:
     def gap(self) -> float:
         """Relative gap between cost and lower bound."""
         return max(1.0 - self.bound / self.cost, 0.0) if self.q is not None else 0.0
-
-
-def search(subproblem: Subproblem, family: Family, gap: float) -> Proven:
-    """Best member of one family and a lower bound of the cost over the family."""
-    return search_all(subproblem, [family], gap)[0]
 
 
 def search_all(subproblem: Subproblem, families: Sequence[Family], gap: float) -> list[Proven]:
@@ -180,18 +174,13 @@ def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float
         least, greatest = subproblem.limits.transmission_angle
         if ends.transmission[1] > greatest or ends.transmission[0] < least:
             return math.inf, -math.inf
-        low = _or(family.margin_of_transmission(greatest), low)
-        high = _or(family.margin_of_transmission(least), high)
+        low, high = family.margin_of_transmission(greatest, low), family.margin_of_transmission(least, high)
     if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
         crank = subproblem.limits.min_link / subproblem.fixed_scale
         if ends.lengths[0, 0] < crank:
             return math.inf, -math.inf
-        high = min(_or(family.margin_of_crank(crank), high), high)
+        high = min(family.margin_of_crank(crank, high), high)
     return low, high
-
-
-def _or(found: float | None, otherwise: float) -> float:
-    return otherwise if found is None else found
 
 
 def _scale(subproblem: Subproblem, family: Family, q: float) -> float:

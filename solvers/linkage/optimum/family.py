@@ -21,13 +21,11 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar, coefficients, swing
 from solvers.linkage.swept_area.outline import outlines
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 GREATEST_MARGIN = 1e3
 """Maximum relative distance of a design's free ratio from its least value: beyond it the links grow without bound."""
@@ -59,11 +57,7 @@ class Members:
 
     def part(self, rows: slice) -> Members:
         """A subset of the rows."""
-        r = self.ratios
-        ratios = Ratios(
-            r.base[rows], r.coupler[rows], r.rocker[rows],
-            r.base_less_one[rows], r.coupler_less_one[rows], r.rocker_less_one[rows],
-        )  # fmt: skip
+        ratios = Ratios(*(values[rows] for values in vars(self.ratios).values()))
         return Members(self.kind, ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows])
 
 
@@ -112,18 +106,18 @@ class Family:
             transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.rotatability_margin(r), 0.0))),
         )
 
-    def margin_of_transmission(self, angle: float) -> float | None:
-        """q of the member with nu(pi) = ``angle`` [rad]; None if there is none. nu(pi) decreases with q."""
-        return self._margin(self.kind.of_transmission(self.gain, angle)) if angle > 0 else None
+    def margin_of_transmission(self, angle: float, otherwise: float) -> float:
+        """q of the member with nu(pi) = ``angle`` [rad], ``otherwise`` if there is none. nu(pi) decreases with q."""
+        return self._margin(self.kind.of_transmission(self.gain, angle), otherwise) if angle > 0 else otherwise
 
-    def margin_of_crank(self, crank: float) -> float | None:
-        """q of the member with this crank per V; None if there is none. The crank per V decreases with q."""
-        return self._margin(self.kind.of_crank(self.gain, crank))
+    def margin_of_crank(self, crank: float, otherwise: float) -> float:
+        """q of the member with this crank per V, ``otherwise`` if there is none. The crank per V decreases with q."""
+        return self._margin(self.kind.of_crank(self.gain, crank), otherwise)
 
-    def _margin(self, parameter: float) -> float | None:
+    def _margin(self, parameter: float, otherwise: float) -> float:
         beyond = self.kind.beyond_least(self.gain, parameter) if math.isfinite(parameter) else math.inf
         low, high = self.range
-        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else None
+        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else otherwise
 
     def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
         """q at which ``read``, positive and monotone in q, takes the wanted value; None if it does not."""

@@ -6,10 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-import numpy as np
-from numpy.typing import NDArray
-
-from solvers.linkage.optimum.branch_and_bound import search
+from solvers.linkage.optimum.branch_and_bound import search_all
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.problem import (
     EnclosingRadius,
@@ -22,9 +19,8 @@ from solvers.linkage.problem import (
     Quantities,
     Subproblem,
 )
+from solvers.numerics.arrays import Array
 from solvers.outcome import Shortfall
-
-Array = NDArray[np.float64]
 
 _GAP = 1e-2
 """Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
@@ -131,12 +127,9 @@ def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
 
 def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] | None:
     """(minimum cost, type) among the mechanisms within the subproblem's limits."""
-    found = []
-    for kind in problem.kinds:
-        best = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP)
-        if best.q is not None and math.isfinite(best.cost):
-            found.append((best.cost, kind.name))
-    return min(found, default=None)
+    families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
+    found = zip(search_all(subproblem, families, _GAP), families, strict=True)
+    return min(((best.cost, family.kind.name) for best, family in found if math.isfinite(best.cost)), default=None)
 
 
 def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:

@@ -19,14 +19,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, angle_of, highest, loads_at, sampled
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.numerics.arrays import Array
 from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
 _RIVAL_MARGIN = 0.05

@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, SHARP, TORQUE, unit_peaks
 from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _PEAK_TOLERANCE_RATIO = 0.1
 """Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
 
@@ -114,7 +113,6 @@ class MemberQuantities:
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
-        width = math.inf if limits.width is None else limits.width * (1 + 1e-12)
-        height = math.inf if limits.height is None else limits.height * (1 + 1e-12)
+        width, height = (side * (1 + 1e-12) for side in limits.sides)
         none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
         return least_boxes(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)[:, 0]

@@ -30,8 +30,8 @@ from solvers.linkage.optimum.member_quantities import allowed_scales, within
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 
@@ -143,11 +143,9 @@ class RangeBounds:
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
-        width = math.inf if limits.width is None else limits.width
-        height = math.inf if limits.height is None else limits.height
         pads = 2.0 * limits.joint_radius
         _, along, across = self._moves
-        room = width, height, AREA_TOLERANCE, self.enough
+        room = *limits.sides, AREA_TOLERANCE, self.enough
         found = least_boxes(self._outlines, scale, along, across, pads, *room)[:, 0]
         found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at

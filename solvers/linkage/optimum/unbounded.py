@@ -9,8 +9,6 @@ the one before.
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
 from solvers.errors import InvalidInput
@@ -18,8 +16,8 @@ from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem, Subproblem
 
-_DISTANT_BASES = 1e6, 1e9
-"""Base lengths, in cranks, of two distant members."""
+_VANISHING = 1e-3
+"""|u31(2 pi)| below which the base is taken to grow without bound: it is a million cranks long there."""
 
 
 def refuse_endless(problem: LinkageProblem) -> None:
@@ -42,9 +40,10 @@ def refuse_endless(problem: LinkageProblem) -> None:
 
 
 def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
-    """Whether members with bases of 1e6 and 1e9 cranks are feasible at their own scales."""
-    places = [family.kind.margin_of_base(family.gain, base) for base in _DISTANT_BASES]
-    if None in places:
-        return False
-    low, high = MemberQuantities(subproblem, family, np.array([math.log(place) for place in places]), 1e-9).scale
-    return bool(np.all(low < high))
+    """Whether members far out in a tail, in which the links grow without end, are feasible at their own scales."""
+    (nearest, low), (high, farthest) = (tail.range for tail in family.tails)
+    for end, within in ((nearest, low), (farthest, high)):
+        distant = MemberQuantities(subproblem, family, np.array([end, 0.5 * (end + within)]), 1e-9)
+        if distant.end_low.max() < _VANISHING:
+            return bool(np.all(np.less(*distant.scale)))
+    return False

@@ -11,14 +11,14 @@ units.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _STAGES = 4
 _EVEN, _SHRINK = 9, 3.0
 _MIN_SCALE = 1e-10
@@ -34,6 +34,17 @@ def _gauss() -> tuple[Array, Array, Array]:
 
 
 NODES, WEIGHTS, MATRIX = _gauss()
+
+
+class Machine(NamedTuple):
+    """A linkage's coefficients (``kinematics``), the inertias J1 of the crank and J3 of the rocker [kg m^2], and the
+    motor's stall torque M0 [N m] and slope k [N m s]."""
+
+    coefficients: Array
+    crank: float
+    rocker: float
+    stall: float
+    slope: float
 
 
 def mesh(coefficients: Array, parts: int) -> Array:
@@ -72,151 +83,135 @@ def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
 
 
 @kernel
-def inertias(coefficients: Array, crank: float, rocker: float, steps: Array, nodes: Array) -> Array:
+def inertias(machine: Machine, steps: Array) -> Array:
     """J = J1 + J3 u31^2 at the Gauss points of every step: shape (n, 4)."""
-    angles = np.empty(steps.shape[0] * 4)
+    angles = np.empty(steps.shape[0] * _STAGES)
     for n in range(steps.shape[0]):
-        for i in range(4):
+        for i in range(_STAGES):
             # In the second half, from the end of the step backward, to full precision near the blow.
             if steps[n, 0] < 0.0:
-                angles[4 * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * nodes[3 - i]
+                angles[_STAGES * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * NODES[_STAGES - 1 - i]
             else:
-                angles[4 * n + i] = steps[n, 0] + steps[n, 1] * nodes[i]
-    u, _ = speeds_of(coefficients, angles)
-    return (crank + rocker * u * u).reshape(-1, 4)
+                angles[_STAGES * n + i] = steps[n, 0] + steps[n, 1] * NODES[i]
+    u, _ = speeds_of(machine.coefficients, angles)
+    return (machine.crank + machine.rocker * u * u).reshape(-1, _STAGES)
 
 
 @kernel
-def _step(total: Array, width: float, energy: float, stall: float, slope: float, matrix: Array, torque: Array) -> bool:
+def _step(total: Array, width: float, energy: float, machine: Machine, torque: Array) -> bool:
     """Torques at the Gauss points of one step from its initial energy, by Newton's method; the guess is overwritten."""
     for _ in range(40):
-        lhs, change = np.empty((4, 4)), np.empty(4)
-        for i in range(4):
+        lhs, change = np.empty((_STAGES, _STAGES)), np.empty(_STAGES)
+        for i in range(_STAGES):
             inner = energy
-            for j in range(4):
-                inner += width * matrix[i, j] * torque[j]
+            for j in range(_STAGES):
+                inner += width * MATRIX[i, j] * torque[j]
             inner = max(inner, 1e-12 * energy)
             speed = math.sqrt(2.0 * inner / total[i])
-            fall = slope / (total[i] * speed)
-            change[i] = stall - slope * speed - torque[i]
-            for j in range(4):
-                lhs[i, j] = fall * width * matrix[i, j]
+            fall = machine.slope / (total[i] * speed)
+            change[i] = machine.stall - machine.slope * speed - torque[i]
+            for j in range(_STAGES):
+                lhs[i, j] = fall * width * MATRIX[i, j]
             lhs[i, i] += 1.0
-        for i in range(4):
-            for k in range(i + 1, 4):
+        for i in range(_STAGES):
+            for k in range(i + 1, _STAGES):
                 share = lhs[k, i] / lhs[i, i]
-                for j in range(i + 1, 4):
+                for j in range(i + 1, _STAGES):
                     lhs[k, j] -= share * lhs[i, j]
                 change[k] -= share * change[i]
         largest = 0.0
-        for i in range(3, -1, -1):
-            for j in range(i + 1, 4):
+        for i in range(_STAGES - 1, -1, -1):
+            for j in range(i + 1, _STAGES):
                 change[i] -= lhs[i, j] * change[j]
             change[i] /= lhs[i, i]
             torque[i] += change[i]
             largest = max(largest, abs(change[i]))
-        if largest <= 1e-15 * stall:
+        if largest <= 1e-15 * machine.stall:
             return True
         if not largest < math.inf:
             return False
-    return largest <= 1e-12 * stall
+    return largest <= 1e-12 * machine.stall
 
 
 @kernel
-def turn(
-    total: Array, steps: Array, energy: float, stall: float, slope: float, weights: Array, matrix: Array
-) -> tuple[Array, float]:
+def turn(total: Array, steps: Array, energy: float, machine: Machine) -> tuple[Array, float]:
     """Work up to every step's end (n + 1,), and the period; NaN if a step has no solution."""
     work, time = np.zeros(steps.shape[0] + 1), 0.0
-    torque = np.full(4, stall - slope * math.sqrt(2.0 * energy / total[0, 0]))
+    torque = np.full(_STAGES, machine.stall - machine.slope * math.sqrt(2.0 * energy / total[0, 0]))
     for n in range(steps.shape[0]):
         width, now = steps[n, 1], energy + work[n]
-        if not (now > 0.0 and _step(total[n], width, now, stall, slope, matrix, torque)):
+        if not (now > 0.0 and _step(total[n], width, now, machine, torque)):
             work[n + 1 :] = math.nan
             return work, math.nan
         done = 0.0
-        for i in range(4):
-            done += width * weights[i] * torque[i]
+        for i in range(_STAGES):
+            done += width * WEIGHTS[i] * torque[i]
             inner = now
-            for j in range(4):
-                inner += width * matrix[i, j] * torque[j]
-            time += width * weights[i] / math.sqrt(2.0 * inner / total[n, i])
+            for j in range(_STAGES):
+                inner += width * MATRIX[i, j] * torque[j]
+            time += width * WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
         work[n + 1] = work[n] + done
-        torque[:] = torque[3]
+        torque[:] = torque[_STAGES - 1]
     return work, time
 
 
 @kernel
-def _relative_excess(u: float, work: float, energy: float, start: float, crank: float, rocker: float) -> float:
-    """omega/omega_0 - 1 without cancellation, from J0 - J and the work done."""
-    more = (rocker * (start - u) * (start + u) + (crank + rocker * start * start) * work / energy) / (
-        crank + rocker * u * u
-    )
-    return more / (1.0 + math.sqrt(1.0 + more))
+def _excess_and_trend(
+    u: float, change: float, work: float, energy: float, start: float, machine: Machine
+) -> tuple[float, float]:
+    """omega/omega_0 - 1, without cancellation from J0 - J and the work done, and J omega omega' = M - J' omega^2/2."""
+    rocker, total = machine.rocker, machine.crank + machine.rocker * u * u
+    more = (rocker * (start - u) * (start + u) + (machine.crank + rocker * start * start) * work / energy) / total
+    square = 2.0 * (energy + work) / total
+    trend = machine.stall - machine.slope * math.sqrt(square) - rocker * u * change * square
+    return more / (1.0 + math.sqrt(1.0 + more)), trend
 
 
 @kernel
 def _inside_step(
-    coefficients: Array, crank: float, rocker: float, row: Array, pull: float, share: float, work: float,
-    energy: float, start: float, stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """omega/omega_0 - 1 and a number with the sign of its slope, at a fraction ``share`` of a step with the motor
-    torque ``pull`` there; NaN if that part of the step has no solution."""
+    machine: Machine, row: Array, share: float, work: float, energy: float, start: float
+) -> tuple[float, float]:
+    """``_excess_and_trend`` at a fraction ``share`` of a step; NaN if that part of the step has no solution."""
     width = share * row[1]
-    angles = np.empty(5)
-    for i in range(4):
-        angles[i] = row[0] + width * nodes[i]
-    angles[4] = row[0] + width
+    angles = np.empty(_STAGES + 1)
+    for i in range(_STAGES):
+        angles[i] = row[0] + width * NODES[i]
+    angles[_STAGES] = row[0] + width
     if row[0] < 0.0:
-        angles[4] = min(angles[4], -1e-300)
-    u, change = speeds_of(coefficients, angles)
-    torque = np.full(4, pull)
-    if not _step(crank + rocker * u[:4] ** 2, width, energy + work, stall, slope, matrix, torque):
+        angles[_STAGES] = min(angles[_STAGES], -1e-300)
+    u, change = speeds_of(machine.coefficients, angles)
+    total = machine.crank + machine.rocker * u * u
+    torque = np.full(_STAGES, machine.stall - machine.slope * math.sqrt(2.0 * (energy + work) / total[0]))
+    if not _step(total[:_STAGES], width, energy + work, machine, torque):
         return math.nan, math.nan
-    for i in range(4):
-        work += width * weights[i] * torque[i]
-    speed = math.sqrt(2.0 * (energy + work) / (crank + rocker * u[4] ** 2))
-    # J omega omega' = M - J' omega^2/2.
-    return _relative_excess(u[4], work, energy, start, crank, rocker), stall - slope * speed - rocker * u[4] * change[
-        4
-    ] * speed**2
+    for i in range(_STAGES):
+        work += width * WEIGHTS[i] * torque[i]
+    return _excess_and_trend(u[_STAGES], change[_STAGES], work, energy, start, machine)
 
 
 @kernel
-def spread(
-    coefficients: Array, crank: float, rocker: float, steps: Array, work: Array, energy: float, start: float,
-    stall: float, slope: float, nodes: Array, weights: Array, matrix: Array,
-) -> float:  # fmt: skip
+def spread(machine: Machine, steps: Array, work: Array, energy: float, start: float) -> float:
     """(max - min speed over the revolution)/(speed after the blow), from the step ends and all extrema in between; NaN
-    if a part of a step has no solution."""
+    if a part of a step has no solution. ``start`` is |u31(0)|."""
     count = steps.shape[0]
-    angles = np.empty(count + 1)
-    for k in range(count):
-        angles[k] = steps[k, 0]
-    angles[count] = -1e-300
-    u, change = speeds_of(coefficients, angles)
-    rises, pulls = np.empty(count + 1), np.empty(count + 1)
-    greatest, least = -math.inf, math.inf
+    angles = np.append(steps[:, 0], -1e-300)
+    u, change = speeds_of(machine.coefficients, angles)
+    trends, greatest, least = np.empty(count + 1), -math.inf, math.inf
     for n in range(count + 1):
-        value = _relative_excess(u[n], work[n], energy, start, crank, rocker)
+        value, trends[n] = _excess_and_trend(u[n], change[n], work[n], energy, start, machine)
         greatest, least = max(greatest, value), min(least, value)
-        square = 2.0 * (energy + work[n]) / (crank + rocker * u[n] * u[n])
-        pulls[n] = stall - slope * math.sqrt(square)
-        rises[n] = pulls[n] - rocker * u[n] * change[n] * square
     for n in range(count):
-        if rises[n] * rises[n + 1] >= 0.0:
+        if trends[n] * trends[n + 1] >= 0.0:
             continue
-        args = (coefficients, crank, rocker, steps[n], pulls[n])
-        more = (work[n], energy, start, stall, slope, nodes, weights, matrix)
         low, high = 0.0, 1.0
         # At an extremum the value's error is quadratic in the position error.
         for _ in range(28):
             middle = 0.5 * (low + high)
-            value, sign = _inside_step(*args, middle, *more)
+            value, trend = _inside_step(machine, steps[n], middle, work[n], energy, start)
             if math.isnan(value):
                 return math.nan
             greatest, least = max(greatest, value), min(least, value)
-            if sign * rises[n] > 0.0:
+            if trend * trends[n] > 0.0:
                 low = middle
             else:
                 high = middle

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.scene import Drive, Scene
-from solvers.linkage.steady_state.collocation import MATRIX, NODES, WEIGHTS, inertias, mesh, spread, turn
+from solvers.linkage.steady_state.collocation import Machine, inertias, mesh, spread, turn
 
 _MAX_STEPS, _MAX_PARTS = 1 << 14, 1 << 8
 _CAUTION, _BEST_RATE = 4.0, 1.0 / 8.0
@@ -63,6 +63,7 @@ def steady_running(
     remaining fraction. None if no mesh of up to 16384 steps per revolution yields a steady state.
     """
     parts, before, change = 1, None, None
+    jump = after_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution) - 1.0
     while True:
         try:
             now, steps = _steady(bar, scene, drive, tool, restitution, parts)
@@ -73,7 +74,7 @@ def steady_running(
             if last is not None:
                 error = change * _remaining_error(last, change) + _ROUNDING
                 if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MAX_STEPS:
-                    return Running(*now[:3], after_blow_of(bar, scene, drive, restitution) - 1.0, now[3], steps, error)
+                    return Running(*now[:3], jump, now[3], steps, error)
         if parts > _MAX_PARTS:
             return None
         before, parts = now, 2 * parts
@@ -90,11 +91,6 @@ def _remaining_error(last: float, change: float) -> float:
     """
     rate = change / max(last, change, 1e-300)
     return 1.0 if rate < _ORDER_RATE else min(max(_CAUTION * rate, _BEST_RATE), 1.0)
-
-
-def after_blow_of(bar: FourBar, scene: Scene, drive: Drive, restitution: float) -> float:
-    """omega+/omega- of a scene's machine."""
-    return after_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution)
 
 
 def _energy_deficit(bar: FourBar, crank: float, rocker: float, restitution: float) -> float:
@@ -115,14 +111,14 @@ def _steady(
     from scipy.optimize import brentq
 
     crank, rocker = drive.crank_inertia, rocker_inertia(bar, scene)
-    stall, slope = drive.motor.stall_torque, drive.motor.slope
+    machine = Machine(bar.coefficients, crank, rocker, drive.motor.stall_torque, drive.motor.slope)
     steps = mesh(bar.coefficients, parts)
-    total = inertias(bar.coefficients, crank, rocker, steps, NODES)
+    total = inertias(machine, steps)
     lost = _energy_deficit(bar, crank, rocker, restitution)
 
     def excess(energy: float) -> float:
         """Motor work per revolution minus the energy lost in the blow; decreases with the energy after the blow."""
-        work, _ = turn(total, steps, energy, stall, slope, WEIGHTS, MATRIX)
+        work, _ = turn(total, steps, energy, machine)
         if not math.isfinite(work[-1]):
             raise _Unresolved
         return float(work[-1]) - lost * energy
@@ -137,12 +133,10 @@ def _steady(
     else:
         raise _Unresolved
     energy = brentq(excess, low, 4.0 * low, xtol=1e-18 * high, rtol=1e-15)
-    work, time = turn(total, steps, energy, stall, slope, WEIGHTS, MATRIX)
+    work, time = turn(total, steps, energy, machine)
     first = math.sqrt(2.0 * energy / (crank + rocker * bar.start**2))
     before = first / after_blow(bar, crank, rocker, restitution)
-    apart = spread(
-        bar.coefficients, crank, rocker, steps, work, energy, bar.start, stall, slope, NODES, WEIGHTS, MATRIX
-    )
+    apart = spread(machine, steps, work, energy, bar.start)
     if not math.isfinite(apart):
         raise _Unresolved
     irregularity = apart * first * time / (2.0 * math.pi)

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.swept_area.outline import corners, extents, pieces, tips_of
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _STACK = 4096
 
 
@@ -62,44 +62,55 @@ def _reduced(
     return wx - c * along, wy - s * across, hx - c * across, hy - s * along
 
 
-@kernel
-def _least_box(
-    outline: Array, pads: float, along: float, across: float, width: float, height: float, tolerance: float,
-    enough: float,
-) -> tuple[float, float, bool]:  # fmt: skip
-    """(minimum area, its direction, whether pi/2 is to be added to it) over all orientations whose box keeps within
-    width and height; inf if none does.
+class Task(NamedTuple):
+    """What is minimised over the orientations: the area W H within ``width`` and ``height``, or with ``fit`` the misfit
+    max(W/width, H/height).
 
-    ``pads`` is added to W and H. W and H are lower bounds for outlines that deviate from this one by up to ``along`` in
-    the base's direction and ``across`` perpendicular to it. A result below ``enough`` is within ``tolerance`` of the
-    minimum; any other only states that the minimum is not below ``enough``.
+    ``pads`` is added to W and H. They are lower bounds for outlines that deviate from this one by up to ``along`` in
+    the base's direction and ``across`` perpendicular to it. A result below ``enough`` is within the relative
+    ``tolerance`` of the minimum; any other only states that the minimum is not below ``enough``.
     """
-    edges = corners(outline)
-    best, at = _least_upright(
-        outline, edges, pads, along, across, width, height, tolerance, enough, math.inf
-    )  # fmt: skip
+
+    fit: bool
+    width: float
+    height: float
+    pads: float
+    along: float
+    across: float
+    tolerance: float
+    enough: float
+
+
+@kernel
+def _least(outline: Array, task: Task) -> tuple[float, float, bool]:
+    """The minimum, its direction, and whether pi/2 is to be added to it; inf if no box keeps within width and
+    height."""
+    edges, width, height = corners(outline), task.width, task.height
+    best, at = _least_upright(outline, edges, task, width, height, math.inf)
     if width == height:
         return best, at, False
-    other, there = _least_upright(outline, edges, pads, along, across, height, width, tolerance, enough, best)
+    other, there = _least_upright(outline, edges, task, height, width, best)
     return (other, there, True) if other < best else (best, at, False)
 
 
 @kernel
 def _least_upright(
-    outline: Array, edges: Array, pads: float, along: float, across: float, width: float, height: float,
-    tolerance: float, enough: float, best: float,
+    outline: Array, edges: Array, task: Task, width: float, height: float, best: float
 ) -> tuple[float, float]:  # fmt: skip
-    """``_least_box`` within pi/4 about the base line; ``best`` is the incumbent."""
-    tips = tips_of(outline)
-    free, at = width == math.inf and height == math.inf, 0.0
+    """``_least`` within pi/4 about the base line; ``best`` is the incumbent."""
+    tips, at, fit = tips_of(outline), 0.0, task.fit
+    unit_w, unit_h, most_w, most_h = 1.0, 1.0, width, height
+    if fit:
+        unit_w, unit_h, most_w, most_h = width, height, math.inf, math.inf
     lefts, rights = np.empty(_STACK), np.empty(_STACK)
     for k in range(edges.size - 1):
         if not edges[k + 1] > edges[k]:
             continue
         middle = 0.5 * (edges[k] + edges[k + 1])
         wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
-        wc, hc = wc + pads, hc + pads
+        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, task.along, task.across, middle)
+        wc, wx, wy = (wc + task.pads) / unit_w, wx / unit_w, wy / unit_w
+        hc, hx, hy = (hc + task.pads) / unit_h, hx / unit_h, hy / unit_h
         w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
         bend = (abs(wc) * h1 + abs(hc) * w1 + 2.0 * w1 * h1) / 8.0
         lefts[0], rights[0] = edges[k], edges[k + 1]
@@ -110,18 +121,20 @@ def _least_upright(
             cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
             wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
             wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
-            if wl <= width and hl <= height and wl * hl < best:
-                best, at = wl * hl, left
-            if wr <= width and hr <= height and wr * hr < best:
-                best, at = wr * hr, right
+            one, other = (max(wl, hl), max(wr, hr)) if fit else (wl * hl, wr * hr)
+            if wl <= most_w and hl <= most_h and one < best:
+                best, at = one, left
+            if wr <= most_w and hr <= most_h and other < best:
+                best, at = other, right
             if best <= 0.0:
                 # The bound is useless: only outlines with a large deviation come so low.
                 return 0.0, at
             step = (right - left) ** 2
-            if not free and (min(wl, wr) - step / 8.0 * w1 > width or min(hl, hr) - step / 8.0 * h1 > height):
+            narrowest, lowest = min(wl, wr) - step / 8.0 * w1, min(hl, hr) - step / 8.0 * h1
+            if narrowest > most_w or lowest > most_h:
                 continue
-            least = min(wl * hl, wr * hr) - step * bend
-            if least >= enough or (best < enough and least >= best * (1.0 - tolerance)):
+            least = max(narrowest, lowest) if fit else min(one, other) - step * bend
+            if least >= task.enough or (best < task.enough and least >= best * (1.0 - task.tolerance)):
                 continue
             if step < 1e-28 or depth + 2 > _STACK:
                 continue
@@ -130,57 +143,6 @@ def _least_upright(
             lefts[depth + 1], rights[depth + 1] = middle, right
             depth += 2
     return best, at
-
-
-@kernel
-def least_fit(outline: Array, along: float, across: float, width: float, height: float, tolerance: float) -> float:
-    """Minimum over all orientations of max(W/width, H/height); at most 1 if the outline fits.
-
-    ``along`` and ``across`` as in ``_least_box``.
-    """
-    edges = corners(outline)
-    best = _least_upright_fit(outline, edges, along, across, width, height, tolerance, math.inf)
-    if width == height:
-        return best
-    return _least_upright_fit(outline, edges, along, across, height, width, tolerance, best)
-
-
-@kernel
-def _least_upright_fit(
-    outline: Array, edges: Array, along: float, across: float, width: float, height: float, tolerance: float,
-    best: float,
-) -> float:  # fmt: skip
-    """``least_fit`` within pi/4 about the base line; ``best`` is the incumbent."""
-    tips = tips_of(outline)
-    lefts, rights = np.empty(_STACK), np.empty(_STACK)
-    for k in range(edges.size - 1):
-        if not edges[k + 1] > edges[k]:
-            continue
-        middle = 0.5 * (edges[k] + edges[k + 1])
-        wc, wx, wy, hc, hx, hy = pieces(outline, tips, middle)
-        wx, wy, hx, hy = _reduced(wx, wy, hx, hy, along, across, middle)
-        wc, wx, wy, hc, hx, hy = wc / width, wx / width, wy / width, hc / height, hx / height, hy / height
-        w1, h1 = math.hypot(wx, wy), math.hypot(hx, hy)
-        lefts[0], rights[0] = edges[k], edges[k + 1]
-        depth = 1
-        while depth:
-            depth -= 1
-            left, right = lefts[depth], rights[depth]
-            cl, sl, cr, sr = math.cos(left), math.sin(left), math.cos(right), math.sin(right)
-            wl, hl = wc + wx * cl + wy * sl, hc + hx * cl + hy * sl
-            wr, hr = wc + wx * cr + wy * sr, hc + hx * cr + hy * sr
-            best = min(best, max(wl, hl), max(wr, hr))
-            if best <= 0.0:
-                return 0.0
-            step = (right - left) ** 2
-            least = max(min(wl, wr) - step * w1 / 8.0, min(hl, hr) - step * h1 / 8.0)
-            if least >= best * (1.0 - tolerance) or step < 1e-28 or depth + 2 > _STACK:
-                continue
-            middle = 0.5 * (left + right)
-            lefts[depth], rights[depth] = left, middle
-            lefts[depth + 1], rights[depth + 1] = middle, right
-            depth += 2
-    return best
 
 
 @kernel
@@ -198,7 +160,7 @@ def least_boxes(
     """Minimum box area of every outline at its scale, within width and height, (n, 3): the area, inf if none fits, its
     direction, and 1 if pi/2 is to be added to it.
 
-    ``along`` and ``across`` [per scale] as in ``_least_box``. An area is accurate to ``tolerance``, or above
+    ``along`` and ``across`` [per scale] as in ``Task``. An area is accurate to ``tolerance``, or above
     ``enough``; it is 0 if W and H could both vanish within the deviation.
     """
     out = np.full((scale.size, 3), np.inf)
@@ -215,15 +177,20 @@ def least_boxes(
             out[i, 0] = 0.0
             continue
         # W and H already include the pads minus the deviation, so they are compared with the limits directly.
-        area, angle, turned = _least_box(outline, pads, moved[0], moved[1], width, height, tolerance, enough)
+        task = Task(False, width, height, pads, moved[0], moved[1], tolerance, enough)
+        area, angle, turned = _least(outline, task)
         out[i, 0], out[i, 1], out[i, 2] = area, angle, 1.0 if turned else 0.0
     return out
 
 
 @kernel
 def least_fits(outlines: Array, along: Array, across: Array, width: float, height: float, tolerance: float) -> Array:
-    """Minimum of max(W/width, H/height) for every outline."""
+    """Minimum over all orientations of max(W/width, H/height) for every outline; at most 1 if it fits.
+
+    ``along`` and ``across`` as in ``Task``.
+    """
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
-        out[i] = least_fit(outlines[i], along[i], across[i], width, height, tolerance)
+        task = Task(True, width, height, 0.0, along[i], across[i], tolerance, math.inf)
+        out[i] = _least(outlines[i], task)[0]
     return out

@@ -5,12 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.swept_area.outline import tips_of
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 
 def enclosing_radius(outline: Array, pad: float) -> float:

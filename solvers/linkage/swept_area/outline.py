@@ -15,13 +15,12 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 _EIGHTH = 0.25 * math.pi
 
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.parallel import in_slices
 from solvers.pin.closed_form.kernel import Pins, Results, evaluate
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
@@ -35,19 +34,9 @@ def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Result
     """Run ``evaluate`` on all pins, divided into one slice per thread."""
     count = walls.shape[0]
     out = Results(*(np.empty(count) for _ in Results._fields))
-    cuts = np.linspace(0, count, min(threads, max(count, 1)) + 1).astype(int).tolist()
 
-    def solve(begin: int, end: int) -> None:
-        evaluate(
-            Pins(*(a[begin:end] for a in pins)),
-            ends[begin:end],
-            walls[begin:end],
-            Results(*(a[begin:end] for a in out)),
-        )
+    def solve(part: slice) -> None:
+        evaluate(Pins(*(a[part] for a in pins)), ends[part], walls[part], Results(*(a[part] for a in out)))
 
-    if len(cuts) == 2:
-        solve(0, count)
-        return out
-    with ThreadPoolExecutor(threads) as pool:
-        list(pool.map(solve, cuts[:-1], cuts[1:]))
+    in_slices(solve, count, threads)
     return out

@@ -16,7 +16,7 @@ from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure
 from solvers.crank.gas.unrolled_pressure import Curve
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
-from solvers.numerics.pieces import subdivide
+from solvers.numerics.panels import split
 from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
 from solvers.rod.scene import Mechanism, Piston, PressureCurve
 
@@ -69,7 +69,7 @@ class IndicatorLoad:
         points = self.unrolled.breaks
         away = np.min(np.abs(points[:, None] - centres), axis=1) > 2.0 * _RAMP
         ends = np.concatenate([points[away], centres[1:] - _RAMP, centres + _RAMP])
-        ends = subdivide(np.unique(ends), TURN / _PIECES_PER_TURN)
+        ends = split(np.unique(ends), TURN / _PIECES_PER_TURN)
         low, width = ends[:-1], np.diff(ends)
         values = self.unrolled.pressure(low + width * np.arange(4)[:, None] / 3.0)
         values[3, :-1] = values[0, 1:]

@@ -13,8 +13,6 @@ from solvers.effects import ALL, EffectSelection
 from solvers.errors import InvalidInput
 from tests.solvers.crank.machines import CAR, car
 
-RNG = np.random.default_rng(7)
-
 
 def random_scene(rng: np.random.Generator) -> crank.Scene:
     length = 10 ** rng.uniform(-2, 0)

@@ -21,10 +21,10 @@ LOW = CYLINDER.clearance_volume
 
 
 def test_pressures_follow_the_stroke_that_the_angle_belongs_to():
-    curve = diagram().unroll(CAR.motion(), CYLINDER)
+    curve = diagram().unroll(CAR.motion, CYLINDER)
     for index, (volume, pressure) in enumerate(four_stroke(CAR, CYLINDER, 900.0)):
         angle = index * math.pi + np.linspace(0.05, 3.09, 9)
-        v = LOW + CYLINDER.area * CAR.motion().displacement(angle)
+        v = LOW + CYLINDER.area * CAR.motion.displacement(angle)
         order = np.argsort(volume)
         expected = PchipInterpolator(volume[order], pressure[order])(np.clip(v, volume.min(), volume.max()))
         assert curve.pressure(angle) == pytest.approx(expected, rel=1e-13)
@@ -45,7 +45,7 @@ def test_breaks_are_the_angles_of_the_points(offset):
 
 
 def test_jumps_at_the_dead_centres_are_told():
-    jumps = dict(diagram().unroll(CAR.motion(), CYLINDER).jumps)
+    jumps = dict(diagram().unroll(CAR.motion, CYLINDER).jumps)
     assert jumps[0.0] == pytest.approx(0.09e6 - 0.11e6)
     assert jumps[2 * math.pi] == pytest.approx(0.0, abs=1e-6)
     assert jumps[3 * math.pi] < -1e5
@@ -66,7 +66,7 @@ def test_an_otto_cycle_has_the_work_of_the_textbook():
 
 
 def test_brix_unrolling_differs_by_what_the_curve_falls_in_the_error_of_the_displacement():
-    exact = diagram().unroll(CAR.motion(), CYLINDER)
+    exact = diagram().unroll(CAR.motion, CYLINDER)
     angle = np.linspace(0, 4 * math.pi, 2000)[:-1]
     volumes = LOW + CYLINDER.area * kinematics.brix_displacement(angle, 0.04, 0.14)
     brix = np.empty_like(angle)
@@ -78,6 +78,9 @@ def test_brix_unrolling_differs_by_what_the_curve_falls_in_the_error_of_the_disp
     tiers = crank.analyse(car()).value.tiers
     assert tiers.brix_pressure == pytest.approx(np.max(np.abs(exact.pressure(angle) - brix)), rel=1e-3)
     assert tiers.brix_displacement == pytest.approx(0.0030408909, rel=1e-6)
+    short = kinematics.two_harmonic_acceleration(angle, 0.04, 0.14, 1.0)
+    off = np.max(np.abs(CAR.motion.posture(angle).acceleration - short)) / 0.04 / (1 + 0.04 / 0.14)
+    assert tiers.two_harmonic_acceleration == pytest.approx(off, rel=1e-4)
 
 
 def stroke(index, **parts):
@@ -118,7 +121,7 @@ def test_a_faulty_stroke_is_refused_with_the_point_named_or_repaired_on_record(b
     with pytest.raises(InvalidInput) as refusal:
         crank.analyse(car(pressure=bad))
     assert refusal.value.field == field
-    mended, repairs = crank.repaired_indicator(bad, CYLINDER, CAR.motion())
+    mended, repairs = crank.repaired_indicator(bad, CYLINDER, CAR.motion)
     assert repairs[0].field == field
     assert done in repairs[0].what
     assert crank.analyse(car(pressure=mended)).value.indicated_power == pytest.approx(11121.95, rel=0.01)
@@ -129,7 +132,7 @@ def test_volumes_in_another_unit_cannot_be_repaired():
         tuple(replace(s, volume=tuple(v * 1e3 for v in s.volume)) for s in diagram().strokes)
     )
     with pytest.raises(InvalidInput, match="cannot be repaired"):
-        crank.repaired_indicator(tiny, CYLINDER, CAR.motion())
+        crank.repaired_indicator(tiny, CYLINDER, CAR.motion)
 
 
 DEG = math.pi / 180
@@ -160,9 +163,9 @@ def test_a_faulty_table_is_refused_with_the_point_named_or_repaired_on_record(ba
     mended, repairs = crank.repaired_table(bad, CYLINDER)
     assert (repairs[0].field, len(repairs)) == (field, 1)
     assert done in repairs[0].what
-    right = table(ANGLE).unroll(CAR.motion(), CYLINDER)
+    right = table(ANGLE).unroll(CAR.motion, CYLINDER)
     at = np.linspace(1.0, 11.0, 50)
-    assert mended.unroll(CAR.motion(), CYLINDER).pressure(at) == pytest.approx(right.pressure(at), abs=1.0)
+    assert mended.unroll(CAR.motion, CYLINDER).pressure(at) == pytest.approx(right.pressure(at), abs=1.0)
 
 
 def test_several_faults_at_once_are_all_recorded():
@@ -175,7 +178,7 @@ def test_several_faults_at_once_are_all_recorded():
 def test_a_closed_table_may_say_its_first_point_twice():
     closed, open_ = table([*ANGLE, 720.0], [*VALUE, VALUE[0]]), table(ANGLE)
     at = np.linspace(0, 12, 50)
-    one, other = (t.unroll(CAR.motion(), CYLINDER).pressure(at) for t in (closed, open_))
+    one, other = (t.unroll(CAR.motion, CYLINDER).pressure(at) for t in (closed, open_))
     assert np.array_equal(one, other)
 
 
@@ -187,7 +190,7 @@ def test_half_a_cycle_without_a_point_is_beyond_repair():
 
 
 def test_a_table_agrees_with_the_diagram_it_was_read_from():
-    curve = diagram().unroll(CAR.motion(), CYLINDER)
+    curve = diagram().unroll(CAR.motion, CYLINDER)
     angle = np.linspace(0, 4 * math.pi, 2881)[:-1]
     read = crank.TablePressure(tuple(angle), tuple(curve.pressure(angle)))
     assert crank.analyse(car(pressure=read)).value.indicated_power == pytest.approx(

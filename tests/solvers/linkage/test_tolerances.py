@@ -9,9 +9,8 @@ import pytest
 
 from solvers.linkage import LARGEST_BASE, LARGEST_COUPLER, Lengths, of_lengths
 from solvers.linkage.mechanism.change_point import KINDS, Gain, plain_ratios
-from solvers.linkage.mechanism.closure import closure, turns_fully, window
+from solvers.linkage.mechanism.closure import closure, restitution_error, turns_fully, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
-from solvers.linkage.mechanism.length_tolerances import restitution_sensitivity
 
 
 @pytest.mark.parametrize("unit", [1e-9, 1e-3, 1.0, 1e6])
@@ -85,16 +84,17 @@ def test_to_first_order_the_window_goes_with_the_root_of_the_miss(kind):
 
 
 def test_restitution_moves_with_the_lengths():
-    h = mp.mpf(10) ** -20
+    links, tolerance = (mp.mpf("1.5"), mp.mpf("2.5"), mp.mpf("1.1")), mp.mpf("1e-20")
+
+    def restitution(base: mp.mpf, coupler: mp.mpf, rocker: mp.mpf) -> mp.mpf:
+        g = mp.sqrt(base * coupler / rocker)
+        return (g - 1) / (g + 1)
+
     with mp.workdps(50):
-        square = (mp.mpf("1.3") / mp.mpf("0.7")) ** 2
-
-        def restitution(change: mp.mpf) -> mp.mpf:
-            g = mp.sqrt(square * (1 + change))
-            return (g - 1) / (g + 1)
-
-        slope = (restitution(h) / restitution(mp.mpf(0)) - 1) / h
-    assert restitution_sensitivity(1.3 / 0.7) == pytest.approx(float(slope), rel=1e-12)
+        moved = [[x + tolerance * (i == k) for k, x in enumerate(links)] for i in range(3)]
+        worst = sum(abs(restitution(*each) / restitution(*links) - 1) for each in moved) / tolerance
+    bar = FourBar(LARGEST_COUPLER, plain_ratios(*map(float, links)))
+    assert restitution_error(bar, 0.1, 1e-5) == pytest.approx(float(worst) * 1e-5 / 0.1, rel=1e-12)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,11 @@ def test_interpolants_meet_the_tolerance_and_their_estimate(name, tolerance, poi
     assert error <= 1.5 * max(missed, 1e-13) * np.abs(function(x)).max()
 
 
+@cache
+def top(name, sign):
+    return (sign * FUNCTIONS[name](np.linspace(0.0, TURN, 2_000_001))).max()
+
+
 @pytest.mark.parametrize("tolerance", [1e-2, 1e-5, 1e-10])
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 @pytest.mark.parametrize("name", ["waves", "peak", "steep"])
@@ -41,8 +48,7 @@ def test_extremes_are_within_their_error_bound(name, sign, tolerance):
     found, values, _ = resolved(function, tolerance)
     scale = np.abs(values).max()
     value, error, angle = panels.greatest(found.edges, found.rule, values[0], sign, tolerance * scale)
-    x = np.linspace(0.0, TURN, 2_000_001)
-    exact = (sign * function(x)).max()
+    exact = top(name, sign)
     assert abs(value - exact) <= error + 1e-11 * scale
     assert error <= 1.5 * tolerance * scale
     assert sign * function(np.array([angle]))[0] == pytest.approx(exact, abs=2.0 * tolerance * scale)
@@ -74,3 +80,9 @@ def test_the_number_of_panels_is_limited():
     assert found.edges.size - 1 <= 12
     assert missed > 1e-3
     assert values.shape == (1, 16 * (found.edges.size - 1))
+
+
+def test_splitting_keeps_every_edge():
+    edges = panels.split(np.array([0.0, 0.01, 1.0]), 0.1)
+    assert {0.0, 0.01, 1.0} <= set(edges)
+    assert np.max(np.diff(edges)) <= 0.1 * (1 + 1e-8)

@@ -139,16 +139,16 @@ def worker(
     """Solve batch chunks for a Dask scheduler until stopped. Needs the extra [cluster]."""
     import asyncio
 
-    from app.jobs.cluster import close_hosts, run_worker
+    from app.batches.workers import chunk_workers
+    from app.jobs.cluster import run_worker
+    from app.settings import Settings
 
     try:
-        asyncio.run(run_worker(cluster, workers))
+        asyncio.run(run_worker(cluster, chunk_workers(Settings(batch_workers=workers))))
     except ImportError:
         _refuse({"title": "No cluster", "detail": "install crankwright[cluster] for this"})
     except KeyboardInterrupt:
         typer.echo("stopped", err=True)
-    finally:
-        close_hosts()
 
 
 @app.command()

@@ -22,6 +22,7 @@ from app.api.head_requests import Heads
 from app.api.one_by_one import OneByOne
 from app.batches import chunk
 from app.batches.service import BatchService
+from app.batches.workers import chunk_workers
 from app.edge.asgi import Application, Scope
 from app.edge.concurrency import HEALTH_PATHS
 from app.edge.request_metrics import RequestMetrics
@@ -78,13 +79,7 @@ def _pool(settings: Settings, fork_server: ForkServer | None, on_status: StatusL
         return ProcessPool(local, fork_server)
     from app.jobs.cluster import ClusterPool
 
-    cluster_settings = PoolSettings(
-        workers=0,
-        memory_bytes=settings.solve_memory_bytes,
-        background_workers=settings.batch_workers,
-        background_entry=chunk.answer,
-    )
-    return ClusterPool(local, settings.cluster, cluster_settings, fork_server)
+    return ClusterPool(local, settings.cluster, chunk_workers(settings), fork_server)
 
 
 def create_app(

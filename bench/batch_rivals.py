@@ -201,15 +201,19 @@ def openmdao_rate(count: int) -> Rate:
         return run(_forces(scene, count), folder)
 
 
+OWN_WORKER = ("app.cli", "worker", "--cluster")
+DASK_WORKER = ("distributed.cli.dask_worker", "--nthreads", "1", "--no-nanny", "--no-dashboard")
+
+
 @contextlib.contextmanager
-def cluster(workers: int) -> Iterator[str]:
-    """The address of a Dask scheduler with so many workers of one process each."""
+def cluster(workers: int, worker: Sequence[str] = OWN_WORKER) -> Iterator[str]:
+    """The address of a Dask scheduler with so many workers of one process each, started by the command ``worker``."""
     with socket.socket() as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
     address = f"tcp://127.0.0.1:{port}"
     scheduler = ["-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
-    commands = [scheduler, *[["-m", "app.cli", "worker", "--cluster", address]] * workers]
+    commands = [scheduler, *[["-m", *worker, address]] * workers]
     environment = {**os.environ, "CRANKWRIGHT_BATCH_WORKERS": "1"}
     started: list[subprocess.Popen[bytes]] = []
     try:

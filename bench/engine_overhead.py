@@ -1,7 +1,8 @@
 """What the batch engine costs beside the solves: chunks of 0.5 s that only sleep, on one and two workers.
 
 An item sleeps 0.6 ms, so 833 of them make a chunk of 0.5 s; the batch of 20,000 takes one worker 12 s. Workers are
-processes of this machine, or those of a Dask cluster on it: a scheduler, and `crankwright worker` with a process each.
+processes of this machine, or those of a Dask cluster on it: a scheduler, and workers of one thread, Dask's own, which
+solve what the client asks.
 Overhead is the part of the workers' time from the first lease to the last commit in which they did not sleep: leases,
 dispatch, unpacking, storing, and the end of the batch, where one worker waits for the other. What solves cost the
 processor is not in it: a machine whose cores are busy with other work measures nearly the same.
@@ -26,11 +27,11 @@ from app.batches.task import Solved, Task
 from app.jobs.cluster import ClusterPool
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.store.batch_inputs import unpacked_rows
-from app.store.batch_items import packed
+from app.store.batch_items import packed, sealed
 from app.store.batch_records import Item
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from bench.batch_rivals import cluster
+from bench.batch_rivals import DASK_WORKER, cluster
 
 COUNT, ITEM_S = 20_000, 6e-4
 _FIRST = 2000
@@ -47,7 +48,7 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
         for index, row in enumerate(rows, task.first)
     ]
     time.sleep(max(0.0, ITEM_S * len(items) - (time.perf_counter() - began)))
-    return Solved(items, ITEM_S * len(items))
+    return Solved(sealed(task.batch, items), ITEM_S * len(items))
 
 
 def load(_kind: str, _mode: str) -> None:
@@ -67,7 +68,7 @@ _SETTINGS: dict[str, Any] = {
 
 def overhead(workers: int, dask: bool) -> float:
     """The part of the workers' time that is not spent in chunks."""
-    with tempfile.TemporaryDirectory() as folder, cluster(workers) if dask else nullcontext("") as address:
+    with tempfile.TemporaryDirectory() as folder, cluster(workers, DASK_WORKER) if dask else nullcontext("") as address:
         url = f"sqlite:///{folder}/runs.sqlite3"
         upgrade(url)
         return 1.0 - COUNT * ITEM_S / workers / asyncio.run(_taken(url, workers, address))
@@ -75,7 +76,7 @@ def overhead(workers: int, dask: bool) -> float:
 
 async def _taken(url: str, workers: int, address: str) -> float:
     if address:
-        there = PoolSettings(workers=0, background_workers=1, **_SETTINGS)
+        there = PoolSettings(workers=0, **_SETTINGS)
         pool: ProcessPool = ClusterPool(PoolSettings(workers=1, **_SETTINGS), address, there, None)
     else:
         pool = ProcessPool(PoolSettings(workers=1, background_workers=workers, **_SETTINGS))

@@ -20,17 +20,17 @@ from pydantic import BaseModel
 from pydantic_core import to_json
 
 from app.batches.task import Needs, Solved, Task
-from app.designs.kind import REFUSED, Answer, Detail, Job, Mode
-from app.designs.many import answers_of, validated
-from app.designs.problems import INVALID, problem_details
+from app.designs.kind import Answer, Detail, Job, Mode
+from app.designs.many import answers_of, refusal, validated
+from app.designs.problems import problem_details
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, references, replaced
 from app.designs.refusals import json_pointer
 from app.designs.registry import KINDS, job_of
-from app.designs.schema import DesignSettings, Entry, entry, finite
+from app.designs.schema import DesignSettings, entry, finite
 from app.jobs.budget import budget
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
-from app.store.batch_items import encoded, joined, packed, parts_json, unpacked
+from app.store.batch_items import encoded, joined, packed, parts_json, sealed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
 
@@ -46,11 +46,12 @@ def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Ne
     began = time.perf_counter()
     with _gc_paused():
         found = _Chunk(slug, Mode(mode), asked).solved()
-    return found if isinstance(found, Needs) else Solved(found, time.perf_counter() - began)
+        if isinstance(found, Needs):
+            return found
+        return Solved(sealed(asked.batch, found), time.perf_counter() - began)
 
 
-@dataclass(frozen=True, slots=True)
-class _Request:
+class _Request(NamedTuple):
     """A request, its spec as JSON, the spec without the name (``plain``), and the hash of the latter (``key``)."""
 
     request: BaseModel
@@ -146,9 +147,9 @@ class _Chunk:
             body = source.body(row)
         except UnreadableRow as unreadable:
             wrong = [entry("", str(unreadable), "one request of this kind")]
-            return row.line, _Refused(_refusal(f"the row {unreadable}", wrong), None)
+            return row.line, _Refused(refusal(f"the row {unreadable}", wrong), None)
         except RecursionError:
-            return row.line, _Refused(_refusal("the row is nested too deeply", []), None)
+            return row.line, _Refused(refusal("the row is nested too deeply", []), None)
         request, refused = validated(self.job, body)
         if request is None:
             assert refused is not None
@@ -171,18 +172,18 @@ class _Chunk:
         if asked is not None and asked > self.task.solve_budget_s:
             most = f"at most {self.task.solve_budget_s:g}"
             found = entry("/time_budget_s", "is more than this service gives a solve", most)
-            return _refusal(found["detail"], [found])
+            return refusal(found["detail"], [found])
         for path, reference in list(references(request)):
             if reference.run_id not in self.task.runs:
                 self.needed.add(reference.run_id)
                 continue
             run, at = self.task.runs[reference.run_id], json_pointer((*path, "run_id"))
             if run is None:
-                return _refusal("no run has this id", [entry(at, "no run has this id", "the id of a stored run")])
+                return refusal("no run has this id", [entry(at, "no run has this id", "the id of a stored run")])
             try:
                 request = replaced(request, path, reference.filled(json.loads(run)))
             except UnfitRun as unfit:
-                return _refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
+                return refusal(unfit.reason, [entry(at, unfit.reason, unfit.allowed)])
         return request
 
     def _answers(self, asked: Sequence[_Request]) -> dict[bytes, _Answered]:
@@ -256,10 +257,6 @@ def _storable_spec(body: Any) -> bytes | None:
         return text if len(text) < _MAX_REFUSED_BYTES else None
     except (ValueError, RecursionError):  # numbers or text that JSON cannot represent
         return None
-
-
-def _refusal(detail: str, errors: list[Entry]) -> Answer:
-    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
 def _failure(title: str, detail: str, status: int = 500) -> Answer:

@@ -12,7 +12,6 @@ import pickle
 import time
 from collections import OrderedDict
 from dataclasses import replace
-from typing import Any
 
 from app import runs
 from app.batches.chunk import failed_item, parts_of
@@ -27,7 +26,7 @@ from app.jobs.executor import Executor
 from app.jobs.turns import Turns
 from app.logging import get_logger
 from app.store.batch_inputs import Source, unpacked_rows
-from app.store.batch_items import encoded
+from app.store.batch_items import encoded, sealed
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import batches_to_solve, block_of, items_asking, numbered_batch
 from app.store.batch_records import BatchRecord, Chunk, Item
@@ -160,7 +159,7 @@ class BatchEngine:
             owner = self._owners.next(owner for owner, _ in waiting)
             number = self._batches.next(number for other, number in waiting if other == owner)
             batch = await self._record(number)
-            most = 1.0 / (2 * max(1, self._executor.background_workers))
+            most = 1.0 / (2 * self._executor.background_workers)
             claim = Claim(number, self.owner, self._lease_s, share, self._items_of(batch), most)
             chunks = await self._store.write(claim)
             for chunk in chunks:
@@ -182,7 +181,7 @@ class BatchEngine:
 
     def _items_of(self, batch: BatchRecord) -> int:
         """Items of a chunk; a small batch still has a chunk for each worker."""
-        share = math.ceil(batch.total / max(1, self._executor.background_workers))
+        share = math.ceil(batch.total / self._executor.background_workers)
         return max(1, min(int(_CHUNK_TARGET_S / self._estimated_item_s(batch)), share))
 
     def _estimated_item_s(self, batch: BatchRecord) -> float:
@@ -219,12 +218,14 @@ class BatchEngine:
         except JobError as error:
             await self._recover(batch, chunk, error)
         else:
-            await self._store.write(Finish(chunk, self.owner, tuple(items)))
+            await self._store.write(Finish(chunk, self.owner, items))
 
-    async def _solve(self, batch: BatchRecord, chunk: Chunk) -> list[Item]:
+    async def _solve(self, batch: BatchRecord, chunk: Chunk) -> bytes:
+        """The chunk's items, ``sealed``."""
         block = await self._block(chunk)
         start = chunk.first - chunk.block
         task = Task(
+            batch.number,
             batch.source,
             block,
             start,
@@ -299,11 +300,11 @@ class BatchEngine:
         start = chunk.first - chunk.block
         source = Source.from_json(batch.source)
         rows = unpacked_rows(await self._block(chunk), start, start + chunk.count)
-        items: list[Any] = [
+        items = [
             failed_item(index, row, source, batch.dictionary, status, title, detail)
             for index, row in enumerate(rows, chunk.first)
         ]
-        await self._store.write(Finish(chunk, self.owner, tuple(items)))
+        await self._store.write(Finish(chunk, self.owner, sealed(batch.number, items)))
 
 
 def _problem_of(error: JobError) -> tuple[int, str, str]:

@@ -10,13 +10,15 @@ from app.store.batch_records import Item
 
 @dataclass(frozen=True)
 class Task:
-    """Items ``start`` to ``end`` of a block; ``first`` is the index of the item at ``start``.
+    """Items ``start`` to ``end`` of a block of the batch with this number; ``first`` is the index of the item at
+    ``start``.
 
     ``runs``: stored runs referenced by the items, as JSON by run id; None for a run that does not exist.
     ``looks_up``: whether to look up equal items already answered in other chunks.
     ``known``: those items by the numbers requested in ``Needs``; None before the lookup.
     """
 
+    batch: int
     source: bytes
     block: bytes
     start: int
@@ -40,7 +42,7 @@ class Needs:
 
 @dataclass(frozen=True)
 class Solved:
-    """The solved items of a chunk and the elapsed time [s]."""
+    """The solved items of a chunk, ``sealed``, and the elapsed time [s]."""
 
-    items: list[Item]
+    items: bytes
     seconds: float

@@ -42,13 +42,14 @@ def validated(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tup
     try:
         request = job.request.model_validate(body)
     except ValidationError as error:
-        return None, _refusal(*summarize(error.errors(include_url=False), model=job.request))
+        return None, refusal(*summarize(error.errors(include_url=False), model=job.request))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]
-        return None, _refusal("values contradict each other", contradictions)
+        return None, refusal("values contradict each other", contradictions)
     return request, None
 
 
-def _refusal(detail: str, errors: list[Entry]) -> Answer:
+def refusal(detail: str, errors: list[Entry]) -> Answer:
+    """The answer to a request that cannot be solved; ``errors`` name its fields."""
     return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 

@@ -270,7 +270,7 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str,
         effects=[
             {
                 "name": e.name,
-                "state": e.state.value,
+                "state": str(e.state),
                 "influence": float(min(e.influence, LARGEST_INFLUENCE)),
                 "why": e.why,
             }

@@ -66,10 +66,6 @@ class Word:
     per: float = 1.0
     no: str = ""
 
-    def shown(self, value: float) -> float:
-        """Convert an SI value to the API's unit."""
-        return value / self.per
-
 
 Words = Mapping[str, Word]
 
@@ -107,9 +103,9 @@ def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
     return {
         "name": word.name,
         "label": word.label,
-        "sense": sense.value,
-        "required": word.shown(required),
-        "reached": word.shown(reached) if reached is not None and math.isfinite(reached) else None,
+        "sense": str(sense),
+        "required": required / word.per,
+        "reached": reached / word.per if reached is not None and math.isfinite(reached) else None,
         "unit": word.unit,
         "margin": margin,
         "holds": holds,

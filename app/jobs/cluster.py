@@ -10,7 +10,7 @@ import asyncio
 import contextlib
 import threading
 from concurrent.futures import Future
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from app.jobs.errors import BudgetExceeded, Busy, JobError, MemoryExceeded, SolveFailed, WorkerCrashed
@@ -20,7 +20,7 @@ from app.logging import get_logger
 
 logger = get_logger(__name__)
 
-_TIMEOUT_S = 60.0
+_TIMEOUT_S, _COUNT_INTERVAL_S = 60.0, 1.0
 
 
 @dataclass(frozen=True)
@@ -45,27 +45,37 @@ class _Host:
         return asyncio.run_coroutine_threadsafe(call, self._loop).result()
 
 
-_hosts: dict[PoolSettings, _Host] = {}
-_hosts_lock = threading.Lock()
+_host: _Host | None = None
+_host_lock = threading.Lock()
+
+
+def _started(settings: PoolSettings) -> _Host:
+    """The pool of this process, started by the first call."""
+    global _host
+    with _host_lock:
+        _host = _host or _Host(settings)
+        return _host
 
 
 def solve(settings: PoolSettings, kind: str, mode: str, payload: bytes, budget_s: float) -> Any:
-    """Run a chunk in this cluster worker's pool; the function that Dask calls."""
-    with _hosts_lock:
-        if settings not in _hosts:
-            _hosts[settings] = _Host(settings)
+    """Run a chunk in this cluster worker's pool, which has a process for each of its threads; the function that Dask
+    calls. A worker that `crankwright worker` did not start gets its pool, with ``settings``, here."""
+    from distributed import get_worker
+
     try:
-        return _hosts[settings].run(kind, mode, payload, budget_s)
+        here = replace(settings, background_workers=get_worker().state.nthreads)
+        return _started(here).run(kind, mode, payload, budget_s)
     except JobError as error:
         return JobFailure(type(error).__name__, str(error))
 
 
-def close_hosts() -> None:
-    """Close the pools of this process."""
-    with _hosts_lock:
-        for host in _hosts.values():
-            host.pool.close()
-        _hosts.clear()
+def close_host() -> None:
+    """Close the pool of this process."""
+    global _host
+    with _host_lock:
+        if _host is not None:
+            _host.pool.close()
+        _host = None
 
 
 def to_exception(ended: JobFailure, budget_s: float) -> JobError:
@@ -94,12 +104,22 @@ class ClusterPool(ProcessPool):
         self._cluster_settings = cluster_settings
         self._client = Client(scheduler, set_as_default=False, timeout=_TIMEOUT_S, name="crankwright")
         self._executor = self._client.get_executor(pure=False, retries=0)
+        self._threads, self._over = self._count(), threading.Event()
+        threading.Thread(target=self._keep_count, name="cluster", daemon=True).start()
+
+    def _count(self) -> int:
+        return self._client.scheduler_info(n_workers=0)["total_threads"]
+
+    def _keep_count(self) -> None:
+        """Ask the scheduler beside the event loop, which cannot wait for its answer."""
+        while not self._over.wait(_COUNT_INTERVAL_S):
+            with contextlib.suppress(Exception):  # the scheduler is lost; the client connects again
+                self._threads = self._count()
 
     @property
     def background_workers(self) -> int:
         """Threads of the cluster's workers; at least one, so that a batch waits for the first worker to join."""
-        workers = self._client.scheduler_info(n_workers=-1)["workers"].values()
-        return max(1, sum(worker["nthreads"] for worker in workers))
+        return max(1, self._threads)
 
     async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
         future: Future[Any] | None = None
@@ -122,20 +142,29 @@ class ClusterPool(ProcessPool):
         return found
 
     def close(self) -> None:
+        self._over.set()
         with contextlib.suppress(Exception):
             self._executor.shutdown(wait=False)
             self._client.close(timeout=2)
         super().close()
 
 
-async def run_worker(scheduler: str, workers: int) -> None:
-    """Serve a scheduler until this process is stopped; reconnects after a connection loss."""
+async def run_worker(scheduler: str, settings: PoolSettings) -> None:
+    """Serve a scheduler until this process is stopped, with a process for each of the pool's background workers;
+    reconnects after a connection loss."""
+    import dask
     from distributed import Worker
 
-    while True:
-        try:
-            async with Worker(scheduler, nthreads=workers, name=None) as worker:
-                await worker.finished()
-        except (OSError, TimeoutError) as error:
-            logger.warning("scheduler_unreachable", reason=str(error))
-        await asyncio.sleep(1.0)
+    # The chunks' processes do the work; Dask's profiler would only sample the threads that wait for them.
+    dask.config.set({"distributed.worker.profile.enabled": False})
+    _started(settings)
+    try:
+        while True:
+            try:
+                async with Worker(scheduler, nthreads=settings.background_workers, name=None) as worker:
+                    await worker.finished()
+            except (OSError, TimeoutError) as error:
+                logger.warning("scheduler_unreachable", reason=str(error))
+            await asyncio.sleep(1.0)
+    finally:
+        close_host()

@@ -13,15 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 from app.store.hashing import canonical_json
 
 _LEVEL = 3
 
 
-@dataclass(frozen=True)
-class Row:
+class Row(NamedTuple):
     """One row as sent: its line number, its bytes, and the reason if it was rejected on intake (``unfit``)."""
 
     line: int | None

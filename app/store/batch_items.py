@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import hashlib
 import json
+import pickle
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from typing import Any
 
@@ -62,6 +63,28 @@ def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
         return json.loads(inflate.decompress(content) + inflate.flush())
     except (zlib.error, ValueError) as error:
         raise ValueError("the content of the item cannot be read") from error
+
+
+ITEM_COLUMNS = ("batch", "index", "line", "status", "holds", "figure", "content", "digest", "asked")
+
+
+def sealed(batch: int, items: Iterable[Item]) -> bytes:
+    """Items as the rows of their table, digests included, pickled: processes that pass them on need not read them."""
+    return pickle.dumps(
+        [
+            (
+                batch, item.index, item.line, str(item.status), item.holds, item.figure, item.content,
+                digest(batch, item), item.asked,
+            )
+            for item in items
+        ],
+        pickle.HIGHEST_PROTOCOL,
+    )  # fmt: skip
+
+
+def unsealed(rows: bytes) -> list[tuple[Any, ...]]:
+    """Inverse of ``sealed``: the values of ``ITEM_COLUMNS`` for each item."""
+    return pickle.loads(rows)
 
 
 def digest(batch: int, item: Item) -> bytes:

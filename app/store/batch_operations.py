@@ -18,8 +18,8 @@ from typing import Any
 
 from sqlalchemy import Connection, Dialect, delete, func, insert, select, update
 
-from app.store.batch_items import DIGEST_BYTES, digest
-from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, Item, ItemStatus
+from app.store.batch_items import DIGEST_BYTES, ITEM_COLUMNS, unsealed
+from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, ItemStatus
 from app.store.errors import IdempotencyConflict
 from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
@@ -256,19 +256,21 @@ def _change_held(connection: Connection, owner: str, values: dict[str, Any]) -> 
 
 @dataclass(frozen=True)
 class Finish:
-    """Atomically store a chunk's answers and mark it done. False, without effect, if the owner lost its lease."""
+    """Atomically store a chunk's answers, ``sealed``, and mark it done. False, without effect, if the owner lost its
+    lease."""
 
     chunk: Chunk
     owner: str
-    items: tuple[Item, ...]
+    items: bytes
 
     def __call__(self, connection: Connection) -> bool:
         if not _lock(connection, self.chunk.batch):
             return False
         if not _update_leased(connection, self.chunk, self.owner, {"state": ChunkState.DONE, "leased_until": None}):
             return False
-        put_items(connection, self.chunk.batch, self.items)
-        counted = Counter(str(item.status) for item in self.items)
+        rows = unsealed(self.items)
+        put_items(connection, rows)
+        counted = Counter(row[_STATUS] for row in rows)
         here = batches.c.number == self.chunk.batch
         counters = {name: batches.c[name] + count for name, count in counted.items()}
         connection.execute(update(batches).where(here).values(counters))
@@ -289,23 +291,16 @@ def _update_leased(connection: Connection, chunk: Chunk, owner: str, values: dic
     return connection.execute(update(batch_chunks).where(*mine).values(values)).rowcount == 1
 
 
-def put_items(connection: Connection, number: int, items: Sequence[Item]) -> None:
-    """Insert items; existing ones are left unchanged."""
+_STATUS = ITEM_COLUMNS.index("status")
+
+
+def put_items(connection: Connection, rows: Sequence[tuple[Any, ...]]) -> None:
+    """Insert items, as rows of their table; existing ones are left unchanged."""
     # Every driver takes these values as they are. To have SQLAlchemy convert them takes longer than to insert them.
-    rows: list[Any] = [
-        (
-            number, item.index, item.line, str(item.status), item.holds, item.figure, item.content,
-            digest(number, item), item.asked,
-        )
-        for item in items
-    ]  # fmt: skip
     statement, by_name = _insert_items(connection.dialect)
     if rows:
-        found = [dict(zip(_ITEM_COLUMNS, row, strict=True)) for row in rows] if by_name else rows
+        found: Any = [dict(zip(ITEM_COLUMNS, row, strict=True)) for row in rows] if by_name else rows
         connection.exec_driver_sql(statement, found)
-
-
-_ITEM_COLUMNS = ("batch", "index", "line", "status", "holds", "figure", "content", "digest", "asked")
 
 
 @lru_cache(maxsize=2)
@@ -313,8 +308,8 @@ def _insert_items(dialect: Dialect) -> tuple[str, bool]:
     """The statement of ``put_items``, and whether it takes its values by name instead of in order."""
     # Imported by name: each dialect is slow to import, and only one is needed.
     make = import_module(f"sqlalchemy.dialects.{dialect.name}").insert
-    compiled = make(batch_items).on_conflict_do_nothing().compile(dialect=dialect, column_keys=_ITEM_COLUMNS)
-    assert not compiled.positional or tuple(compiled.positiontup or ()) == _ITEM_COLUMNS
+    compiled = make(batch_items).on_conflict_do_nothing().compile(dialect=dialect, column_keys=ITEM_COLUMNS)
+    assert not compiled.positional or tuple(compiled.positiontup or ()) == ITEM_COLUMNS
     return str(compiled), not compiled.positional
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import datetime
 from enum import StrEnum
+from typing import NamedTuple
 
 from app.store.record import new_run_id
 
@@ -101,8 +102,7 @@ class Chunk:
         return self.first + self.count
 
 
-@dataclass(frozen=True)
-class Item:
+class Item(NamedTuple):
     """One finished item; ``content`` as produced by ``batch_items.packed``. ``asked`` is the request number under which
     equal items look it up; None if it is not to be reused."""
 

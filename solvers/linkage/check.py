@@ -11,7 +11,7 @@ import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
-from solvers.errors import require
+from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, Peaks, peaks_of, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint
@@ -38,7 +38,8 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
     field = f"ratios.{kind.parameter}"
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
     pole = kind.pole(scene.restitution.gain)
-    require(parameter > pole, field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
+    if not parameter > pole:
+        raise InvalidInput(field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
     bar = of_family(kind, scene.restitution.middle, parameter)
     if scene.tool_radius is None:
         crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.end)

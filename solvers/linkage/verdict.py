@@ -43,11 +43,12 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
         criteria.append(yes("runs_steadily", False))
     elif check.running is not None:
         criteria.append(yes("runs_steadily", True))
+    absent = {name for name in ("size", "energy") if not getattr(given, name)}
     for row in CONSTRAINTS:
         limit = row.limit(limits)
         if limit is None:
             continue
-        value = row.reached(check) if all(getattr(given, name) for name in row.needs) else None
+        value = row.reached(check) if absent.isdisjoint(row.needs) else None
         if value is not None:
             criteria.append(_JUDGED[row.sense](row.name, limit, value, slack, asked=row.asked))
         elif row.asked:

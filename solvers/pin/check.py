@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -27,7 +28,7 @@ from solvers.pin.ring_results import RingResult, ring_of
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
-from solvers.pin.shapes.constant import lightest_constant
+from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
@@ -99,14 +100,14 @@ class Prepared:
         started = time.perf_counter()
         sought, whole = sought_in(self.scene), self.whole
         program, walls, doubt = self._on_profile()
-        # Lightest uniform diameter under the same limits, if feasible, for comparison.
-        constant, constant_doubt = lightest_constant(program, self.accuracy) or (None, 0.0)
         value = assess(
             program, walls, self.limits, sought.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
-            None if constant is None else program.mass_unit * constant, whole.places,
+            partial(lightest_constant_mass, program, self.accuracy), whole.places,
         )  # fmt: skip
         settings = {"stations": int(walls.size)}
-        return self._outcome(value, max(doubt, constant_doubt) + ROUNDING, settings, time.perf_counter() - started)
+        return self._outcome(
+            value, max(doubt, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING, settings, time.perf_counter() - started
+        )
 
     def _on_profile(self) -> tuple[Program, Array, float]:
         return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
@@ -165,10 +166,11 @@ def deflection_doubt(program: Program, walls: Array) -> Array:
 
 
 def assess(
-    program: Program, walls: Array, limits: Limits, mass: float, constant_mass: float | None,
+    program: Program, walls: Array, limits: Limits, mass: float, constant: Callable[[], float | None],
     places: tuple[float, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Return all results for walls at a program's stations; masses [kg]."""
+    """Return all results for walls at a program's stations; ``mass`` [kg], ``constant`` returns that of the lightest
+    uniform diameter."""
     scene, sought, physics, stations = program.scene, program.sought, program.physics, program.stations
     is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
     uses, allowable_shear = program.uses(walls), scene.material.allowable_shear
@@ -183,7 +185,8 @@ def assess(
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
-        constant_mass=constant_mass,
+        lightest_constant=constant,
+        capacity=partial(force_limit_of, program) if is_pin else _none,
         sections=partial(sections_of, program, walls, places),
         min_bore=float(bore.min()),
         bore_mid=float(np.interp(middle, x, bore)),
@@ -199,9 +202,12 @@ def assess(
         deflection=finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
-        force_limit=force_limit_of(program) if is_pin else None,
         warnings=_warnings(program, limits, walls, use, deflection, found_ring),
     )
+
+
+def _none() -> None:
+    """What a bushing has for a capacity."""
 
 
 def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,7 @@ from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
-from solvers.pin.shapes.constant import lightest_constant
+from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
@@ -37,7 +37,7 @@ _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 solver noise is not reduced by further stations."""
 _UTILISATION_OVERSHOOT = 0.5
 """Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
-_MASS_ERROR_FRACTION = 0.2
+_MASS_ERROR_FRACTION = 0.5
 """Tolerated mass error as a fraction of the accuracy; the errors of deflection and stresses are a few times larger."""
 _MAX_PASSES = 40
 _NEGLIGIBLE_GAP = 1e-6
@@ -96,12 +96,11 @@ def design(
         )
     (program, best, doubt), (shown, walls, places, made) = found
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
-    constant = lightest_constant(relaxed, accuracy)
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
-            shown, walls, limits, unit * best.volume, None if constant is None else unit * constant[0], places
+            shown, walls, limits, unit * best.volume, partial(lightest_constant_mass, relaxed, accuracy), places
         ),
         form=problem.form.name,
         free_mass=unit * free.volume,

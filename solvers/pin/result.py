@@ -70,13 +70,14 @@ class PinCheck:
     """Results of a pin or bushing check, SI units; None if a result does not exist (inactive effect, no wall, pin
     only).
 
-    ``constant_mass`` is the mass of the lightest uniform diameter under the same limits, ``force_limit`` the
-    capacity of the solid pin.
+    ``lightest_constant`` and ``capacity`` compute ``constant_mass`` and ``force_limit``, ``sections`` the table behind
+    ``along``, each when it is first read.
     """
 
     mass: float
     solid_mass: float | None
-    constant_mass: float | None
+    lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
+    capacity: Callable[[], float | None] = field(compare=False, repr=False)
     sections: Callable[[], Sections] = field(compare=False, repr=False)
     min_bore: float
     bore_mid: float
@@ -92,8 +93,17 @@ class PinCheck:
     deflection: float | None
     ring: RingResult | None
     pressures: Pressures | None
-    force_limit: float | None
     warnings: tuple[str, ...]
+
+    @cached_property
+    def constant_mass(self) -> float | None:
+        """Mass [kg] of the lightest uniform diameter under the same limits; None if there is none."""
+        return self.lightest_constant()
+
+    @cached_property
+    def force_limit(self) -> float | None:
+        """Maximum force [N] that the solid pin carries; None for a bushing."""
+        return self.capacity()
 
     @cached_property
     def along(self) -> Stress:

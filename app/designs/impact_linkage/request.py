@@ -80,7 +80,7 @@ class Group(Strict):
     @property
     def given(self) -> bool:
         """Whether any field is not null."""
-        return any(value is not None for _, value in self)
+        return any(value is not None for value in vars(self).values())
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""
@@ -146,6 +146,11 @@ class LinkageRequest(SolverRequest):
         if isinstance(found, RestitutionRange):
             return linkage.Restitution(found.low, found.high)
         return linkage.Restitution(float(found), float(found))
+
+    @property
+    def timed(self) -> bool:
+        """Whether the request determines the frequency of the blows."""
+        return self.blow_frequency_hz is not None
 
     def scene(self) -> linkage.Scene:
         """The scene in SI units; frequency, speed and energy default to 1.
@@ -224,7 +229,7 @@ class CheckRequest(LinkageRequest):
     def given(self) -> linkage.Given:
         """The parts of the scene that the request determines."""
         sized = self.sized
-        timed = sized and self.blow_frequency_hz is not None
+        timed = sized and self.timed
         return linkage.Given(
             size=sized,
             speed=timed,
@@ -275,6 +280,10 @@ class DesignRequest(LinkageRequest, DesignSettings):
         if self.front.against == self.objective:
             found.append(entry("/front/against", "is the objective itself", "another quantity than the objective"))
         return found
+
+    @property
+    def timed(self) -> bool:
+        return super().timed or self.objective == "blow_frequency"
 
     def given(self) -> linkage.Given:
         """The parts of the scene that the request determines; the design determines the rest."""

@@ -155,8 +155,6 @@ def result_of(
     """A check as JSON; results that the request leaves undetermined are null."""
     mechanism, strike, running = check.mechanism, check.strike, check.running
     peaks = (strike and request.impact_energy_j is not None and strike.peaks) or None
-    seeks = getattr(request, "objective", None)
-    timed = request.blow_frequency_hz is not None or seeks == "blow_frequency"
     box = check.box if sized else None
     return {
         "type": mechanism.bar.kind.name,
@@ -171,8 +169,8 @@ def result_of(
         "confined_deg": _degrees(check.confined),
         **_strike(strike),
         "rocker_swing_deg": math.degrees(mechanism.bar.swing) if strike and check.rotatable else None,
-        "blow_frequency_hz": scene.blow_frequency if timed else None,
-        "impact_speed_m_s": strike.impact_speed if strike and timed and sized else None,
+        "blow_frequency_hz": scene.blow_frequency if request.timed else None,
+        "impact_speed_m_s": strike.impact_speed if strike and request.timed and sized else None,
         "longest_link_mm": mechanism.crank * mechanism.bar.longest / MILLI if sized else None,
         "box_mm": box
         and {"width": box.width / MILLI, "height": box.height / MILLI, "angle_deg": math.degrees(box.angle)},

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, cowper
+from solvers.pin.section.flexibility import cowper
 from solvers.pin.section.variables import solidity_of
 from solvers.pin.uniform import deflection_parts
 
@@ -41,26 +40,8 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
     least = float(solidity_of(np.float64(wall)))
     if limits.max_deflection is None or scene.force == 0.0:
         return least
-    return _stiff_enough(deflection_parts(scene), cowper(scene.material.poisson), limits.max_deflection, least, shears)
-
-
-def _stiff_enough(
-    parts: tuple[float, float], law: ShearFlexibility, limit: float, least: float, shears: bool
-) -> float | None:
-    """Return the least u >= ``least`` with B/v + S phi <= limit."""
-    from scipy.optimize import brentq
-
-    bend, shear = parts[0], parts[1] if shears else 0.0
-
-    def beyond(u: float) -> float:
-        c = 2.0 - u
-        return (bend / (u * c) + shear * (law.a / u + law.b * (1.0 - u) / (u * c * c))) / limit - 1.0
-
-    if least > 0.0 and beyond(least) <= 0.0:
-        return least
-    if beyond(1.0) > 0.0:
-        return None
-    low = least if least > 0.0 else 1e-3
-    while beyond(low) <= 0.0:
-        low *= 1e-3
-    return float(brentq(beyond, low, 1.0, xtol=1e-300, rtol=4.0 * sys.float_info.epsilon))
+    bend, shear = deflection_parts(scene)
+    sections = np.array([bend]), np.array([shear if shears else 0.0])
+    whole = Segments(np.ones(1), *sections, limits.max_deflection, sought.kappa, cowper(scene.material.poisson), 1)
+    found = weigh_segments(whole, np.array([least]), False)
+    return None if found is None else float(found.solidity[0])

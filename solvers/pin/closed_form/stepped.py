@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -94,18 +95,18 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
 
 def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
     """Return one row as a check; ``sections`` builds the table along the pin on first access."""
-    scene, limits, criterion, bores = pin.scene, pin.limits, pin.criterion, pin.steps.bores
+    scene, bores = pin.scene, pin.steps.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
     use, deflection = max(found.criterion, found.shear), found.deflection
-    constant = lightest_share(scene, limits, criterion, pin.physics.shear_deflection)
     sizes = np.array(bores)
     ring = ring_of(scene, BoreSought(g.outer_diameter), sizes) if pin.physics.ovalization else None
     solid_mass = m.density * g.area * g.length
     return PinCheck(
         mass=solid_mass * found.volume,
         solid_mass=solid_mass,
-        constant_mass=None if constant is None else solid_mass * constant,
+        lightest_constant=partial(_constant_mass, pin),
+        capacity=partial(_capacity, pin, found.solid),
         sections=sections,
         min_bore=min(bores),
         bore_mid=bores[-1],
@@ -121,9 +122,18 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         deflection=finite(deflection),
         ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
-        force_limit=scene.force / found.solid if scene.force > 0.0 else force_limit(scene, criterion),
         warnings=_warnings(pin, found, ring),
     )
+
+
+def _constant_mass(pin: Stepped) -> float | None:
+    scene, g = pin.scene, pin.scene.geometry
+    share = lightest_share(scene, pin.limits, pin.criterion, pin.physics.shear_deflection)
+    return None if share is None else scene.material.density * g.area * g.length * share
+
+
+def _capacity(pin: Stepped, solid: float) -> float:
+    return pin.scene.force / solid if pin.scene.force > 0.0 else force_limit(pin.scene, pin.criterion)
 
 
 def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[str, ...]:

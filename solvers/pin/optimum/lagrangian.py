@@ -14,14 +14,16 @@ up to that one station; panels are refined around it as around any kink.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import curvatures, flexibilities, place, slopes
+from solvers.pin.optimum.one_station import curvatures, densities, flexibilities, place, slopes
 from solvers.pin.optimum.program import Program, Weighed
 from solvers.pin.optimum.station_minimum import all_lightest, reaches
+from solvers.pin.section.flexibility import ShearFlexibility
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
@@ -210,24 +212,52 @@ def _lightest(
     return found
 
 
+@dataclass(frozen=True)
+class Segments:
+    """What a deflection limit concerns: shares, and the coefficients B and S in metres, of n stations or of whole
+    segments of uniform wall, (n,); the limit [m], the flexibilities' kappa and law, and the first of the second half.
+    """
+
+    share: Array
+    bending: Array
+    shear: Array
+    limit: float
+    kappa: float
+    law: ShearFlexibility
+    anchor: int
+
+    def deflections(self, u: Array) -> Array:
+        """Contributions to the deflection [m]."""
+        return self.share * densities(u, self.bending, self.shear, self.kappa, self.law.a, self.law.b)
+
+
 def weigh(program: Program, low: Array | None, monotone: bool) -> Weighed | None:
     """Find the minimum volume that satisfies the deflection limit; None if even the solid pin exceeds it.
 
-    ``low`` is the lower bound of u at every station, by default the program's (with ``monotone`` it must be
-    non-decreasing toward the middle). The solution is feasible, with a relative slack of at most CLOSE.
+    ``low`` is the lower bound of u at every station, by default the program's (see ``weigh_segments``).
     """
-    low = program.lower if low is None else low
-    if program.limit is None:
+    p, low = program, program.lower if low is None else low
+    if p.limit is None:
         return Weighed(low, 0.0, 0)
-    best, short, law = np.empty_like(low), np.empty_like(low), program.law
+    own = Segments(p.share, p.bending, p.shear, p.limit, p.sought.kappa, p.law, p.anchor)
+    return weigh_segments(own, low, monotone)
+
+
+def weigh_segments(own: Segments, low: Array, monotone: bool) -> Weighed | None:
+    """Find the minimum volume above ``low`` that satisfies the deflection limit; None if even the solid pin exceeds it.
+
+    With ``monotone`` u and ``low`` are non-decreasing toward the middle. The solution is feasible, with a relative
+    slack of at most CLOSE.
+    """
+    best, short = np.empty_like(low), np.empty_like(low)
     multiplier, rounds, total = _lightest(
-        program.share, low, program.bending, program.shear, program.limit, program.sought.kappa,
-        law.a, law.b, program.anchor, monotone, best, short,
+        own.share, low, own.bending, own.shear, own.limit, own.kappa, own.law.a, own.law.b, own.anchor, monotone,
+        best, short,
     )  # fmt: skip
     if math.isnan(multiplier):
         return None
     if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
-        best = _interpolated(program, short, best) if monotone else _partial_jump(program, short, best)
+        best = _interpolated(own, short, best) if monotone else _partial_jump(own, short, best)
     return Weighed(best, multiplier, rounds)
 
 
@@ -245,30 +275,27 @@ def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -
     return found
 
 
-def _partial_jump(program: Program, short: Array, enough: Array) -> Array:
+def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
     """Move as many of the jumping stations from ``short`` to ``enough`` as the limit requires; one is interpolated."""
-
-    def densities(u: Array) -> Array:
-        return program.share * program.densities(u)
-
     jump = np.flatnonzero(enough - short > _MIN_JUMP)
     u = enough.copy()
-    softer = np.cumsum((densities(short) - densities(enough))[jump])
-    room = program.limit * (1.0 - 0.4 * CLOSE) - float(densities(enough).sum())
+    stiff = own.deflections(enough)
+    softer = np.cumsum((own.deflections(short) - stiff)[jump])
+    room = own.limit * (1.0 - 0.4 * CLOSE) - float(stiff.sum())
     spared = int(np.searchsorted(softer, room, side="right"))
     u[jump[:spared]] = short[jump[:spared]]
     if spared == jump.size:
-        return _interpolated(program, u, enough)
+        return _interpolated(own, u, enough)
     last = np.zeros(u.size, dtype=bool)
     last[jump[spared]] = True
-    return _interpolated(program, np.where(last, short, u), u)
+    return _interpolated(own, np.where(last, short, u), u)
 
 
-def _interpolated(program: Program, short: Array, enough: Array) -> Array:
+def _interpolated(own: Segments, short: Array, enough: Array) -> Array:
     """Interpolate between a too soft and a feasible solution by regula falsi (Illinois)."""
 
     def beyond(part: float) -> float:
-        return program.deflection(short + part * (enough - short)) / program.limit - 1.0
+        return float(own.deflections(short + part * (enough - short)).sum()) / own.limit - 1.0
 
     (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
     for _ in range(_MAX_ROUNDS):

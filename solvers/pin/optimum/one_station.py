@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.station_minimum import lightest
+from solvers.pin.optimum.station_minimum import lightest, lightest_below
 from solvers.pin.section.flexibility import bending, phi, phi_curvature, phi_slope
 from solvers.pin.section.tube import bending as tube_bending
 from solvers.pin.section.tube import place_around, shearing
@@ -58,6 +58,20 @@ def place(
     if kappa < 0.0:
         return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
     return place_around(lam, weight, bend, shear, low, kappa, a, b)
+
+
+@kernel
+def place_below(
+    lam: float, weight: float, bend: float, shear: float, low: float, most: float, start: float,
+    kappa: float, a: float, b: float,
+) -> float:  # fmt: skip
+    """As ``place`` over low <= u <= most."""
+    u = place(lam, weight, bend, shear, low, start, kappa, a, b)
+    if u <= most:
+        return u
+    if kappa >= 0.0 or weight <= 0.0:
+        return most
+    return lightest_below(weight / lam, low, most, bend, shear, a, b)
 
 
 @kernel

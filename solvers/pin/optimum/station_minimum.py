@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.section.flexibility import chord, line_from
+from solvers.pin.section.flexibility import bending, chord, line_from, phi
 
 Array = NDArray[np.float64]
 _BLOCK = 256
@@ -86,6 +86,22 @@ def lightest(
             return new
         u = new
     return u
+
+
+@kernel
+def lightest_below(
+    k: float, low: float, most: float, bend: float, shear: float, a: float, b: float
+) -> float:  # fmt: skip
+    """Return one station's minimiser u in [low, most] if that in [low, 1] lies above ``most``: the stationary point
+    in the convex part, or ``most``."""
+    u = max(min(math.sqrt((0.5 * bend + shear * (a + 0.25 * b)) / (k + 0.25 * bend)), most), low)
+    for _ in range(_MAX_STEPS):
+        new = _newton_step(k, low, most, 0.0, bend, shear, a, b, u)
+        moved, u = abs(new - u), new
+        if moved <= _STEP_TOLERANCE * u:
+            break
+    own = k * u + bend * bending(u)[0] + shear * phi(u, a, b)
+    return u if own < k * most + bend * bending(most)[0] + shear * phi(most, a, b) else most
 
 
 @kernel

@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.slope_limit import bore_of
-from solvers.pin.shapes.break_points.bar import kinks
 from solvers.pin.shapes.cone_bounds import Rule, deflection_slopes, second_order, station_slopes
 from solvers.pin.shapes.cone_climb import climb, greatest_size, split
 from solvers.pin.shapes.tapers import NARROWING, Box, Taper, lost_range, narrowest, widest
 from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
 Shape = tuple[float, float, float]
@@ -127,9 +127,7 @@ class Cones:
         """Cell edges from 0 to 1, the allowed bore there, and its maximum excess over linear interpolation in each
         cell, including a kink in the cell."""
         scene = self.program.scene
-        edges = np.union1d(
-            np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene.cases, scene.geometry.length, scene.reference)
-        )
+        edges = np.union1d(np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene))
         edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
         while True:
             bore, wide = self._bore_at(edges), np.diff(edges)

@@ -10,12 +10,13 @@ import numpy as np
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import least_walls_bound
 from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.lumped import segments
+from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.optimum.program import Program, Weighed, refined
 from solvers.pin.stations.between_nodes import risen
 
 _MAX_PASSES = 40
+CONSTANT_TOLERANCE = 0.1
+"""Relative error of the lightest uniform diameter's mass, as a fraction of the accuracy."""
 
 
 def _one_wall(program: Program) -> Weighed | None:
@@ -23,8 +24,9 @@ def _one_wall(program: Program) -> Weighed | None:
     least = np.array([program.lower.max()])
     if program.limit is None:
         return Weighed(least, 0.0, 0)
-    lumped = segments(program, least, [slice(None)])
-    return weigh(lumped, least, False)
+    p, bend, shear = program, program.share @ program.bending, program.share @ program.shear
+    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.sought.kappa, p.law, 1)
+    return weigh_segments(whole, least, False)
 
 
 @dataclass(frozen=True)
@@ -53,19 +55,18 @@ class Constant:
         )  # fmt: skip
 
 
-def lightest_constant(program: Program, accuracy: float) -> tuple[float, float] | None:
-    """Return the volume of the lightest uniform diameter and its relative error estimate; None if infeasible.
+def lightest_constant_mass(program: Program, accuracy: float) -> float | None:
+    """Return the mass [kg] of the lightest uniform diameter, to CONSTANT_TOLERANCE of the accuracy; None if infeasible.
 
     Panels that may hold the critical section between stations are refined.
     """
-    found = None
     for _ in range(_MAX_PASSES):
         found = _one_wall(program) if np.isfinite(program.lower).all() else None
         if found is None:
             return None
-        doubt = risen(program.stations, program.lower[None]) if found.multiplier == 0.0 else np.zeros(1)
-        if not (doubt > 0.1 * accuracy).any():
+        doubt = risen(program.stations, program.lower[None]) / (CONSTANT_TOLERANCE * accuracy)
+        if found.multiplier > 0.0 or not (doubt > 1.0).any():
             break
-        stations = refined(program, doubt / (0.1 * accuracy), program.lower)
+        stations = refined(program, doubt, program.lower)
         program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
-    return float(found.solidity[0]), float(doubt.sum())
+    return program.mass_unit * float(found.solidity[0])

@@ -53,7 +53,7 @@ class Stepped:
         length, walls = program.scene.geometry.length, found.walls
         evidence = dict(found.evidence)
         if program.limit is not None:
-            reached = Half(program).sums().upto(np.concatenate([[0.0], found.places]))
+            reached = Half(program).sums.upto(np.concatenate([[0.0], found.places]))
             pulls = np.maximum(np.diff(reached, axis=1), 0.0, order="C")
             bent = program.sought.densities(walls.levels, pulls[0], pulls[1], program.law)
             evidence["deflection_as_constrained_um"] = 1e6 * program.limit * float(bent.sum())

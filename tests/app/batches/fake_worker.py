@@ -15,7 +15,7 @@ from pathlib import Path
 
 from app.batches.task import Needs, Solved, Task
 from app.store.batch_inputs import Source, unpacked_rows
-from app.store.batch_items import encoded, packed
+from app.store.batch_items import encoded, packed, sealed
 from app.store.batch_records import Item
 
 ITEM_S = 6e-4
@@ -58,4 +58,4 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved | 
         if number is not None:
             known[number] = items[-1]
     time.sleep(ITEM_S * len(items))
-    return Solved(items, ITEM_S * len(items))
+    return Solved(sealed(task.batch, items), ITEM_S * len(items))

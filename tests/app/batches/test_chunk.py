@@ -11,23 +11,28 @@ from typing import Any
 import pytest
 
 from app.batches import chunk as chunks
-from app.batches.task import Needs, Solved, Task
+from app.batches.task import Needs, Task
 from app.designs.many import answers_of
 from app.designs.progress import ignore_progress
 from app.designs.registry import KINDS
 from app.store.batch_inputs import Row, Source, packed_rows
-from app.store.batch_items import joined, parts_json, unpacked
+from app.store.batch_items import ITEM_COLUMNS, joined, parts_json, unpacked, unsealed
+from app.store.batch_records import Item
 
 SLUG, MODE, DICTIONARY = "pin-profile", "check", b"what items resemble"
 
 
 def task(bodies: Sequence[dict[str, Any]]) -> Task:
     block = packed_rows([Row(k + 1, json.dumps(body).encode()) for k, body in enumerate(bodies)])
-    return Task(Source("ndjson").to_json(), block, 0, len(bodies), 0, "scalars", DICTIONARY, 30.0, looks_up=True)
+    return Task(1, Source("ndjson").to_json(), block, 0, len(bodies), 0, "scalars", DICTIONARY, 30.0, looks_up=True)
 
 
-def solved(asked: Task) -> Solved | Needs:
-    return chunks.answer(SLUG, MODE, pickle.dumps(asked), ignore_progress)
+def solved(asked: Task) -> list[Item] | Needs:
+    found = chunks.answer(SLUG, MODE, pickle.dumps(asked), ignore_progress)
+    if isinstance(found, Needs):
+        return found
+    rows = [dict(zip(ITEM_COLUMNS, row, strict=True)) for row in unsealed(found.items)]
+    return [Item(**{name: row[name] for name in Item._fields}) for row in rows]
 
 
 @pytest.fixture
@@ -51,24 +56,24 @@ def test_answers_of_other_chunks_are_reused(solves: list[int]) -> None:
     asks = solved(first)
     assert isinstance(asks, Needs) and len(asks.asked) == 1 and solves == []
     told = solved(replace(first, known={}))
-    assert isinstance(told, Solved) and {told.items[0].asked} == asks.asked
+    assert isinstance(told, list) and {told[0].asked} == asks.asked
 
     later = task([{**body, "name": "again"}, other, {**other, "name": "twice"}])
-    known = {told.items[0].asked: told.items[0]}
+    known = {told[0].asked: told[0]}
     again = solved(replace(later, known=known))
-    assert isinstance(again, Solved) and solves == [1, 1]
-    parts = [unpacked(item.content, DICTIONARY) for item in [*told.items, *again.items]]
+    assert isinstance(again, list) and solves == [1, 1]
+    parts = [unpacked(item.content, DICTIONARY) for item in [*told, *again]]
     assert [part.get("cached", False) for part in parts] == [False, True, False, True]
     assert [part["spec"]["name"] for part in parts] == [body["name"], "again", body["name"], "twice"]
     assert [parts[1][name] for name in ("result", "verdict", "effects")] == [
         parts[0][name] for name in ("result", "verdict", "effects")
     ]
-    assert again.items[0].figure == told.items[0].figure and again.items[0].holds == told.items[0].holds
+    assert again[0].figure == told[0].figure and again[0].holds == told[0].holds
 
     # A request number collision is not a match.
-    mistaken = solved(replace(task([other]), known={again.items[1].asked: told.items[0]}))
-    assert isinstance(mistaken, Solved) and solves == [1, 1, 1]
-    stress = unpacked(mistaken.items[0].content, DICTIONARY)["result"]["equivalent_stress_max_mpa"]
+    mistaken = solved(replace(task([other]), known={again[1].asked: told[0]}))
+    assert isinstance(mistaken, list) and solves == [1, 1, 1]
+    stress = unpacked(mistaken[0].content, DICTIONARY)["result"]["equivalent_stress_max_mpa"]
     assert stress == parts[2]["result"]["equivalent_stress_max_mpa"] != parts[0]["result"]["equivalent_stress_max_mpa"]
 
 
@@ -86,7 +91,7 @@ def test_a_non_finite_number_fails_only_its_item(monkeypatch: pytest.MonkeyPatch
     body = KINDS[SLUG].example(MODE)
     bodies = [{**body, "load": {"force_n": 1000.0 + k}} for k in range(2)]
     told = solved(replace(task(bodies), known={}))
-    assert isinstance(told, Solved) and [item.status for item in told.items] == ["failed", "succeeded"]
+    assert isinstance(told, list) and [item.status for item in told] == ["failed", "succeeded"]
 
 
 @pytest.mark.parametrize("spec", [None, b'{"x":1}'])

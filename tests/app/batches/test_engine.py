@@ -32,7 +32,7 @@ from tests.app.batches import fake
 from tests.app.running import descendants, parents, wait_until
 from tests.child_processes import die_with_test_runner
 
-KILLS, ITEMS = 3, 10_000
+KILLS, ITEMS = 3, 5000
 """Number of kills, with fake workers; ``tests.reliability.kills`` runs many more with real ones."""
 
 
@@ -62,10 +62,10 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("quick")
 def test_poison_items_are_isolated_by_splitting_and_stored_as_failed(database_url: str, tmp_path: Path) -> None:
-    bodies: list[dict[str, Any]] = [{"x": k} for k in range(60)]
-    bodies[7] = {"do": "die"}
-    bodies[40] = {"do": "hang"}
-    bodies[23] = {"do": "die once", "file": str(tmp_path / "died")}
+    bodies: list[dict[str, Any]] = [{"x": k} for k in range(20)]
+    bodies[2] = {"do": "die"}
+    bodies[13] = {"do": "hang"}
+    bodies[7] = {"do": "die once", "file": str(tmp_path / "died")}
 
     async def story() -> tuple[BatchRecord, list[Item]]:
         executor = fake.pool()
@@ -81,11 +81,11 @@ def test_poison_items_are_isolated_by_splitting_and_stored_as_failed(database_ur
             executor.close()
 
     batch, items = asyncio.run(story())
-    assert (batch.status, batch.succeeded, batch.failed) == ("ended", 58, 2)
-    assert [item.index for item in items] == list(range(60))
+    assert (batch.status, batch.succeeded, batch.failed) == ("ended", 18, 2)
+    assert [item.index for item in items] == list(range(20))
     failed = {item.index: unpacked(item.content, batch.dictionary) for item in items if item.status == "failed"}
-    assert {k: parts["problem"]["status"] for k, parts in failed.items()} == {7: 500, 40: 504}
-    assert failed[7]["spec"] == bodies[7]
+    assert {k: parts["problem"]["status"] for k, parts in failed.items()} == {2: 500, 13: 504}
+    assert failed[2]["spec"] == bodies[2]
     assert verify(database_url).sound
 
 
@@ -160,7 +160,7 @@ def test_kills_neither_lose_nor_duplicate_items(database_url: str) -> None:
     for _ in range(KILLS):
         assert process.stdout is not None
         process.stdout.readline()
-        time.sleep(chance.uniform(0.0, 1.2))
+        time.sleep(chance.uniform(0.0, 0.6))
         family = descendants(process.pid)
         if chance.random() < 0.3 and family:
             os.kill(chance.choice(sorted(family)), signal.SIGKILL)
@@ -248,8 +248,8 @@ def test_equal_items_of_a_batch_are_solved_once(
 
 
 def test_memory_is_bounded_for_large_batches(tmp_path: Path) -> None:
-    """40 MB of rows pass through a few MB of memory."""
-    rows, url = 100_000, f"sqlite:///{tmp_path}/runs.sqlite3"
+    """20 MB of rows pass through a few MB of memory."""
+    rows, url = 50_000, f"sqlite:///{tmp_path}/runs.sqlite3"
     upgrade(url)
 
     async def stream() -> AsyncIterator[bytes]:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 import distributed
 import pytest
 
-from app.jobs.cluster import ClusterPool, close_hosts
+from app.jobs.cluster import ClusterPool, close_host
 from app.jobs.errors import BudgetExceeded, SolveFailed, WorkerCrashed
 from app.jobs.executor import PoolSettings
 from tests.app.jobs import fake_entry
@@ -26,12 +26,12 @@ def pool() -> Iterator[ClusterPool]:
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=2, processes=False, dashboard_address=None, protocol="tcp://"
     ) as cluster:
-        here, there = PoolSettings(workers=1, **common), PoolSettings(workers=0, background_workers=2, **common)
+        here, there = PoolSettings(workers=1, **common), PoolSettings(workers=0, **common)
         pool = ClusterPool(here, cluster.scheduler_address, there, None)
         pool.start()
         yield pool
         pool.close()
-        close_hosts()
+        close_host()
 
 
 def test_answers_and_errors_come_back(pool: ClusterPool) -> None:

@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import delete, update
 
 from app.store.batch_inputs import Row, Source, packed_rows
-from app.store.batch_items import encoded, packed
+from app.store.batch_items import encoded, packed, sealed
 from app.store.batch_operations import (
     Acknowledge,
     Cancel,
@@ -59,12 +59,13 @@ async def received(store: RunStore, count: int = 10, key: str | None = None, blo
     return await store.query(lambda connection: get_batch(connection, new.id))
 
 
-def items(batch: BatchRecord, chunk: Chunk, status: str = "succeeded") -> tuple[Item, ...]:
+def items(batch: BatchRecord, chunk: Chunk, status: str = "succeeded") -> bytes:
     def content(index: int) -> bytes:
         parts = {"result": {"x": index}, "figure_name": "x"}
         return packed(encoded(canonical_json(SPEC), parts), batch.dictionary)
 
-    return tuple(Item(k, k + 1, status, k % 2 == 0, float(k), content(k)) for k in range(chunk.first, chunk.end))
+    found = (Item(k, k + 1, status, k % 2 == 0, float(k), content(k)) for k in range(chunk.first, chunk.end))
+    return sealed(batch.number, found)
 
 
 def run(url: str, story: Callable[[RunStore], Awaitable[None]]) -> None:

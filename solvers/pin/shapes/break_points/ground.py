@@ -1,171 +1,189 @@
-"""Common basis of the step search: the bar, the price of length, and bracketing of the multiplier."""
+"""Common basis of the step search: the half, the price of length, chains of layers and their bounds."""
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.one_station import flexibilities, place, slopes
-from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
+from solvers.pin.optimum.one_station import slopes
 from solvers.pin.shapes.break_points.cells import Cells, points
-from solvers.pin.shapes.break_points.chain import Chain, chained
+from solvers.pin.shapes.break_points.half import Half, Walls
+from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, greatest_dual, trace
+from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
 
 APART = 1e-12
 """Distance below which two positions of the bar, 0 to 1, are identical."""
-_MAX_TRIALS = 60
-_MULTIPLIER_TOLERANCE = 1e-4
 _SAMPLES_PER_EDGE = 8
+_PRICE_PLACES = 257
+"""Positions between which an order price is linear."""
+_CALL, _STEP, _PAIR = 20_000, 10, 4
+"""Work of a call, of a wall that requires a minimisation, and of one that does not, in evaluations of a cost."""
 
 
 @dataclass(frozen=True)
 class Around:
-    """The cheapest paths just below and just above the critical multiplier, at which their deflection passes the
-    limit.
-
-    With the multiplier, the greatest minimum of the Lagrangian, all paths evaluated, and the chains' work.
-    """
+    """The multiplier of the greatest bound over point layers, the bound, and the cheapest paths just below and above
+    it, (3, steps): break points, the last being 1, walls, and rows of the table."""
 
     multiplier: float
     value: float
     soft: Array
     stiff: Array
-    seen: list[Array]
+    work: int
+
+
+@dataclass(frozen=True)
+class Through:
+    """Bound of layers of cells at one multiplier: the cost of the cheapest path, that of the cheapest one through
+    every cell of every layer, its break points, the last being 1, and its cells, one of each layer."""
+
+    total: float
+    each: list[Array]
+    path: Array
+    cells: list[int]
     work: int
 
 
 @dataclass(frozen=True)
 class Ground:
-    """A bar with its deflection integrals; ``sums`` is None without a binding deflection limit.
+    """A half with its deflection integrals and the ``edges`` of the first cells; ``sums`` is None without a binding
+    deflection limit."""
 
-    Order prices are defined at the ``edges``.
-    """
-
-    bar: Bar
+    half: Half
     sums: Sums | None
     edges: Array
 
     @cached_property
-    def ends(self) -> tuple[Cells, Cells]:
+    def _ends(self) -> tuple[Cells, Cells]:
         """The end and the middle of the bar as cells of zero width."""
-        return points(self.bar, np.zeros(1), self.sums), points(self.bar, np.ones(1), self.sums)
+        return points(self.half, np.zeros(1), self.sums), points(self.half, np.ones(1), self.sums)
 
-    def chain(self, layers: list[Cells], price: Array, multiplier: float) -> Chain:
-        """Return the chain of these layers between the bar's two ends."""
-        return chained(self._priced(layers, price), multiplier, self.bar.law)
+    @cached_property
+    def _price_places(self) -> Array:
+        return np.union1d(self.edges, np.linspace(0.0, 1.0, _PRICE_PLACES))
 
-    def _priced(self, layers: list[Cells], price: Array) -> list[Cells]:
-        """Return the layers between the bar's two ends, at this price of order."""
-        if price.any():
-            priced = {id(layer): layer.priced(self.edges, price) for layer in layers}
-            layers = [priced[id(layer)] for layer in layers]
-        return [self.ends[0], *layers, self.ends[1]]
+    def points(self, places: list[Array]) -> list[Cells]:
+        """Return one layer of points, cells of zero width, for each array of positions."""
+        return points(self.half, np.concatenate(places), self.sums).split([t.size for t in places])
+
+    def _chain(self, layers: list[Cells], price: Array, least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
+        """Return the layers between the bar's two ends with their order price and the walls' bounds, and room for
+        their costs; steps between the same layers share theirs."""
+        known: dict[tuple[int, float], Cells] = {}
+        for layer, low in zip([*layers, self._ends[1]], least, strict=True):
+            if (id(layer), low) not in known:
+                priced = layer.priced(price) if price[1].any() else layer
+                known[id(layer), low] = priced.floored(low)
+        own = [self._ends[0]]
+        own += [known[id(layer), low] for layer, low in zip([*layers, self._ends[1]], least, strict=True)]
+        blocks: dict[tuple[int, int, float], int] = {}
+        begins, room = [], 0
+        for (before, after), top in zip(pairwise(own), most.tolist(), strict=True):
+            key = id(before), id(after), top
+            if key not in blocks:
+                blocks[key] = room
+                room += before.t.size * after.t.size
+            begins.append(blocks[key])
+        table = np.concatenate([layer.table for layer in own])
+        starts = np.cumsum([0, *(layer.t.size for layer in own)])
+        ahead, rest = np.empty((2, len(table), 2))
+        costs = Costs(np.empty((room, 2, 2)), ahead, rest, np.empty((len(table), 2), dtype=np.int64))
+        return Layers(table, starts, np.array(begins), most, self.half.law), costs
+
+    def through(
+        self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, multiplier: float
+    ) -> Through:
+        """Return the bound of all break points in the layers at one multiplier."""
+        chain, costs = self._chain(layers, price, least, most)
+        sought = forward(multiplier, chain, costs)
+        backward(chain, costs)
+        path = np.empty((3, most.size))
+        trace(multiplier, chain, costs, path)
+        each = np.split((costs.ahead + costs.rest).min(axis=1), chain.starts[1:-1])[1:-1]
+        work = _CALL + _STEP * sought + _PAIR * len(costs.step)
+        rows = path[2, :-1].astype(int) - chain.starts[1:-2]
+        return Through(float(costs.ahead[-1, 0]), each, path[0], rows.tolist(), work)
+
+    def around(
+        self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, start: float, tolerance: float,
+        enough: float = math.inf,
+    ) -> Around:  # fmt: skip
+        """Return the greatest bound over the multiplier (see ``greatest_dual``); the layers are points."""
+        chain, costs = self._chain(layers, price, least, most)
+        soft, stiff = np.empty((2, 3, most.size))
+        multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
+        return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
 
     def walls(self, places: Array) -> Walls | None:
         """Return the lightest walls for these break points; None if none is stiff enough."""
         if self.sums is not None:
-            return self.bar.weigh(places)
-        levels = self.bar.least(places)
+            return self.half.weigh(places)
+        levels = self.half.least(places)
         return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
 
-    def at(self, layers: list[Cells], price: Array, multiplier: float) -> Around:
-        """Return the cheapest path for one multiplier."""
-        chain = self.chain(layers, price, multiplier)
-        path = chain.path
-        return Around(multiplier, chain.total - multiplier, path, path, [path], chain.work)
-
-    def around(self, layers: list[Cells], price: Array, start: float, spread: float) -> Around:
-        """Bisect on the multiplier, from ``start`` in steps that grow from ``spread``; the layers are points."""
-        low, high, multiplier, value, seen, work = 0.0, math.inf, start, -math.inf, [], 0
-        soft = stiff = np.zeros(0)
-        priced = self._priced(layers, price)
-        for _ in range(_MAX_TRIALS):
-            chain = chained(priced, multiplier, self.bar.law)
-            path = chain.path
-            seen.append(path)
-            work += chain.work
-            value = max(value, chain.total - multiplier)
-            if self._deflection(chain, multiplier) > 1.0:
-                low, soft = multiplier, path
-            else:
-                high, stiff = multiplier, path
-            if high < math.inf and high - low <= _MULTIPLIER_TOLERANCE * high:
-                break
-            if low > 0.0 and high < math.inf:
-                multiplier = math.sqrt(low * high)
-            else:
-                multiplier *= spread if high == math.inf else 1.0 / spread
-                spread *= spread
-        return Around(multiplier, value, soft if soft.size else stiff, stiff if stiff.size else soft, seen, work)
-
-    def _deflection(self, chain: Chain, multiplier: float) -> float:
-        """Return the relative deflection of the cheapest path's walls, regardless of their order."""
-        law, total = self.bar.law, 0.0
-        widths, _, _, bends, shears = np.maximum(np.diff(chain.ends, axis=0), 0.0).T.tolist()
-        for width, floor, bend, shear in zip(widths, chain.ends[1:, 1].tolist(), bends, shears, strict=True):
-            if bend > 0.0 or shear > 0.0:
-                u = place(multiplier, width, bend, shear, floor, 0.5, law.kappa, law.a, law.b)
-                beta, phi = flexibilities(max(u, 1e-300), law.kappa, law.a, law.b)
-                total += bend * beta + shear * phi
-        return total
-
     def price_of_order(self, places: Array, walls: Walls) -> Array:
-        """Return the order price m at the edges, which keeps a step from splitting into decreasing steps.
+        """Return the order price m, which keeps a step from splitting into decreasing steps: positions and values,
+        (2, n).
 
         -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall is
         governed by the deflection; where that is negative, the step would rather increase, and m is 0.
         """
-        price, law = np.zeros_like(self.edges), self.bar.law
+        at = np.union1d(self._price_places, places)
+        price = np.zeros((2, at.size))
+        price[0] = at
         if not 0.0 < walls.multiplier < math.inf:
             return price
-        floors = self.bar.least(places)
+        floors = self.half.least(places)
         starts = np.flatnonzero(np.diff(walls.levels, prepend=-1.0))
         for first, last in zip(starts, [*(starts[1:] - 1), walls.levels.size - 1], strict=True):
             begin, end, u = places[first - 1] if first else 0.0, places[last], walls.levels[last]
-            inside = (self.edges > begin) & (self.edges < end)
+            inside = (at > begin) & (at < end)
             if not inside.any() or u <= floors[last] * (1.0 + 1e-9):
                 continue
-            at = self.edges[inside]
-            bend, shear = self.sums.upto(at) - self.sums.upto(np.array([begin]))
-            beta, phi = slopes(u, law.kappa, law.a, law.b)
-            price[inside] = np.maximum(begin - at - walls.multiplier * (bend * beta + shear * phi), 0.0)
+            bend, shear = self.sums.upto(at[inside]) - self.sums.upto(np.array([begin]))
+            beta, phi = slopes(u, *self.half.law.tolist())
+            gain = begin - at[inside] - walls.multiplier * (bend * beta + shear * phi)
+            price[1, inside] = np.maximum(gain, 0.0)
         return price
 
 
-def ground(bar: Bar, sums: Sums | None, count: int) -> Ground:
-    """Return the common basis with edges at the bar's kinks and at most 1/``count`` apart."""
-    edges = np.union1d(np.linspace(0.0, 1.0, count + 1), bar.edges)
-    edges = np.union1d(edges, _plateau_ends(bar, edges))
-    return Ground(bar, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
+def ground(half: Half, sums: Sums | None, count: int) -> Ground:
+    """Return the common basis with edges at the half's kinks and at most 1/``count`` apart."""
+    edges = np.union1d(np.linspace(0.0, 1.0, count + 1), half.edges)
+    edges = np.union1d(edges, _plateau_ends(half, edges))
+    return Ground(half, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
 
 
-def _plateau_ends(bar: Bar, edges: Array) -> list[float]:
+def _plateau_ends(half: Half, edges: Array) -> list[float]:
     """Return where the lower bound of u stops and resumes increasing: f has kinks there, and breaks favour the
     latter."""
     t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
-    level = bar.least(t)
+    level = half.least(t)
     flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
     begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
     found = []
     for begin, end in zip(begins, ends, strict=True):
         top = level[begin]
         if begin:
-            found.append(_crossing(bar, t[begin - 1], t[begin], top, 1.0))
+            found.append(_crossing(half, t[begin - 1], t[begin], top, 1.0))
         if end + 1 < t.size:
-            found.append(_crossing(bar, t[end], t[end + 1], top, 1.0 + 1e-14))
+            found.append(_crossing(half, t[end], t[end + 1], top, 1.0 + 1e-14))
     return found
 
 
-def _crossing(bar: Bar, low: float, high: float, top: float, times: float) -> float:
+def _crossing(half: Half, low: float, high: float, top: float, times: float) -> float:
     """Return where f reaches ``times`` ``top``."""
     while high - low > 1e-15:
         grid = np.linspace(low, high, 65)
-        first = int(np.argmax(bar.least(grid) >= top * times))
+        first = int(np.argmax(half.least(grid) >= top * times))
         if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
             break
         low, high = float(grid[first - 1]), float(grid[first])

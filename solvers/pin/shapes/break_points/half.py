@@ -1,21 +1,36 @@
-"""One half of a discretised pin or bushing as the ``Bar`` of the step search."""
+"""One half of a discretised pin or bushing for the step search; positions are fractions t of the half.
+
+u is the material of a section (the pin's u, the bushing's y); the mass is the integral of u over t.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.discretised import least_walls_at
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.lumped import Lumped
+from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.optimum.program import Program, folded
-from solvers.pin.shapes.break_points.bar import Law, Sums, Walls, kinks
+from solvers.pin.shapes.break_points.sums import Sums
+from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Walls:
+    """The walls for given break points: u of every step, non-decreasing, the mass, and the deflection's multiplier.
+
+    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    """
+
+    levels: Array
+    volume: float
+    multiplier: float
 
 
 @dataclass(frozen=True)
@@ -26,10 +41,10 @@ class Half:
     solid_from: float = math.inf
 
     @cached_property
-    def law(self) -> Law:
-        """Flexibility law of the sections."""
+    def law(self) -> Array:
+        """Flexibility law of the sections: kappa (``solvers.pin.optimum.one_station``) and Cowper's constants."""
         law = self.program.law
-        return Law(self.program.sought.kappa, law.a, law.b)
+        return np.array([self.program.sought.kappa, law.a, law.b])
 
     def _least_at(self, x: Array) -> Array:
         """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
@@ -50,46 +65,40 @@ class Half:
     @cached_property
     def edges(self) -> Array:
         """Fractions with kinks, including 0 and 1."""
-        scene = self.program.scene
-        return kinks(scene.cases, scene.geometry.length, scene.reference)
+        return kinks(self.program.scene)
 
     @cached_property
     def _peaks(self) -> Array:
         return np.maximum.accumulate(self.half.lower)
 
     @cached_property
-    def _sums(self) -> Sums | None:
+    def sums(self) -> Sums | None:
+        """The cumulative deflection coefficients; None without a limit."""
         half = self.half
         if half.limit is None:
             return None
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
 
     def least(self, t: Array) -> Array:
-        """Return the running maximum of the lower bound of u from the end to increasing positions."""
-        x = t * self.middle
+        """Return the running maximum of the lower bound of u from the end to positions in any order."""
+        order = np.argsort(t, kind="stable")
+        x = t[order] * self.middle
         before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
-        return np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
-
-    def sums(self) -> Sums | None:
-        """Return the cumulative deflection coefficients; None without a limit."""
-        return self._sums
+        found = np.empty_like(t)
+        found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
+        return found
 
     def weigh(self, places: Array) -> Walls | None:
-        """Return the lightest walls of steps that end at these positions."""
+        """Return the lightest walls for steps that end at these positions, the last at 1; None if none is stiff
+        enough."""
         share = np.diff(places, prepend=0.0)
-        sums = np.diff(self._sums.upto(np.concatenate([[0.0], places])), axis=1)
-        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0) * self.half.limit
-        lumped = Lumped(np.concatenate([[0.0], places[:-1]]), places, share)
-        reduced = replace(
-            self.half,
-            stations=lumped,
-            lower=self.least(places),
-            anchor=places.size,
-            bending=np.maximum(mean[0], 0.0),
-            shear=np.maximum(mean[1], 0.0),
-        )
-        found = weigh(reduced, reduced.lower, True)
-        return None if found is None else Walls(found.solidity, reduced.volume(found.solidity), found.multiplier)
+        sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)
+        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0)
+        bending, shear = np.maximum(mean, 0.0)
+        p = self.program
+        steps = Segments(share, bending, shear, 1.0, p.sought.kappa, p.law, places.size)
+        found = weigh_segments(steps, self.least(places), True)
+        return None if found is None else Walls(found.solidity, float(share @ found.solidity), found.multiplier)
 
 
 def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:

@@ -19,35 +19,72 @@ so that in the cell psi is at most k h^2/8 below its end values (beta'' and phi'
 minimum of L apply). If no wall at the ends lies on L or has jumped to the solid section, L is not binding and the
 loss is zero. Dynamic programming over the ends of cells, minus these losses, therefore bounds all break points in
 the cells.
+
+The greatest such bound over lambda is concave: two multipliers on either side of it, and the slopes there, which
+are the cheapest steps' deflections less the limit, enclose it between the better value and the meeting of two
+tangents.
 """
 
 from __future__ import annotations
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import curvatures, flexibilities, place
+from solvers.pin.optimum.one_station import curvatures, flexibilities, place_below
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 AT, FLOOR, PRICE, BENT, SHEARED = 0, 2, 4, 6, 8
-ROWS = 10
-"""Rows of a cell table: position, L, Y, and the lower bounds of B and S, at both ends of every cell."""
+COLUMNS = 10
+"""Columns of a table of cells: position, L, Y, and the lower bounds of B and S, at both ends of every cell."""
+_MAX_TRIALS = 60
+_WIDE = 4.0
+"""Ratio of two enclosing multipliers above which their geometric mean is tried."""
+
+
+class Layers(NamedTuple):
+    """Layers of cells in one ``table`` (total, COLUMNS), the first and the last being single points.
+
+    ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): where the costs of the steps between
+    two layers begin; equal numbers: equal steps. ``most`` (layers - 1,): greatest u of each step. ``law``: kappa and
+    Cowper's constants.
+    """
+
+    table: Array
+    starts: Indices
+    blocks: Indices
+    most: Array
+    law: Array
+
+
+class Costs(NamedTuple):
+    """``step`` (sum of products of neighbouring layers' sizes, 2, 2): cost between ends of cells; ``ahead`` and
+    ``rest`` (total, 2): cost of the cheapest path from the first layer to an end and from there to the last; ``via``
+    (total, 2): 2 i + e of the end before it."""
+
+    step: Array
+    ahead: Array
+    rest: Array
+    via: Indices
 
 
 @kernel
 def _loss(
-    lam: float, j: int, after: Array, fixed: bool, bend: float, shear: float,
+    lam: float, after: Array, fixed: bool, bend: float, shear: float,
     kappa: float, a: float, b: float,
 ) -> float:  # fmt: skip
-    """Return by how much psi may be below its values at the ends of two cells, the second being j; inf: unbounded.
+    """Return by how much psi may be below its values at the ends of two cells, the second being ``after``; inf:
+    unbounded.
 
     ``fixed``: some wall at the ends lies on L; ``bend`` and ``shear`` are the maximum coefficients.
     """
-    low, rise = after[FLOOR, j], after[FLOOR + 1, j] - after[FLOOR, j]
-    loss = 0.25 * rise * max(after[PRICE + 1, j] - after[PRICE, j], 0.0) if fixed else 0.0
+    low, rise = after[FLOOR], after[FLOOR + 1] - after[FLOOR]
+    loss = 0.25 * rise * max(after[PRICE + 1] - after[PRICE], 0.0) if fixed else 0.0
     if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
@@ -57,94 +94,170 @@ def _loss(
 
 
 @kernel
-def costs(
-    lam: float, before: Array, after: Array, kappa: float, a: float, b: float, out: Array
-) -> int:  # fmt: skip
-    """out[i, j, e, f]: cost of a step from end e of cell i to end f of cell j, minus its loss inside the cells.
+def _step_cost(
+    lam: float, before: Array, after: Array, most: float, start: float, kappa: float, a: float, b: float, out: Array
+) -> tuple[float, int]:  # fmt: skip
+    """out[e, f]: cost of a step from end e of one cell to end f of another, minus its loss inside the cells.
 
-    Cells of zero width have one end only. Returns the number of walls that required a minimisation.
+    Cells of zero width have one end only. Returns the last wall, and how many required a minimisation.
     """
-    sought = 0
-    n, m = before.shape[1], after.shape[1]
-    for i in range(n):
-        ends = 2 if before[AT + 1, i] > before[AT, i] else 1
-        u = 0.5
-        for j in range(m):
-            for e in range(2):
-                for f in range(2):
-                    out[i, j, e, f] = np.inf
-            # Coincident breaks share a cell: going back and forth would gain the difference of the cells' lines.
-            if before[AT, i] > after[AT, j]:
+    sought, u = 0, start
+    for e in range(2):
+        for f in range(2):
+            out[e, f] = np.inf
+    # Coincident breaks share a cell: going back and forth would gain the difference of the cells' lines.
+    if before[AT] > after[AT]:
+        return u, sought
+    ends = 2 if before[AT + 1] > before[AT] else 1
+    tips = 2 if after[AT + 1] > after[AT] else 1
+    if tips == 1 and after[FLOOR] > most:
+        return u, sought
+    fixed, bend_most, shear_most, least = False, 0.0, 0.0, after[FLOOR]
+    for e in range(ends):
+        for f in range(tips):
+            if before[AT + e] > after[AT + f]:
                 continue
-            tips = 2 if after[AT + 1, j] > after[AT, j] else 1
-            fixed, bend_most, shear_most = False, 0.0, 0.0
-            least, known = after[FLOOR, j], False
-            beta_most, shear_most_each = 0.0, 0.0
-            for e in range(ends):
-                for f in range(tips):
-                    if before[AT + e, i] > after[AT + f, j]:
-                        continue
-                    width = after[PRICE + f, j] - before[PRICE + e, i]
-                    more_bend = after[BENT + f, j] - before[BENT + e, i]
-                    more_shear = after[SHEARED + f, j] - before[SHEARED + e, i]
-                    bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
-                    floor = after[FLOOR + f, j]
-                    sought += 1 if lam > 0.0 and (bend > 0.0 or shear > 0.0) else 0
-                    u = place(lam, width, bend, shear, floor, u, kappa, a, b)
-                    # A step may be solid only because the floor excludes a thinner, cheaper one.
-                    fixed = fixed or u <= floor or (kappa < 0.0 and u >= 1.0)
-                    bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
-                    cost = u * width if u < np.inf else 0.0
-                    if lam > 0.0 and (bend > 0.0 or shear > 0.0) and u < np.inf:
-                        beta, sheared = flexibilities(max(u, 1e-300), kappa, a, b)
-                        cost += lam * (bend * beta + shear * sheared)
-                    if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
-                        # Lines of adjacent cells may decrease from one to the next: a gain, greatest for the
-                        # thinnest wall.
-                        if least <= 0.0:
-                            cost = -np.inf
-                        else:
-                            if not known:
-                                beta_most, shear_most_each = flexibilities(least, kappa, a, b)
-                                known = True
-                            cost += lam * (min(more_bend, 0.0) * beta_most + min(more_shear, 0.0) * shear_most_each)
-                    out[i, j, e, f] = cost
-            if ends == 1 and tips == 1:
-                continue
-            loss = _loss(lam, j, after, fixed, bend_most, shear_most, kappa, a, b)
-            for e in range(ends):
-                for f in range(tips):
-                    if out[i, j, e, f] < np.inf:
-                        if loss < np.inf:
-                            out[i, j, e, f] -= loss
-                        else:
-                            # Only the lower bound of the wall, at the thin end, is certain.
-                            width = after[PRICE + f, j] - before[PRICE + e, i]
-                            out[i, j, e, f] = after[FLOOR, j] * max(width, 0.0)
+            width = after[PRICE + f] - before[PRICE + e]
+            more_bend, more_shear = after[BENT + f] - before[BENT + e], after[SHEARED + f] - before[SHEARED + e]
+            bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
+            floor = min(after[FLOOR + f], most)
+            pulls = lam > 0.0 and (bend > 0.0 or shear > 0.0)
+            sought += 1 if pulls else 0
+            u = place_below(lam, width, bend, shear, floor, most, u, kappa, a, b)
+            # A step may be solid only because the floor excludes a thinner, cheaper one.
+            fixed = fixed or u <= floor or (kappa < 0.0 and u >= most)
+            bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
+            cost = u * width if u < np.inf else 0.0
+            if pulls and u < np.inf:
+                beta, sheared = flexibilities(max(u, 1e-300), kappa, a, b)
+                cost += lam * (bend * beta + shear * sheared)
+            if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
+                # Lines of adjacent cells may decrease from one to the next: a gain, greatest for the thinnest wall.
+                if least <= 0.0:
+                    cost = -np.inf
+                else:
+                    beta, sheared = flexibilities(least, kappa, a, b)
+                    cost += lam * (min(more_bend, 0.0) * beta + min(more_shear, 0.0) * sheared)
+            out[e, f] = cost
+    if ends == 1 and tips == 1:
+        return u, sought
+    loss = _loss(lam, after, fixed, bend_most, shear_most, kappa, a, b)
+    for e in range(ends):
+        for f in range(tips):
+            if out[e, f] < np.inf and loss < np.inf:
+                out[e, f] -= loss
+            elif out[e, f] < np.inf:
+                # Only the lower bound of the wall, at the thin end, is certain.
+                out[e, f] = least * max(after[PRICE + f] - before[PRICE + e], 0.0)
+    return u, sought
+
+
+@kernel
+def forward(lam: float, layers: Layers, costs: Costs) -> int:
+    """Fill the costs of the steps, ``ahead`` and ``via``; returns how many walls required a minimisation."""
+    kappa, a, b = layers.law
+    sought, starts = 0, layers.starts
+    costs.ahead[0, 0], costs.ahead[0, 1] = 0.0, np.inf
+    for k in range(starts.size - 2):
+        begin, middle, end, block = starts[k], starts[k + 1], starts[k + 2], layers.blocks[k]
+        if k == 0 or block != layers.blocks[k - 1]:
+            for i in range(begin, middle):
+                u = 0.5
+                for j in range(middle, end):
+                    u, more = _step_cost(
+                        lam, layers.table[i], layers.table[j], layers.most[k], u, kappa, a, b,
+                        costs.step[block + (i - begin) * (end - middle) + j - middle],
+                    )  # fmt: skip
+                    sought += more
+        for j in range(middle, end):
+            for f in range(2):
+                least, at = np.inf, -1
+                for i in range(begin, middle):
+                    for e in range(2):
+                        value = costs.ahead[i, e] + costs.step[block + (i - begin) * (end - middle) + j - middle, e, f]
+                        if value < least:
+                            least, at = value, 2 * i + e
+                costs.ahead[j, f], costs.via[j, f] = least, at
     return sought
 
 
 @kernel
-def forward(cost: Array, best0: Array, best1: Array, via: Indices) -> None:
-    """best1[j, f] = min over i, e of best0[i, e] + cost[i, j, e, f], with 2 i + e of the minimiser in ``via``."""
-    for j in range(cost.shape[1]):
-        for f in range(2):
-            least, at = np.inf, -1
-            for i in range(cost.shape[0]):
+def backward(layers: Layers, costs: Costs) -> None:
+    """Fill ``rest`` from the costs of the steps."""
+    starts = layers.starts
+    for i in range(starts[-1]):
+        costs.rest[i, 0] = costs.rest[i, 1] = np.inf
+    costs.rest[starts[-1] - 1, 0] = 0.0
+    for k in range(starts.size - 3, -1, -1):
+        begin, middle, end, block = starts[k], starts[k + 1], starts[k + 2], layers.blocks[k]
+        for i in range(begin, middle):
+            for j in range(middle, end):
+                step = costs.step[block + (i - begin) * (end - middle) + j - middle]
                 for e in range(2):
-                    value = best0[i, e] + cost[i, j, e, f]
-                    if value < least:
-                        least, at = value, 2 * i + e
-            best1[j, f], via[j, f] = least, at
+                    for f in range(2):
+                        costs.rest[i, e] = min(costs.rest[i, e], step[e, f] + costs.rest[j, f])
 
 
 @kernel
-def backward(cost: Array, rest1: Array, rest0: Array) -> None:
-    """rest0[i, e] = min over j, f of cost[i, j, e, f] + rest1[j, f]."""
-    for i in range(cost.shape[0]):
-        for e in range(2):
-            least = np.inf
-            for j in range(cost.shape[1]):
-                for f in range(2):
-                    least = min(least, cost[i, j, e, f] + rest1[j, f])
-            rest0[i, e] = least
+def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
+    """Write the cheapest path's break points, walls and rows of the table into ``path`` (3, steps); return its
+    relative deflection."""
+    kappa, a, b = layers.law
+    at, total = 2 * (layers.starts[-1] - 1), 0.0
+    for k in range(path.shape[1] - 1, -1, -1):
+        j, f, before = at // 2, at % 2, costs.via[at // 2, at % 2]
+        after, ahead, e = layers.table[j], layers.table[before // 2], before % 2
+        width = max(after[PRICE + f] - ahead[PRICE + e], 0.0)
+        bend, shear = max(after[BENT + f] - ahead[BENT + e], 0.0), max(after[SHEARED + f] - ahead[SHEARED + e], 0.0)
+        u = min(after[FLOOR + f], layers.most[k])
+        if lam > 0.0 and (bend > 0.0 or shear > 0.0):
+            u = place_below(lam, width, bend, shear, u, layers.most[k], 0.5, kappa, a, b)
+            beta, phi = flexibilities(max(u, 1e-300), kappa, a, b)
+            total += bend * beta + shear * phi
+        path[0, k], path[1, k], path[2, k] = after[AT + f], u, j
+        at = before
+    return total
+
+
+@kernel
+def greatest_dual(
+    layers: Layers, costs: Costs, start: float, tolerance: float, enough: float, soft: Array, stiff: Array
+) -> tuple[float, float, int]:
+    """Return the multiplier of the greatest bound, from ``start``, that bound, and the work as in ``forward``.
+
+    All layers are points. Ends where the bound is known to ``tolerance`` or has reached ``enough``. ``soft`` and
+    ``stiff`` (3, steps) receive the cheapest paths on either side (or the same one), as in ``trace``.
+    """
+    low, low_value, low_slope, high, high_value, high_slope = 0.0, 0.0, 0.0, np.inf, 0.0, 0.0
+    lam, best, value, work = start, start, -np.inf, 0
+    path = np.empty(soft.shape)
+    for _ in range(_MAX_TRIALS):
+        work += forward(lam, layers, costs)
+        own = costs.ahead[layers.starts[-1] - 1, 0] - lam
+        slope = trace(lam, layers, costs, path) - 1.0
+        if own > value:
+            best, value = lam, own
+        to_soft = slope > 0.0
+        for i in range(3):
+            for k in range(path.shape[1]):
+                if to_soft or low == 0.0:
+                    soft[i, k] = path[i, k]
+                if not to_soft or high == np.inf:
+                    stiff[i, k] = path[i, k]
+        if to_soft:
+            low, low_value, low_slope = lam, own, slope
+        else:
+            high, high_value, high_slope = lam, own, slope
+        if value >= enough or abs(slope) * lam <= tolerance:
+            break
+        if low == 0.0 or high == np.inf:
+            # Thin walls deflect with the inverse root of the multiplier.
+            lam *= min(max((1.0 + slope) * (1.0 + slope), 0.0625), 16.0) * (1.1 if to_soft else 1.0 / 1.1)
+            continue
+        meet = (high_value - low_value + low_slope * low - high_slope * high) / (low_slope - high_slope)
+        if low_value + low_slope * (meet - low) - value <= tolerance:
+            break
+        lam = meet if high <= _WIDE * low else math.sqrt(low * high)
+        if not low < lam < high:
+            break
+    return best, value, work

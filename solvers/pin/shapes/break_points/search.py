@@ -5,10 +5,11 @@ programming through cells (``solvers.pin.shapes.break_points.paths``) bounds all
 the cells' ends yields incumbents. Cells through which no path beats the incumbent are pruned; the others are cut in
 four. The excess of the bound decreases with the square of the cells' width, so few cells around the optimum remain.
 
-The bound holds for every multiplier lambda >= 0; the incumbent's multiplier is optimal if the Lagrangian's minimum
-is attained by the incumbent. Otherwise (a duality gap) the cheapest paths for a slightly smaller and a slightly
-greater multiplier differ: one is too soft, the other too stiff. The cells of the break point on which they differ
-most are branched between them, and both parts continue with their own multipliers, lowest bound first.
+The bound holds for every multiplier lambda >= 0, and the greatest is sought over the cells' ends. Where that stays
+below the incumbent's mass (a duality gap), the cheapest paths on either side of the best multiplier differ: one is
+too soft, the other too stiff. The part is divided between them, in the break point on which they differ most, or in
+a step's wall: near the solid section, where the flexibility is concave, the cheapest wall jumps at fixed break
+points. Both parts continue with their own multipliers, lowest bound first.
 
 Steps that would decrease toward the middle are priced: with m >= 0 along the bar, 0 at both ends, the bound adds
 sum u_k (m(t_k) - m(t_{k-1})), which is not positive where u increases.
@@ -24,32 +25,36 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.shapes.break_points.bar import Bar, Sums, Walls
-from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer, points
-from solvers.pin.shapes.break_points.ground import APART, Around, Ground, ground
-from solvers.pin.shapes.break_points.paths import AT
+from solvers.pin.section.flexibility import inflection
+from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer
+from solvers.pin.shapes.break_points.ground import APART, Around, Ground, Through, ground
+from solvers.pin.shapes.break_points.half import Half, Walls
+from solvers.pin.shapes.break_points.paths import AT, FLOOR
+from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
 
 GAP = 9e-8
 """Relative gap at convergence, regardless of the accuracy requested for the mass itself."""
-_INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 96}, 0.25, 24
+_INITIAL_CELLS, _COARSENING_EXPONENT, _MIN_CELLS = {False: 192, True: 48}, 0.25, 24
 """Initial cells, without and with a deflection limit, which makes every pair of cells more expensive; exponent of
 the reduction for a gap wider than ``GAP``, and the minimum."""
-_MOST_PAIRS = {False: 4_000_000, True: 1_600_000}
-"""Maximum pairs of cells of neighbouring break points per round."""
+_MANY_PAIRS, _MOST_PAIRS = 5_000, 1_600_000
+"""Pairs of cells of neighbouring break points per round above which only the cells are cut that weaken the bound most,
+and their maximum."""
+_WORTH = 0.3
+"""Least share of the greatest gain for which cells are cut."""
+_MOST_POINTS = 65
+"""Maximum points of a break point in the search for the multiplier."""
 _MOST_WORK = 100_000_000
 """Maximum work in cost evaluations, ten for one that requires a minimisation: a few seconds."""
 _WEIGHING_WORK = 100_000
 """Work counted for the walls of one path."""
-_INITIAL_SAMPLES, _MAX_SAMPLES = 32, 4096
-_MAX_DENSITY_INCREASE = 8.0
-"""Maximum increase of the sampling density of f per round."""
 _INITIAL_ITERATIONS = 4
 _POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
-_DUALITY_GAP_TOLERANCE = 1e-6
-_OPEN_GAP_FACTOR = 1.5
-"""Gap at convergence, in duality gaps of the incumbent with its own break points: choosing those cannot close it."""
+_DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
+"""Tolerance of the greatest bound as a fraction of the gap that is sought or expected next, and the latter as a
+fraction of the part's present gap."""
 _BREAK_POINT_TOLERANCE = 1e-2
 """Break point tolerance as a fraction of the gap's square root; the mass, stationary there, converges to its square."""
 _ROUNDING = 1e-12
@@ -81,39 +86,34 @@ class Steps:
         return {"steps": self.places.size, "parts": self.parts, "work": self.work, "multiplier": multiplier}
 
 
-def lightest_steps(bar: Bar, steps: int, known: float = 0.0, gap: float = GAP) -> Steps | None:
+def lightest_steps(half: Half, steps: int, known: float = 0.0, gap: float = GAP) -> Steps | None:
     """Find the lightest steps, with their bound within ``gap`` unless the work limit is reached; None if infeasible.
 
     ``known`` is a lower bound from elsewhere.
     """
-    limited = bar.sums()
+    limited = half.sums
     if limited is not None:
-        first = bar.weigh(_Search(bar, steps, None, 1.0).close(0.0).places)
-        if first is None:
+        even = half.weigh(np.arange(1, steps + 1) / steps)
+        if even is None:
             return None
-        if first.multiplier > 0.0:
-            return _Search(bar, steps, limited, gap).close(known)
-    found = _Search(bar, steps, None, gap).close(known)
-    if limited is not None and bar.weigh(found.places).multiplier > 0.0:
-        return _Search(bar, steps, limited, gap).close(known)
+        if even.multiplier > 0.0:
+            return _Search(half, steps, limited, gap).close(known)
+    found = _Search(half, steps, None, gap).close(known)
+    if limited is not None and half.weigh(found.places).multiplier > 0.0:
+        return _Search(half, steps, limited, gap).close(known)
     return found
 
 
 @dataclass(frozen=True)
 class _Part:
-    """A node of the search tree.
-
-    Cells of every break point, sampling density of f, initial multiplier and its bracketing step, price of order;
-    ``settled`` if the incumbent lies here and its multiplier is kept; ``divided`` if a duality gap made it a part.
-    """
+    """A node of the search tree: cells of every break point, bounds of every step's wall, initial multiplier, price
+    of order."""
 
     layers: list[Cells]
-    looks: int
+    least: tuple[float, ...]
+    most: tuple[float, ...]
     multiplier: float
-    spread: float
     price: Array
-    settled: bool = False
-    divided: bool = False
 
     @property
     def width(self) -> float:
@@ -123,43 +123,43 @@ class _Part:
 class _Search:
     """One search for steps and a bound within ``gap``; ``places`` and ``walls`` are the incumbent."""
 
-    def __init__(self, bar: Bar, steps: int, sums: Sums | None, gap: float) -> None:
-        self.bar, self.steps, self.limited = bar, steps, sums is not None
+    def __init__(self, half: Half, steps: int, sums: Sums | None, gap: float) -> None:
+        self.half, self.steps, self.limited = half, steps, sums is not None
         self.gap = gap
         first = max(_INITIAL_CELLS[self.limited] * min(GAP / gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
-        self.ground: Ground = ground(bar, sums, math.ceil(first))
+        self.ground: Ground = ground(half, sums, math.ceil(first))
         self.places, self.walls = np.zeros(0), None
         self.work = 0
-        self._open: tuple[Walls | None, float] = None, 0.0
+        own = half.program
+        self._capped = self.limited and own.sought.kappa < 0.0
+        self._knee = inflection(own.scene.material.poisson) if self._capped else math.inf
 
     def close(self, known: float) -> Steps | None:
         """Bound, refine and branch, lowest bound first."""
         edges = self.ground.edges
-        first = _undominated(cells(self.bar, edges[:-1], np.diff(edges), _INITIAL_SAMPLES, self.ground.sums))
+        first = _undominated(cells(self.half, edges[:-1], np.diff(edges), self.ground.sums))
         whole = _Part(
-            [first] * (self.steps - 1), _INITIAL_SAMPLES, 0.5 if self.limited else 0.0, 4.0, np.zeros_like(edges)
-        )
+            [first] * (self.steps - 1), (0.0,) * self.steps, (1.0 if self._capped else math.inf,) * self.steps,
+            0.5 if self.limited else 0.0, np.array([[0.0, 1.0], [0.0, 0.0]]),
+        )  # fmt: skip
         queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
-            if self.walls is not None and (bound >= self._proven(part) or self.work > _MOST_WORK):
+            if self.walls is not None and (self._is_closed(bound) or self.work > _MOST_WORK):
                 done = min(done, bound)
                 break
-            around, part = self._improve(part)
+            around, part = self._improve(part, bound)
             if self.walls is None:
                 return None
             if self.steps == 1 or not math.isfinite(self.walls.multiplier):
                 done = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else bound
                 break
-            bound, keep = self._bounded(part, bound)
-            if self._gap_is_most(around, bound) and part.settled:
-                # The incumbent's multiplier does not give this part's best bound.
-                around, part = self._improve(replace(part, settled=False))
-                bound, keep = self._bounded(part, bound)
-            if bound >= self._proven(part) or not all(k.any() for k in keep):
+            found, bound = self._bounded(part, bound)
+            kept = self._kept(part, found)
+            if self._is_closed(bound) or not all(layer.t.size for layer in kept.layers):
                 done = min(done, bound)
                 continue
-            divided = self._divided(part, keep, around, bound)
+            divided = self._divided(part, kept, found, around, bound)
             if not divided:
                 # Too many cells: this part's bound is final.
                 done = min(done, bound)
@@ -174,121 +174,156 @@ class _Search:
         bound = min([done, self.walls.volume, *(entry[0] for entry in queue)])
         return Steps(self.places, self.walls, bound, count + 1, self.work)
 
-    def _bounded(self, part: _Part, bound: float) -> tuple[float, list[NDArray[np.bool_]]]:
-        """Return the part's bound, and which of its cells may contain an improvement of the incumbent."""
-        chain = self.ground.chain(part.layers, part.price, part.multiplier)
-        self.work += chain.work
-        most = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
-        keep = [cost <= most for cost in chain.through()[1:-1]]
-        return max(bound, (chain.total - part.multiplier) * (1.0 - _ROUNDING)), keep
+    def _is_closed(self, bound: float) -> bool:
+        return bound >= self.walls.volume * (1.0 - self.gap)
 
-    def _proven(self, part: _Part) -> float:
-        """Return the bound from which on a part need not be searched further.
+    def _bounded(self, part: _Part, bound: float) -> tuple[Through, float]:
+        """Return the cheapest paths through the part's cells, and the part's bound; weigh the cheapest."""
+        found = self.ground.through(part.layers, part.price, part.least, np.array(part.most), part.multiplier)
+        self.work += found.work
+        if (np.diff(found.path) >= 0.0).all():
+            self._take(found.path)
+        return found, max(bound, (found.total - part.multiplier) * (1.0 - _ROUNDING))
 
-        A wall near the solid section, where the flexibility is concave, leaves a duality gap even where all break
-        points are fixed at the incumbent's.
-        """
-        volume = self.walls.volume
-        if self.limited and part.divided and self._open[0] is not self.walls:
-            fixed = [points(self.bar, self.places[k : k + 1], self.ground.sums) for k in range(self.steps - 1)]
-            around = self.ground.around(fixed, np.zeros_like(part.price), self.walls.multiplier, 1.02)
-            self.work += around.work
-            self._open = self.walls, _OPEN_GAP_FACTOR * (volume - around.value)
-        return volume - max(self.gap * volume, self._open[1])
+    def _kept(self, part: _Part, found: Through) -> _Part:
+        """Return the part with the cells that may contain an improvement of the incumbent."""
+        worst = part.multiplier + self.walls.volume * (1.0 + _ROUNDING)
+        kept = [layer.taken(cost <= worst) for layer, cost in zip(part.layers, found.each, strict=True)]
+        return replace(part, layers=kept)
 
-    def _gap_is_most(self, around: Around, bound: float) -> bool:
-        """Return whether the remaining gap is mostly a duality gap, which refinement cannot close."""
-        volume = self.walls.volume
-        missing = volume - around.value
-        return self.limited and missing > self.gap * volume and missing > 0.5 * (volume - bound)
-
-    def _improve(self, part: _Part) -> tuple[Around, _Part]:
+    def _improve(self, part: _Part, bound: float) -> tuple[Around | None, _Part]:
         """Update the incumbent from paths through the cells' ends, and the part's multiplier and price of order.
 
         On the first call repeated while that price changes.
         """
-        own = {id(layer): points(self.bar, np.unique(layer.table[:2]), self.ground.sums) for layer in part.layers}
-        ends = [own[id(layer)] for layer in part.layers]
+        distinct = {id(layer): layer for layer in part.layers}
+        places = [_spread(np.unique(layer.table[:, :2])) for layer in distinct.values()]
+        own = dict(zip(distinct, self.ground.points(places), strict=True)) if places else {}
+        ends, most = [own[id(layer)] for layer in part.layers], np.array(part.most)
+        if not self.limited:
+            found = self.ground.through(ends, part.price, part.least, most, 0.0)
+            self.work += found.work
+            self._take(found.path)
+            return None, part
         for _ in range(_INITIAL_ITERATIONS if self.walls is None else 1):
-            if part.settled or not self.limited:
-                around = self.ground.at(ends, part.price, part.multiplier)
-            else:
-                around = self.ground.around(ends, part.price, part.multiplier, part.spread)
+            volume = math.inf if self.walls is None else self.walls.volume
+            size = volume if self.walls is not None else max(1.0, bound)
+            tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
+            around = self.ground.around(ends, part.price, part.least, most, part.multiplier, tolerance, volume)
             self.work += around.work
             here = None
-            for places in {tuple(path): path for path in around.seen[-6:]}.values():
-                self.work += _WEIGHING_WORK
-                walls = self.ground.walls(places)
-                if walls is not None and (here is None or walls.volume < here[1].volume):
-                    here = places, walls
+            if math.isfinite(around.value):
+                for places in {tuple(path[0]): path[0] for path in (around.stiff, around.soft)}.values():
+                    here = self._take(places, here)
             if here is None:
                 return around, part
-            best = self.walls is None or here[1].volume < self.walls.volume
-            if best:
-                self.places, self.walls = here
             price = self.ground.price_of_order(*here)
             changed = not np.array_equal(price, part.price)
-            # The incumbent's multiplier is exact but weak across a duality gap (or is the gap due to the order?).
-            apart = self.walls.volume - around.value > _DUALITY_GAP_TOLERANCE * self.walls.volume and not price.any()
-            own = part.settled or (best and not apart)
-            multiplier = self.walls.multiplier if own else around.multiplier
-            part = replace(part, multiplier=multiplier, spread=1.02, price=price, settled=own)
-            if not changed or not 0.0 < multiplier < math.inf:
+            part = replace(part, multiplier=around.multiplier, price=price)
+            if not changed:
                 break
         return around, part
 
-    def _divided(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around, bound: float) -> list[_Part]:
-        """Return the part without its pruned cells, refined, or branched where a duality gap dominates."""
-        volume = self.walls.volume
-        if self._gap_is_most(around, bound):
-            parted = self._parted(part, keep, around)
-            if parted:
-                return parted
-        counts = [CUT * int(k.sum()) for k in keep]
-        if sum(a * b for a, b in pairwise([1, *counts, 1])) > _MOST_PAIRS[self.limited]:
-            return self._parted(part, keep, around) if self.limited else []
-        # The sampling error of f decreases with the sample distance and dominates the remaining gap.
-        closer = min(1.3 * (volume - bound) / (self.gap * volume), _MAX_DENSITY_INCREASE)
-        looks = min(max(math.ceil(part.looks * closer / CUT), _INITIAL_SAMPLES // 2), _MAX_SAMPLES)
-        layers = [
-            _undominated(finer(self.bar, layer, k, looks, self.ground.sums))
-            for layer, k in zip(part.layers, keep, strict=True)
-        ]
-        return [replace(part, layers=layers, looks=looks)]
+    def _take(self, places: Array, other: tuple[Array, Walls] | None = None) -> tuple[Array, Walls] | None:
+        """Weigh steps, keep them if they are the lightest yet; return them or the other ones if those are lighter."""
+        self.work += _WEIGHING_WORK
+        walls = self.ground.walls(places)
+        if walls is None:
+            return other
+        if self.walls is None or walls.volume < self.walls.volume:
+            self.places, self.walls = places, walls
+        return (places, walls) if other is None or walls.volume < other[1].volume else other
 
-    def _parted(self, part: _Part, keep: list[NDArray[np.bool_]], around: Around) -> list[_Part]:
-        """Split the part in two: between the soft and the stiff path's break points, or at its longest stretch."""
-        layers = [layer.taken(k) for layer, k in zip(part.layers, keep, strict=True)]
-        apart = np.abs(around.soft - around.stiff)[:-1]
-        at = int(np.argmax(apart))
-        middle = 0.5 * (around.soft[at] + around.stiff[at])
-        if apart[at] <= 2.0 * part.width:
-            at = int(np.argmax([layer.t[-1] - layer.t[0] for layer in layers]))
-            middle = 0.5 * (layers[at].t[-1] + layers[at].t[0] + layers[at].h[-1])
-        first = layers[at].t + 0.5 * layers[at].h < middle
+    def _divided(
+        self, part: _Part, kept: _Part, found: Through, around: Around | None, bound: float
+    ) -> list[_Part]:  # fmt: skip
+        """Return the kept cells refined, or divided where a duality gap dominates."""
+        if around is not None:
+            missing = self.walls.volume - around.value
+            if missing > max(self.gap * self.walls.volume, 0.5 * (self.walls.volume - bound)):
+                parted = self._parted(kept, around)
+                if parted:
+                    return parted
+        cut = [True] * len(kept.layers)
+        if _pairs(kept.layers, cut) > _MANY_PAIRS:
+            cut = self._worth_cutting(part, found)
+        if _pairs(kept.layers, cut) > _MOST_PAIRS:
+            return []
+        chosen = [layer for layer, own in zip(kept.layers, cut, strict=True) if own]
+        split = iter(finer(self.half, chosen, self.ground.sums))
+        layers = [_undominated(next(split)) if own else layer for layer, own in zip(kept.layers, cut, strict=True)]
+        return [replace(kept, layers=layers)]
+
+    def _worth_cutting(self, part: _Part, found: Through) -> list[bool]:
+        """Return which break points' cells lower the bound most: what the cheapest path gains when a cell of it is
+        replaced by its ends."""
+        most, path = np.array(part.most), []
+        for layer, at in zip(part.layers, found.cells, strict=True):
+            which = np.zeros(layer.t.size, dtype=bool)
+            which[at] = True
+            path.append(layer.taken(which))
+        gains = []
+        for k, ends in enumerate(self.ground.points([np.unique(cell.table[:, :2]) for cell in path])):
+            exact = [*path[:k], ends, *path[k + 1 :]]
+            gains.append(self.ground.through(exact, part.price, part.least, most, part.multiplier).total)
+        lost = np.array(gains) - found.total
+        return (lost >= _WORTH * lost.max()).tolist()
+
+    def _parted(self, part: _Part, around: Around) -> list[_Part]:
+        """Divide the part between the soft and the stiff path, in a wall or in a break point; none if these differ by
+        no more than their cells."""
+        places, walls, _ = np.abs(around.stiff - around.soft)
+        walls[np.maximum(around.stiff[1], around.soft[1]) <= self._knee] = 0.0
+        thin, at = int(np.argmax(walls)), int(np.argmax(places))
+        if walls[thin] > max(places[at], APART):
+            return self._parted_in_wall(part, thin, 0.5 * (around.soft[1, thin] + around.stiff[1, thin]))
+        if places[at] <= 2.0 * part.width:
+            return []
+        return self._parted_at(part, at, 0.5 * (around.soft[0, at] + around.stiff[0, at]))
+
+    def _parted_at(self, part: _Part, at: int, middle: float) -> list[_Part]:
+        """Divide the part's cells of a break point at a position."""
+        layers, own = part.layers, part.layers[at]
+        first = own.t + 0.5 * own.h < middle
         if first.all() or not first.any():
             return []
-        halves = [[*layers[:at], layers[at].taken(side), *layers[at + 1 :]] for side in (first, ~first)]
-        return [replace(part, layers=half, spread=1.5, settled=False, divided=True) for half in halves]
+        return [replace(part, layers=[*layers[:at], own.taken(side), *layers[at + 1 :]]) for side in (first, ~first)]
+
+    def _parted_in_wall(self, part: _Part, step: int, cut: float) -> list[_Part]:
+        """Divide the part at a wall of a step; walls increase from step to step."""
+        thin = replace(part, most=tuple(min(m, cut) if k <= step else m for k, m in enumerate(part.most)))
+        thick = replace(part, least=tuple(max(m, cut) if k >= step else m for k, m in enumerate(part.least)))
+        layers = [
+            layer.taken(layer.table[:, FLOOR] <= most) for layer, most in zip(thin.layers, thin.most[:-1], strict=True)
+        ]
+        if self.half.least(np.ones(1))[0] > thin.most[-1]:
+            return [thick]
+        return [replace(thin, layers=layers), thick]
 
     def _settle(self, reach: float, least: float) -> None:
         """Polish all break points jointly on successively narrower grids."""
         price = self.ground.price_of_order(self.places, self.walls)
+        free = (0.0,) * self.steps, np.full(self.steps, 1.0 if self._capped else math.inf)
         while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
-            layers = [points(self.bar, grid, self.ground.sums) for grid in grids]
-            moves = [self.ground.chain(layers, price, self.walls.multiplier).path]
-            if self._open[1] > 0.0:  # the cheapest path is not the lightest: one break point after the other
-                one = reach * np.eye(self.places.size)[:-1]
-                moves += list(np.clip(self.places + np.concatenate([one, -one]), 0.0, 1.0))
-            for moved in moves:
-                walls = self.ground.walls(moved) if (np.diff(moved) >= 0.0).all() else None
-                if walls is not None and walls.volume < self.walls.volume:
-                    self.places, self.walls = moved, walls
+            self._take(self.ground.through(self.ground.points(grids), price, *free, self.walls.multiplier).path)
             reach *= 0.25
+
+
+def _pairs(layers: list[Cells], cut: list[bool]) -> int:
+    """Return the pairs of cells of neighbouring break points after cutting some."""
+    counts = [layer.t.size * (CUT if own else 1) for layer, own in zip(layers, cut, strict=True)]
+    return sum(a * b for a, b in pairwise([1, *counts, 1]))
+
+
+def _spread(t: Array) -> Array:
+    """Return at most about ``_MOST_POINTS`` of the positions, the first and the last included."""
+    if t.size <= _MOST_POINTS:
+        return t
+    return t[np.linspace(0, t.size - 1, _MOST_POINTS).astype(int)]
 
 
 def _undominated(layer: Cells) -> Cells:
     """Remove the cells in which a break is dominated by the next position where f or the deflection increases, or by
     1: the step before it is the thinner one and extends that far with the same wall."""
-    return layer.taken(~layer.level | (layer.table[AT + 1] >= 1.0 - APART))
+    return layer.taken(~layer.level | (layer.table[:, AT + 1] >= 1.0 - APART))

@@ -297,6 +297,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         from app.designs.kind import REFUSED, Mode
         from app.designs.problems import OUT_OF_TIME
         from app.designs.registry import KINDS, job_of, modes_of
+        from app.encoded_answer import EncodedAnswer
         from app.errors import Problem
         from app.jobs.errors import BudgetExceeded
         from app.printing import print_run, shown_progress
@@ -329,7 +330,7 @@ def _solve(slug: str, mode_name: str, body: bytes, database_url: str, as_json: b
         else:
             if answer.status == REFUSED:
                 _refuse(answer.problem)
-            run = runs.answered(run, answer, started)
+            run = runs.answered(run, EncodedAnswer.of(slug, mode, answer), started)
         store.put_and_wait(run)
     shown = runs.run_json(run)
     if as_json:
@@ -356,7 +357,7 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
     pool = ProcessPool(PoolSettings(workers=1, idle_work=no_idle_work, kernels=False))
     pool.start()
     try:
-        return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report))
+        return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report)).decoded()
     finally:
         pool.close()
 

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from pydantic import BaseModel
 from pydantic_core import from_json, to_json
 
-from app.designs.kind import Answer, Mode
+from app.designs.kind import Mode
 from app.designs.problems import problem_details
 from app.designs.progress import Progress
-from app.designs.registry import KINDS, plots_for
-from app.designs.schema import finite
-from app.exports.registry import exports_for
+from app.encoded_answer import EncodedAnswer, offered
 from app.store.hashing import canonical_json, canonical_spec
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSummary, new_run_id, utc_now
 from app.store.viewer import viewer
@@ -24,10 +22,9 @@ from app.version import NAME, VERSION
 
 @dataclass(frozen=True)
 class AnsweredRun(RunRecord):
-    """A run just answered, with the names of its plots and exports, found before its result became bytes."""
+    """A run just answered, with the answer as it came from the worker."""
 
-    plots: tuple[str, ...] = ()
-    exports: tuple[str, ...] = ()
+    answer: EncodedAnswer = field(kw_only=True)
 
 
 def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
@@ -53,33 +50,24 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
     )
 
 
-def answered(run: RunRecord, answer: Answer, started: float) -> RunRecord:
+def answered(run: RunRecord, answer: EncodedAnswer, started: float) -> RunRecord:
     """The run with its answer; a non-finite result becomes a failure, because JSON cannot represent it."""
-    parts = {
-        name: None if value is None else to_json(value)
-        for name in ("result", "problem", "effects", "accuracy", "verdict")
-        for value in (getattr(answer, name),)
-    }
-    if not all(_finite(text, getattr(answer, name)) for name, text in parts.items()):
+    if not answer.finite:
         return failed(run, 500, "The result is not finite", "the solver gave a number that is not finite", started)
-    timing = to_json({**answer.timing, "total_s": time.perf_counter() - started})
-    holds = None if answer.verdict is None else answer.verdict["holds"]
-    plots, exports = _offered(run.kind, run.mode, answer.status, answer.result)
-    changed = {"status": answer.status, "timing": timing, "holds": holds, "plots": plots, "exports": exports}
-    return AnsweredRun(**{**vars(run), **changed, **parts, **_figure(run, answer)})
+    changed = {
+        "status": answer.status,
+        "timing": to_json({**answer.timing, "total_s": time.perf_counter() - started}),
+        "holds": answer.holds,
+        "figure_name": answer.figure_name,
+        "figure": answer.figure,
+        "answer": answer,
+    }
+    return AnsweredRun(**{**vars(run), **changed, **answer.parts})
 
 
-def _finite(text: bytes | None, value: Any) -> bool:
-    """Whether a value and its JSON have only finite numbers; the words may stand in a text, too."""
-    return text is None or not (b"NaN" in text or b"Infinity" in text) or finite(value)
-
-
-def _figure(run: RunRecord, answer: Answer) -> dict[str, Any]:
-    """The headline number of the result, for listings; empty without a result."""
-    if answer.status != RunStatus.SUCCEEDED or answer.result is None:
-        return {}
-    name, value = KINDS[run.kind].headline(Mode(run.mode), answer.result)
-    return {} if value is None else {"figure_name": name, "figure": float(value)}
+def effects_of(run: RunRecord) -> tuple[tuple[str, str], ...]:
+    """Name and state of each effect of a run just answered; none of a failed one."""
+    return run.answer.effects if isinstance(run, AnsweredRun) else ()
 
 
 def failed(run: RunRecord, status: int, title: str, detail: str, started: float) -> RunRecord:
@@ -160,22 +148,15 @@ def links(run: RunRecord) -> dict[str, Any]:
     """URLs of the run, its page, plots and exports."""
     at = f"/api/v1/runs/{run.id}"
     if isinstance(run, AnsweredRun):
-        plots, exports = run.plots, run.exports
+        plots, exports = run.answer.plots, run.answer.exports
     else:
-        plots, exports = _offered(run.kind, run.mode, run.status, run.result and from_json(run.result))
+        plots, exports = offered(run.kind, run.mode, run.status, run.result and from_json(run.result))
     return {
         "self": at,
         "page": f"/runs/{run.id}",
         "plots": {name: f"{at}/plots/{name}" for name in plots},
         "exports": {name: f"{at}/exports/{name}" for name in exports},
     }
-
-
-def _offered(slug: str, mode: str, status: str, result: Any) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Names of the plots and exports of a run."""
-    kind, shown = KINDS.get(slug), {"kind": slug, "mode": mode, "status": status, "result": result}
-    drawn = kind is not None and status == RunStatus.SUCCEEDED and result is not None
-    return tuple(plots_for(kind, shown) if drawn else ()), tuple(exports_for(shown))
 
 
 def summary(run: RunRecord | RunSummary) -> dict[str, object]:

@@ -18,11 +18,12 @@ from pydantic import BaseModel
 from app import metrics, runs
 from app.accepted_runs import MAX_ATTEMPTS, AcceptedRuns
 from app.access.caller import caller
-from app.designs.kind import REFUSED, Answer, Job, Kind, Mode
+from app.designs.kind import REFUSED, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
 from app.designs.progress import Progress, Report, ignore_progress
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_budget_of
+from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
@@ -139,8 +140,7 @@ class Service:
     ) -> RunRecord:
         """Solve; the run with its answer, or failed."""
         ended = await self._outcome(run, job, request, started, on_start)
-        seconds = time.perf_counter() - started
-        metrics.record_solve(run.kind, run.mode, ended.status, seconds, json.loads(ended.effects))
+        metrics.record_solve(run.kind, run.mode, ended.status, time.perf_counter() - started, runs.effects_of(ended))
         return ended
 
     async def _outcome(
@@ -160,14 +160,14 @@ class Service:
         except SolveFailed as error:
             log_failure("failure", run, error, exception=error.detail)
             return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
-        if answer.status == REFUSED and answer.problem is not None:
-            problem = answer.problem
-            raise Problem(problem["status"], problem["title"], problem["detail"], problem["errors"])
+        if answer.status == REFUSED and answer.parts["problem"] is not None:
+            problem = json.loads(answer.parts["problem"])
+            raise Problem(*(problem[name] for name in ("status", "title", "detail", "errors")))
         return runs.answered(run, answer, started)
 
-    async def _run(self, run: RunRecord, job: Job, request: BaseModel, on_start: OnStart | None) -> Answer:
+    async def _run(self, run: RunRecord, job: Job, request: BaseModel, on_start: OnStart | None) -> EncodedAnswer:
         if job.inline:
-            return job.run(request)
+            return EncodedAnswer.of(run.kind, run.mode, job.run(request))
         times = budget(self.solve_budget_s + job.extra_s(request), time_budget_of(request), job.best_in_time)
         if times.solver_s is not None:
             request = request.model_copy(update={"time_budget_s": times.solver_s})
@@ -230,7 +230,7 @@ class Service:
         if run_id not in self.full_results:
             try:
                 call = partial(self.executor.run, run.kind, run.mode, run.spec)
-                answer = await self._queued(call, self.solve_budget_s, run.mode in _SHORT_MODES)
+                answer = (await self._queued(call, self.solve_budget_s, run.mode in _SHORT_MODES)).decoded()
             except JobError:
                 return run
             if answer.result is None or not equal_json(kept, {name: answer.result.get(name) for name in kept}):

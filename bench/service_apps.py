@@ -19,7 +19,8 @@ from sqlalchemy.orm import DeclarativeBase, Session, sessionmaker
 from app import errors, runs
 from app.api import submissions
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD, CheckRequest
-from app.designs.kind import Answer, Mode
+from app.designs.kind import Mode
+from app.encoded_answer import EncodedAnswer
 from app.settings import Settings
 from app.store import models
 from app.store.engine import WRITE, make_engine
@@ -34,9 +35,12 @@ class ReadyAnswer:
 
     def __init__(self) -> None:
         job = FLEXIBLE_ROD.jobs[Mode.CHECK]
-        self.value = job.run(job.request.model_validate(FLEXIBLE_ROD.example(Mode.CHECK)))
+        answer = job.run(job.request.model_validate(FLEXIBLE_ROD.example(Mode.CHECK)))
+        self.value = EncodedAnswer.of(FLEXIBLE_ROD.slug, Mode.CHECK, answer)
 
-    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: object = None) -> Answer:
+    async def run(
+        self, kind_slug: str, mode: str, payload: bytes, budget_s: float, report: object = None
+    ) -> EncodedAnswer:
         return self.value
 
 

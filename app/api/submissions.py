@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Callable, Coroutine
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Header, Request, Response
+from fastapi.routing import APIRoute
 
+from app.access.csrf import check_csrf
 from app.api.bodies import parse_in_turn, read_body
 from app.api.contract import PATHS
 from app.designs.kind import Kind, Mode
+from app.designs.problems import INVALID
 from app.designs.registry import KINDS, job_of, modes_of
+from app.designs.schema import entry
 from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.hashing import request_hash
@@ -18,7 +23,7 @@ from app.submission import Service
 
 router = APIRouter(prefix="/api/v1")
 
-_MAX_KEY_LENGTH = 200
+_KEY, _MAX_KEY_LENGTH = "idempotency-key", 200
 _LONG = (Mode.DESIGN, Mode.ACCURACY)
 """Modes that may take seconds, for which a client may request a 202."""
 
@@ -41,6 +46,22 @@ def answer(response: StoredResponse) -> Response:
     if response.status_code == 202:
         headers["Retry-After"] = "1"
     return Response(response.body, response.status_code, headers, response.content_type)
+
+
+class _DirectRoute(APIRoute):
+    """A route that hands its endpoint the two headers itself: FastAPI's resolution of parameters, which still documents
+    them, takes a tenth of what a small request costs."""
+
+    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
+        async def handle(request: Request) -> Response:
+            await check_csrf(request)
+            key = request.headers.get(_KEY)
+            if key is not None and len(key) > _MAX_KEY_LENGTH:
+                found = entry(f"/{_KEY}", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
+                raise Problem(422, INVALID, "1 field cannot be accepted", [found])
+            return await self.endpoint(request, key, request.headers.get("prefer"))
+
+        return handle
 
 
 def _route(kind: Kind, mode: Mode) -> None:
@@ -75,6 +96,7 @@ def _route(kind: Kind, mode: Mode) -> None:
         name=f"{mode}-{kind.slug}",
         tags=[kind.slug],
         responses=_ANSWERS | (_LATER if mode in _LONG else {}),
+        route_class_override=_DirectRoute,
     )
 
 

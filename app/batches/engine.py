@@ -111,7 +111,7 @@ class BatchEngine:
                 return canonical_json(example)
             try:
                 payload = canonical_json(example)
-                found = await self._executor.run(kind, mode, payload, self._solve_budget_s)
+                found = (await self._executor.run(kind, mode, payload, self._solve_budget_s)).decoded()
             except JobError:
                 return b""
             kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))

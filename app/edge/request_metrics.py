@@ -7,6 +7,8 @@ import time
 from prometheus_client import Counter, Histogram
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+from app.metrics import labelled
+
 REQUESTS = Counter("http_requests", "Finished requests", ["method", "status", "handler"])
 SECONDS = Histogram(
     "http_request_duration_seconds",
@@ -42,5 +44,5 @@ class RequestMetrics:
             # A mounted application has no route, but a path of its own.
             handler = getattr(scope.get("route"), "path", None) or scope.get("root_path") or "none"
             method = scope["method"] if scope["method"] in _METHODS else "other"
-            REQUESTS.labels(method, f"{status // 100}xx", handler).inc()
-            SECONDS.labels(method, handler).observe(time.perf_counter() - began)
+            labelled(REQUESTS, method, f"{status // 100}xx", handler).inc()
+            labelled(SECONDS, method, handler).observe(time.perf_counter() - began)

@@ -6,11 +6,12 @@ import json
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from app.designs.kind import Answer, Mode
+from app.designs.kind import Mode
 from app.designs.progress import Report
 from app.jobs import warm_markers
 
 if TYPE_CHECKING:
+    from app.encoded_answer import EncodedAnswer
     from app.exports.export import File, Refusal
 
 _loaded: set[tuple[str, str]] = set()
@@ -24,16 +25,17 @@ EXPORT = "export:"
 """Prefix of an export's name in the place of a mode: make its file from a run and options given as JSON."""
 
 
-def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer | str | File | Refusal:
+def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> EncodedAnswer | str | File | Refusal:
     """Run a registered job on a request given as JSON and report its progress; or draw a plot; or make an export."""
     from app.designs.registry import KINDS, job_of
+    from app.encoded_answer import EncodedAnswer
 
     if mode.startswith(EXPORT):
         return _file(kind_slug, mode.removeprefix(EXPORT), payload)
     if mode.startswith(PICTURE):
         return _picture(kind_slug, mode.removeprefix(PICTURE), payload)
     job = job_of(KINDS[kind_slug], Mode(mode))
-    return job.solve(job.request.model_validate_json(payload), report)
+    return EncodedAnswer.of(kind_slug, mode, job.solve(job.request.model_validate_json(payload), report))
 
 
 def _picture(kind_slug: str, name: str, payload: bytes) -> str:

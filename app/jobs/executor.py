@@ -8,18 +8,17 @@ import os
 import threading
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from app.designs.kind import Answer
 from app.designs.progress import Report, ignore_progress
 from app.jobs import calls
 from app.jobs.errors import Busy, ExecutorClosed, JobError, WorkerCrashed
 from app.jobs.fork_server import ForkServer
+from app.jobs.lane import Lane
 from app.jobs.warming import KernelWarming, StatusListener, WarmupStatus, ignore_status
 from app.jobs.worker import Entry, Load, WorkerSettings
-from app.jobs.worker_slot import Call, WorkerSlot
+from app.jobs.worker_process import Call, Worker
 from app.logging import get_logger
 
 logger = get_logger(__name__)
@@ -29,6 +28,7 @@ DEFAULT_QUEUE_LIMIT = 64
 
 _POLL_INTERVAL_S = 0.2
 _RESTART_INTERVAL_S = 1.0
+_RESOURCES_RETRY_S = 5.0
 
 
 class Executor(Protocol):
@@ -52,8 +52,8 @@ class Executor(Protocol):
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
         report: Report = ignore_progress,
-    ) -> Answer:
-        """Return the answer to a request given as JSON; ``report`` is called from another thread with the progress.
+    ) -> Any:
+        """Return what the entry makes of a request given as JSON; ``report`` is called with the progress.
 
         Raises Busy if the queue is full, BudgetExceeded after ``budget_s`` seconds of wall-clock time (queueing not
         included), MemoryExceeded, WorkerCrashed or SolveFailed. Cancelling the awaiting task kills the solve.
@@ -93,54 +93,6 @@ class PoolSettings:
     background_niceness: int = 19
 
 
-class Lane:
-    """A group of worker slots with its own threads and queue; lanes never wait for each other."""
-
-    def __init__(self, worker: WorkerSettings, fork_server: ForkServer, workers: int, name: str) -> None:
-        self.workers = workers
-        self.slots = [WorkerSlot(worker, fork_server) for _ in range(workers)]
-        # One thread per worker blocks on its pipe; with as many slots as threads, a running thread always finds one.
-        self.threads = ThreadPoolExecutor(max(1, workers), thread_name_prefix=name)
-        self.pending, self._preparing = 0, 0
-        self._idle = list(self.slots)
-        self._lock = threading.Lock()
-
-    def acquire(self) -> WorkerSlot:
-        """Take an idle slot, preferably one whose worker runs, of these the last used: its memory is in the caches."""
-        with self._lock:
-            for slot in reversed(self._idle):
-                if slot.ready:
-                    self._idle.remove(slot)
-                    return slot
-            return self._idle.pop()
-
-    def release(self, slot: WorkerSlot) -> None:
-        with self._lock:
-            self._idle.append(slot)
-
-    def claim_missing(self) -> int:
-        """Count idle slots without a live worker that nobody is starting one for, and mark them as being started."""
-        with self._lock:
-            lost = sum(not slot.ready for slot in self._idle) - self._preparing
-            self._preparing += max(0, lost)
-        return lost
-
-    def acquire_empty(self) -> WorkerSlot | None:
-        """Take an idle slot without a live worker, if any."""
-        with self._lock:
-            slot = next((slot for slot in self._idle if not slot.ready), None)
-            if slot is not None:
-                self._idle.remove(slot)
-        return slot
-
-    def preparation_done(self, slot: WorkerSlot | None) -> None:
-        """Finish an attempt to start a worker and return its slot."""
-        with self._lock:
-            self._preparing -= 1
-            if slot is not None:
-                self._idle.append(slot)
-
-
 class ProcessPool:
     """Worker processes on this machine, forked from a server that has already imported the solvers.
 
@@ -152,7 +104,7 @@ class ProcessPool:
     """
 
     def __init__(self, settings: PoolSettings | None = None, fork_server: ForkServer | None = None) -> None:
-        self._settings = settings = settings or PoolSettings()
+        settings = settings or PoolSettings()
         self._fork_server = fork_server or ForkServer(settings.preload)
         self._warming = KernelWarming(self._fork_server, settings.on_status) if settings.kernels else None
         worker = WorkerSettings(
@@ -165,11 +117,12 @@ class ProcessPool:
             settings.memory_bytes,
             settings.background_niceness,
         )
-        self._foreground = Lane(worker, self._fork_server, settings.workers, "solve")
-        self._background = Lane(background, self._fork_server, settings.background_workers, "batch")
+        self._wake = threading.Event()
+        most = settings.workers + settings.queue_limit
+        self._foreground = Lane(worker, settings.workers, self._wake.set, most)
+        self._background = Lane(background, settings.background_workers, self._wake.set)
         self._lanes = (self._foreground, self._background)
         self._supervisor = threading.Thread(target=self._supervise, name="supervisor", daemon=True)
-        self._wake = threading.Event()
         self._closed = False
 
     def start(self) -> None:
@@ -179,7 +132,7 @@ class ProcessPool:
     @property
     def ready(self) -> bool:
         """Whether at least one worker is alive."""
-        return any(slot.ready for slot in self._foreground.slots)
+        return self._foreground.ready
 
     @property
     def warmup_status(self) -> list[WarmupStatus]:
@@ -200,7 +153,7 @@ class ProcessPool:
 
     @property
     def worker_pids(self) -> list[int]:
-        return [slot.pid for lane in self._lanes for slot in lane.slots if slot.pid is not None]
+        return [worker.pid for lane in self._lanes for worker in lane.workers]
 
     @property
     def fork_server_pid(self) -> int | None:
@@ -213,7 +166,7 @@ class ProcessPool:
 
     @property
     def background_workers(self) -> int:
-        return self._background.workers
+        return self._background.wanted
 
     async def run(
         self,
@@ -222,32 +175,36 @@ class ProcessPool:
         payload: bytes,
         budget_s: float = DEFAULT_BUDGET_S,
         report: Report = ignore_progress,
-    ) -> Answer:
-        if self._closed:
-            raise ExecutorClosed("the executor is closing")
-        self.start()
-        await self._check_kernels(kind_slug, mode)
-        if self._foreground.pending >= self._settings.workers + self._settings.queue_limit:
-            raise Busy(f"{self._foreground.pending} solves run or wait already")
-        return await self._await(self._foreground, Call(kind_slug, mode, payload, budget_s, report))
+    ) -> Any:
+        return await self._solve(self._foreground, Call(kind_slug, mode, payload, budget_s, report))
 
     async def run_in_background(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
+        return await self._solve(self._background, Call(kind_slug, mode, payload, budget_s))
+
+    async def _solve(self, lane: Lane, call: Call) -> Any:
         if self._closed:
             raise ExecutorClosed("the executor is closing")
         self.start()
-        await self._check_kernels(kind_slug, mode)
-        return await self._await(self._background, Call(kind_slug, mode, payload, budget_s))
-
-    async def _await(self, lane: Lane, call: Call) -> Any:
+        await self._check_kernels(call.kind_slug, call.mode)
+        if lane.pending >= lane.limit:
+            raise Busy(f"{lane.pending} solves run or wait already")
         lane.pending += 1
         try:
-            return await asyncio.get_running_loop().run_in_executor(lane.threads, self._solve, lane, call)
-        except asyncio.CancelledError:
-            call.cancel()
-            task = asyncio.current_task()
-            if task is not None and not task.cancelling():
-                raise ExecutorClosed("the executor closed before the solve began") from None
-            raise
+            for last in (False, True):
+                worker = await lane.acquire()
+                try:
+                    return await worker.solve(call)
+                except (EOFError, OSError):  # the other end of its pipe is closed
+                    if self._closed:
+                        raise ExecutorClosed("the executor closed during the solve") from None
+                finally:
+                    lane.release(worker)
+                    if self._closed:
+                        self._reap(lane)
+                code = await asyncio.shield(asyncio.wrap_future(worker.exit_code))
+                # Once more if it died before its call began, or with the fork server.
+                if last or (worker.accepted and code is not None):
+                    raise WorkerCrashed(code)
         finally:
             lane.pending -= 1
 
@@ -256,42 +213,13 @@ class ProcessPool:
         if self._warming is not None:
             self._warming.close()
         for lane in self._lanes:
-            for slot in lane.slots:
-                slot.close()
+            lane.close()
         self._fork_server.close()
         self._wake.set()
-        for lane in self._lanes:
-            lane.threads.shutdown(wait=True, cancel_futures=True)
         if self._supervisor.ident is not None:
             self._supervisor.join()
-
-    def _solve(self, lane: Lane, call: Call) -> Any:
-        slot = lane.acquire()
-        try:
-            if self._closed or not call.begin(slot):
-                raise ExecutorClosed("the call was cancelled before it began")
-            generation = self._fork_server.generation
-            try:
-                return slot.solve(call)
-            except WorkerCrashed as crash:
-                if self._closed:
-                    raise ExecutorClosed("the executor closed during the solve") from crash
-                if call.cancelled or not self._fork_server_restarted(generation):
-                    raise
-                # The worker died with the fork server, not because of its call: retry once on a new one.
-                return slot.solve(call)
-            finally:
-                call.end()
-                if not slot.ready:
-                    self._wake.set()
-        finally:
-            lane.release(slot)
-
-    def _fork_server_restarted(self, generation: int) -> bool:
-        end = time.monotonic() + _POLL_INTERVAL_S
-        while self._fork_server.alive and self._fork_server.generation == generation and time.monotonic() < end:
-            time.sleep(_POLL_INTERVAL_S / 10)
-        return not self._fork_server.alive or self._fork_server.generation != generation
+        for lane in self._lanes:
+            self._reap(lane)
 
     def _supervise(self) -> None:
         """Restart the fork server when it dies and give every idle slot a worker.
@@ -311,12 +239,9 @@ class ProcessPool:
                     self._fork_server.start()
                 except OSError as error:  # out of file descriptors, processes or memory: retried in a second
                     logger.error("fork_server_start_failed", reason=str(error))
-            try:
-                for lane in self._lanes:
-                    for _ in range(lane.claim_missing()):
-                        lane.threads.submit(self._start_worker, lane)
-            except RuntimeError:  # the thread pools were shut down meanwhile
-                return
+            for lane in self._lanes:
+                self._reap(lane)
+                self._start_workers(lane)
             if loaded_generation != self._fork_server.generation and self.ready and self.wait_until_warm(0.0):
                 loaded_generation = self._fork_server.generation
                 with contextlib.suppress(JobError):  # it died meanwhile and will be restarted
@@ -324,15 +249,19 @@ class ProcessPool:
             self._wake.wait(_POLL_INTERVAL_S)
             self._wake.clear()
 
-    def _start_worker(self, lane: Lane) -> None:
-        slot = lane.acquire_empty()
-        try:
-            if slot is not None and not self._closed:
-                slot.prepare()
-        except JobError as error:
-            # The next call on this slot retries and reports its error.
-            if not self._closed:
-                logger.warning("worker_start_failed", reason=str(error))
-                time.sleep(_POLL_INTERVAL_S)
-        finally:
-            lane.preparation_done(slot)
+    @staticmethod
+    def _reap(lane: Lane) -> None:
+        for worker in lane.take_lost():
+            worker.reap()
+
+    def _start_workers(self, lane: Lane) -> None:
+        while not self._closed and self._fork_server.alive and lane.missing():
+            try:
+                lane.add(Worker.start(self._fork_server, lane.settings))
+            except OSError as error:  # out of file descriptors, processes or memory
+                lane.refuse(Busy(f"no worker process can be started: {error.strerror}", _RESOURCES_RETRY_S))
+                return
+            except WorkerCrashed as error:
+                if not self._closed:
+                    logger.warning("worker_start_failed", reason=str(error))
+                return

@@ -120,11 +120,14 @@ class ForkServer:
         self._process, self._control = process, ours
         self.generation += 1
 
-    def fork(self, target: Callable[..., None], *arguments: Any) -> Child:
-        """Fork a child that runs ``target(connection, *arguments)``, both pickled. Raises WorkerCrashed on failure."""
+    def fork(self, target: Callable[..., None], *arguments: Any, wait_s: float = START_TIMEOUT_S) -> Child:
+        """Fork a child that runs ``target(connection, *arguments)``, both pickled.
+
+        The pool's supervisor restarts a server that has died; ``wait_s`` is how long to wait for that. Raises
+        WorkerCrashed on failure.
+        """
         with self._state_changed:
-            # The pool's supervisor restarts a server that has died.
-            if not self._state_changed.wait_for(lambda: self._closed or self.alive, START_TIMEOUT_S):
+            if not self._state_changed.wait_for(lambda: self._closed or self.alive, wait_s):
                 raise WorkerCrashed(None)
         ours, theirs = Pipe()
         sentinel, write_end = os.pipe()
@@ -142,8 +145,8 @@ class ForkServer:
         try:
             ours.send((target, arguments))
         except OSError as error:
-            child.close()
-            raise WorkerCrashed(None) from error
+            child.kill()
+            raise WorkerCrashed(self.exit_code(child)) from error
         return child
 
     def exit_code(self, child: Child) -> int | None:

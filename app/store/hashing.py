@@ -30,11 +30,16 @@ def spec_hash(kind: str, mode: str, spec: bytes) -> str:
 def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[bytes, str]:
     """Canonical JSON of a validated spec and its ``spec_hash``; each field is encoded only once, since specs with long
     tables take milliseconds."""
-    fields = {name: b"%s:%s" % (canonical_json(name), canonical_json(content[name])) for name in sorted(content)}
-    spec = b"{%s}" % b",".join(fields.values())
-    fields.pop("name", None)
-    meaning = b"[%s,%s,{%s}]" % (canonical_json(kind), canonical_json(mode), b",".join(fields.values()))
-    return spec, hashlib.sha256(meaning).hexdigest()
+    before = _inner_json({field: value for field, value in content.items() if field < "name"})
+    name = _inner_json({field: value for field, value in content.items() if field == "name"})
+    after = _inner_json({field: value for field, value in content.items() if field > "name"})
+    meaning = b"%s,{%s}]" % (canonical_json([kind, mode])[:-1], b",".join(filter(None, (before, after))))
+    return b"{%s}" % b",".join(filter(None, (before, name, after))), hashlib.sha256(meaning).hexdigest()
+
+
+def _inner_json(fields: Mapping[str, Any]) -> bytes:
+    """Canonical JSON of an object, without its braces."""
+    return canonical_json(fields)[1:-1]
 
 
 def request_hash(method: str, path: str, body: bytes) -> str:

@@ -10,6 +10,7 @@ from app import runs
 from app.accepted_runs import MAX_ATTEMPTS
 from app.designs.kind import Answer, Mode
 from app.designs.registry import KINDS, example_of, job_of
+from app.encoded_answer import EncodedAnswer
 from app.jobs.errors import WorkerCrashed
 from app.store.faults import FaultKind, StoreFault
 from app.store.record import RunRecord
@@ -18,6 +19,7 @@ from app.store.run_leases import TakeOverExpired
 from app.submission import Service, ServiceLimits
 
 PIN = KINDS["pin-profile"]
+INFEASIBLE = EncodedAnswer.of(PIN.slug, Mode.DESIGN, Answer("infeasible", {"diagnosis": []}, [], None, {}, None))
 LEASE_S = 2.0
 """A multiple of the delays on a loaded machine."""
 
@@ -30,14 +32,14 @@ class Solving:
     def __init__(self, seconds: float) -> None:
         self.seconds, self.asked, self.ended_early = seconds, 0, 0
 
-    async def run(self, *_: Any, **__: Any) -> Answer:
+    async def run(self, *_: Any, **__: Any) -> EncodedAnswer:
         self.asked += 1
         try:
             await asyncio.sleep(self.seconds)
         except asyncio.CancelledError:
             self.ended_early += 1
             raise
-        return Answer("infeasible", {"diagnosis": []}, [], None, {}, None)
+        return INFEASIBLE
 
 
 def request() -> Any:
@@ -144,11 +146,11 @@ def test_a_result_that_cannot_be_stored_is_kept_until_it_can(database_url: str, 
 
 def test_a_crashed_worker_is_retried_five_times(database_url: str) -> None:
     class Crashing(Solving):
-        async def run(self, *_: Any, **__: Any) -> Answer:
+        async def run(self, *_: Any, **__: Any) -> EncodedAnswer:
             self.asked += 1
             if self.asked <= self.seconds:
                 raise WorkerCrashed(9)
-            return Answer("infeasible", {"diagnosis": []}, [], None, {}, None)
+            return INFEASIBLE
 
     async def story(one: RunStore, _other: RunStore) -> None:
         for crashes, status in ((5, "infeasible"), (6, "failed")):

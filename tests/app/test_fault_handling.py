@@ -66,10 +66,8 @@ def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        # Applies to all connections used from now on.
-        event.listen(
-            service.store._engine, "checkout", lambda connection, *_: connection.execute("PRAGMA max_page_count = 1")
-        )
+        bound = "PRAGMA max_page_count = 1"  # in every transaction from now on
+        event.listen(service.store._engine, "begin", lambda connection: connection.exec_driver_sql(bound))
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
         rows = b"".join(json.dumps({**BODY, "name": os.urandom(99).hex()}).encode() + b"\n" for _ in range(500))
@@ -145,7 +143,7 @@ def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, rea
         answer = service.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
         assert answer.json()["status"] == "failed" and number() == before + 1
     skipped = metrics.EFFECTS.labels("a-kind", "shear", "skipped")._value
-    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [{"name": "shear", "state": "skipped"}])
+    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [("shear", "skipped")])
     assert skipped.get() >= 1
 
 

@@ -16,6 +16,7 @@ from app.designs.kind import Answer, Mode
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS
 from app.designs.schema import envelope
+from app.encoded_answer import EncodedAnswer
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
 from app.submission import Service
@@ -42,9 +43,10 @@ class Recording:
 
     def start(self) -> None: ...
 
-    async def run(self, _kind: str, _mode: str, payload: bytes, budget_s: float, _report: object) -> Answer:
+    async def run(self, _kind: str, _mode: str, payload: bytes, budget_s: float, _report: object) -> EncodedAnswer:
         self.calls.append((json.loads(payload)["time_budget_s"], budget_s))
-        return Answer("succeeded", example_result(), [], self._accuracy, {}, None, self._verdict)
+        answer = Answer("succeeded", example_result(), [], self._accuracy, {}, None, self._verdict)
+        return EncodedAnswer.of("flexible-rod", Mode.DESIGN, answer)
 
     def close(self) -> None: ...
 

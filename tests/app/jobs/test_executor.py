@@ -191,6 +191,32 @@ def test_cancelling_a_waiting_call_leaves_the_running_one_alone(single: ProcessP
     assert asyncio.run(cancel())["pid"] > 0
 
 
+def test_calls_cancelled_at_any_moment_lose_no_worker(single: ProcessPool) -> None:
+    async def storm():
+        for step in range(40):
+            calls = [asyncio.create_task(ask(single, mode, wish)) for mode, wish in (("echo", 1), ("die", 1))]
+            await asyncio.sleep(step * 1e-3)
+            for call in calls:
+                call.cancel()
+            await asyncio.gather(*calls, return_exceptions=True)
+        return await ask(single, "echo", 4), single.pending
+
+    answer, pending = asyncio.run(storm())
+    assert answer["payload"] == 4 and pending == 0
+    assert wait_until(lambda: len(single.worker_pids) == 1)
+
+
+def test_an_answer_that_waits_counts_even_if_the_loop_was_late(single: ProcessPool) -> None:
+    async def late():
+        await ask(single, "echo", 1)
+        call = asyncio.create_task(ask(single, "echo", 5, budget_s=0.2))
+        await asyncio.sleep(0)  # it is sent
+        time.sleep(0.4)
+        return await call
+
+    assert asyncio.run(late())["payload"] == 5
+
+
 def test_a_worker_that_cannot_warm_up_fails_the_call_instead_of_hanging() -> None:
     pool = ProcessPool(PoolSettings(workers=1, **{**fake_entry.SETTINGS, "load": fake_entry.failing_load}))
     try:

@@ -144,13 +144,7 @@ def test_a_full_database(store: RunStore) -> None:
         connection.exec_driver_sql("PRAGMA max_page_count = 1")
 
     store.put_and_wait(make_record())
-    for _ in range(12):
-        # Every connection that the pool will hand out.
-        connections = [store._engine.connect() for _ in range(6)]
-        for connection in connections:
-            bound(connection)
-            connection.close()
-        break
+    store.write_and_wait(bound)  # the writer keeps its connection
     large = make_record(result=b'"' + b"x" * 1_000_000 + b'"')
 
     async def write() -> FaultKind | None:

@@ -124,8 +124,8 @@ class _Crank:
         c.given("p", "pressure there, from the diagram", worst["pressure_mpa"], "MPa")
         for symbol, formula, words, unit in self._formulas:
             c.step(symbol, formula, words, unit, LECTURES if symbol in ("b", "eta") else TAYLOR)
-        c.step("S", "sqrt(P**2 + N**2)", "force along the rod", "N", TAYLOR, worst["force_n"])
-        c.step("S_TZ", "sqrt(T**2 + Z**2)", "the same from its parts at the crank pin", "N")
+        c.step("S", "P * cos(beta) + N * sin(beta)", "force along the rod", "N", TAYLOR, worst["force_n"])
+        c.step("S_TZ", "T * sin(phi + beta) + Z * cos(phi + beta)", "the same from its parts at the crank pin", "N")
         c.step("M", "T * r / 1000", "torque of this cylinder", "N·m", TAYLOR)
 
     def _instants(self) -> None:
@@ -142,8 +142,8 @@ class _Crank:
         for k, w in enumerate(worst):
             formula = {
                 "gas_force_max": f"P_g_{k}",
-                "rod_compression_max": f"sqrt(P_{k}**2 + N_{k}**2)",
-                "rod_tension_max": f"{'' if c[f'P_{k}'] < 0.0 else '-'}sqrt(P_{k}**2 + N_{k}**2)",
+                "rod_compression_max": f"P_{k} * cos(beta_{k}) + N_{k} * sin(beta_{k})",
+                "rod_tension_max": f"-(P_{k} * cos(beta_{k}) + N_{k} * sin(beta_{k}))",
                 "side_force_max": f"abs(N_{k})",
                 "wrist_pin_load_max": f"sqrt((P_g_{k}{f' - m_p * a_{k}' if self.inertia else ''})**2 + N_{k}**2)",
                 "crank_pin_load_max": f"sqrt(T_{k}**2 + (Z_{k} - K_B)**2)",

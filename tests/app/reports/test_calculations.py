@@ -64,7 +64,9 @@ def test_the_hand_calculation_agrees_with_the_run(slug, mode, title):
     compared = [step for step in chain_of(run).steps if step.reported is not None]
     assert len(compared) >= 2
     for step in compared:
-        assert step.reported == pytest.approx(step.result.shown, rel=_BY_HAND), step.words
+        # A force may be a small difference of numbers that are printed with six digits.
+        most = max(abs(other.reported) for other in compared if other.unit == step.unit)
+        assert step.reported == pytest.approx(step.result.shown, rel=_BY_HAND, abs=_SIX_DIGITS * most), step.words
 
 
 def test_the_papers_rod():

@@ -94,6 +94,21 @@ def buckled_rows(out: Array) -> None:
 
 
 @kernel
+def reaction_rows(reactions: Array, per_force: float, row: int, out: Array) -> None:
+    """Side force and contact pressure, and their parts from ``row`` on, from reactions [N] at angles in threes,
+    (2, angles)."""
+    side, pressure = 0.0, 0.0
+    for i in range(0, reactions.shape[1], 3):
+        this_side = peak(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
+        this_pressure = per_force * peak(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
+        side, pressure = max(side, this_side), max(pressure, this_pressure)
+        out[row], out[row + 1] = log(this_side), log(this_pressure)
+        row += 2
+    if reactions.shape[1] > 0:
+        out[SIDE], out[PRESSURE] = log(side), log(pressure)
+
+
+@kernel
 def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array, per_force: float, out: Array) -> None:
     """Utilisation, greatest stress, side force, contact pressure and all parts, from samples at the peaks.
 
@@ -119,15 +134,7 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
             worst, greatest = max(worst, top), max(greatest, most)
             out[FIRST_PART + 2 * g + fibre], out[FIRST_PART + 2 * (groups + g) + fibre] = log(top), log(most)
     out[UTILISATION], out[STRESS] = log(worst), log(greatest)
-    side, pressure, row = 0.0, 0.0, FIRST_PART + 4 * groups
-    for i in range(0, reactions.shape[1], 3):
-        this_side = peak(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
-        this_pressure = per_force * peak(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
-        side, pressure = max(side, this_side), max(pressure, this_pressure)
-        out[row], out[row + 1] = log(this_side), log(this_pressure)
-        row += 2
-    if reactions.shape[1] > 0:
-        out[SIDE], out[PRESSURE] = log(side), log(pressure)
+    reaction_rows(reactions, per_force, FIRST_PART + 4 * groups, out)
 
 
 @kernel

@@ -13,11 +13,11 @@ from solvers.fatigue.kernels import Diagram
 from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.optimum.full_strip import FullStrip
-from solvers.rod.optimum.peak_model import buckled_rows, log, peak
+from solvers.rod.optimum.peak_model import buckled_rows, log, peak, reaction_rows
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.optimum.smooth_parts import Index, Parts, part_values
 from solvers.rod.piston.skirt import pressure_per_load
-from solvers.rod.rows import FIRST_PART, PRESSURE, SIDE, STRESS, UTILISATION, Layout
+from solvers.rod.rows import FIRST_PART, STRESS, UTILISATION, Layout
 from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
@@ -104,12 +104,4 @@ def read_loads(
         out[FIRST_PART + n] = log(used[n])
     for n in range(strained.size):
         out[FIRST_PART + used.size + n] = log(strained[n])
-    row, side, contact = FIRST_PART + used.size + strained.size, 0.0, 0.0
-    for i in range(0, reactions.shape[1], 3):
-        this_side = peak(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
-        this_contact = per_force * peak(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
-        side, contact = max(side, this_side), max(contact, this_contact)
-        out[row], out[row + 1] = log(this_side), log(this_contact)
-        row += 2
-    if reactions.shape[1] > 0:
-        out[SIDE], out[PRESSURE] = log(side), log(contact)
+    reaction_rows(reactions, per_force, FIRST_PART + used.size + strained.size, out)

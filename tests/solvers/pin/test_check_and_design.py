@@ -197,7 +197,12 @@ def test_the_load_sweep_of_figure_5():
 
 @pytest.mark.parametrize(
     ("x", "bore"),
-    [((0.0,), (17e-3,)), ((0.0, 40e-3), (19e-3, 11e-3)), ((0.0, 80e-3), (18e-3, 10e-3)), ((0.0, 40e-3), (14e-3, 16e-3))],
+    [
+        ((0.0,), (17e-3,)),
+        ((0.0, 40e-3), (19e-3, 11e-3)),
+        ((0.0, 80e-3), (18e-3, 10e-3)),
+        ((0.0, 40e-3), (14e-3, 16e-3)),
+    ],
     ids=["one bore", "double cone", "one taper", "double cone, wide in the middle"],
 )
 def test_the_places_where_the_strength_is_exceeded_are_those_of_the_whole_pin(x, bore):

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
-from solvers.linkage.constraints import CONSTRAINTS
+from solvers.linkage.constraints import CONSTRAINTS, Constraint
 from solvers.linkage.effects import NO_STEADY_RUNNING
 from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
@@ -43,17 +44,19 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
         criteria.append(yes("runs_steadily", False))
     elif check.running is not None:
         criteria.append(yes("runs_steadily", True))
-    absent = {name for name in ("size", "energy") if not getattr(given, name)}
-    for row in CONSTRAINTS:
-        limit = row.limit(limits)
-        if limit is None:
-            continue
-        value = row.reached(check) if absent.isdisjoint(row.needs) else None
+    for row, limit in _limiting(limits):
+        value = row.reached(check) if all([getattr(given, name) for name in row.needs]) else None
         if value is not None:
             criteria.append(_JUDGED[row.sense](row.name, limit, value, slack, asked=row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))
     return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)))
+
+
+@lru_cache(maxsize=32)
+def _limiting(limits: Limits) -> list[tuple[Constraint, float]]:
+    """The constraints that limits set, and the limit of each."""
+    return [(row, limit) for row in CONSTRAINTS if (limit := row.limit(limits)) is not None]
 
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import csv
 import json
+import re
 import zlib
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
@@ -21,6 +22,7 @@ from pydantic_core import from_json
 from app.store.hashing import canonical_json
 
 _LEVEL = 3
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 
 
 class Row(NamedTuple):
@@ -102,10 +104,12 @@ class Source:
         if text == "" or name in self.texts:
             return text or None
         if text in ("true", "false", "null") or text[0] in "-0123456789.+[{" or text[:1].isspace():
+            bare = text.strip()
             try:
-                return _json(text.strip().removeprefix("+").encode())
+                return _json(bare.removeprefix("+").encode())
             except UnreadableRow:
-                return text
+                # Tables are written by many programs: 5., .5 and 05 are numbers in them, if not in JSON.
+                return float(bare) if _NUMBER.fullmatch(bare) else text
         return text
 
 

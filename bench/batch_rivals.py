@@ -219,7 +219,7 @@ def dask_rate(kind: str, count: int, workers: int) -> Rate:
 
 def measure(count: int) -> list[Row]:
     """Every way; the slow ones with fewer items."""
-    many, rods = _MORE * count, 2 * count
+    many, rods = _MORE * count, _MORE * count // 2
     ways: list[tuple[str, Callable[[], Rate], str, float | None]] = [
         ("batch, two processes", lambda: batch_rate(SLUG, many, 2), "batch, one process", 1.7),
         ("batch, one process", lambda: batch_rate(SLUG, many, 1), "", None),

@@ -125,7 +125,7 @@ def summary_of(
     ``denials`` gives the wording of failed yes/no criteria; ``accuracy`` the requested and estimated accuracy.
     """
     name, criteria = verdict["governed_by"], verdict["criteria"]
-    governing = next(iter([criterion for criterion in criteria if criterion["name"] == name]), None)
+    governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
     if governing is None:
         said = texts.gettext("It holds: no load acts that it could fail under.")
     elif verdict["holds"]:

@@ -97,11 +97,7 @@ class Group(Strict):
     @property
     def given(self) -> bool:
         """Whether any field is not null."""
-        # A loop, for it takes a third of the time of any(); a linkage's check asks five times.
-        for value in vars(self).values():  # noqa: SIM110
-            if value is not None:
-                return True
-        return False
+        return any(value is not None for value in vars(self).values())
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""

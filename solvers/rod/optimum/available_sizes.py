@@ -36,8 +36,6 @@ _SLICES = 6
 _SAME = 1e-9
 _STEPS = 2
 """So many steps to each side are next to a strip."""
-_RINGING_WRONG, _RINGING_STEPS = 1.0, 8
-"""The same of what rings, where no size is free and a strip costs no more than its check; the steps of one size."""
 
 
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
@@ -153,8 +151,7 @@ def _expected(
     context: Context, strip: Dimensions, around: Dimensions, limits: Limits
 ) -> tuple[float, Dimensions] | None:
     """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
-    wrong = _RINGING_WRONG if _all_stepped_rings(context) else _WRONG
-    doubt = wrong * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
+    doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
     loose = {row: limit + doubt for row, limit in limits.items()}
     found = polish(context.cycle.coarse, context.problem.objective, loose, _within(context, strip), strip)
     if found is None:
@@ -187,23 +184,12 @@ def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
         heights = stock[max(at - _STEPS, 0) : at + _STEPS + 1]
     for width, height, length in product(widths, heights, lengths):
         yield Dimensions(width, height, length)
-    if _all_stepped_rings(context):
-        for width in _steps(d.b, sizes.step_b, b.b, _RINGING_STEPS):
-            yield Dimensions(width, d.h, d.l)
-        for length in _steps(d.l, sizes.step_l, b.l, _RINGING_STEPS):
-            yield Dimensions(d.b, d.h, length)
 
 
-def _all_stepped_rings(context: Context) -> bool:
-    """Whether the strip rings and no size is free."""
-    sizes = context.sizes
-    return context.model.rings and None not in (sizes.stock_h, sizes.step_b, sizes.step_l)
-
-
-def _steps(size: float, step: float | None, within: tuple[float, float], most: int = _STEPS) -> list[float]:
+def _steps(size: float, step: float | None, within: tuple[float, float]) -> list[float]:
     if step is None:
         return [size]
     middle = round(size / step)
-    sizes = [n * step for n in range(middle - most, middle + most + 1)]
+    sizes = [n * step for n in range(middle - _STEPS, middle + _STEPS + 1)]
     low, high = within
     return [min(max(s, low), high) for s in sizes if low * (1 - 1e-12) <= s <= high * (1 + 1e-12)]

@@ -126,7 +126,7 @@ def search(
     """
     view, incumbent = View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
     if before is not None:
-        view, incumbent = before.view, before.best
+        view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best
     if sizes.step_b is None or sizes.stock_h is not None:
         return _search(cycle, objective, limits, sizes, gap, boxes, view, incumbent)
     low, high = sizes.bounds.b

@@ -220,7 +220,7 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
-    """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
+    """The best of the optima between resonances: of every gap a rough one, of the best an exact one."""
     left, followed = search_other_gaps(explored, context.bounds)
     best = at_full_accuracy(context, explored.ends, lambda _: context.bounds)
     ends = _different(explored.ends)
@@ -264,7 +264,7 @@ def _contenders(ends: list[Local]) -> list[Local]:
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
-    """Searches from other gaps between damped resonances than the best strip's, until several in turn find nothing
+    """Searches from other gaps between resonances than the best strip's, until several in turn find nothing
     better: what may be left to gain in ln objective where there is no time for all, and the least and greatest
     frequency ratio of what was looked into."""
     gaps, left, failed = Gaps(context.task, bounds), 0.0, 0

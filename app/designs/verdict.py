@@ -84,7 +84,7 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    result["summary"] = summary_of(result, denials(words), reached, _AS_WRITTEN)
+    result["summary"] = summary_of(result, {} if verdict.holds else denials(words), reached, _AS_WRITTEN)
     return result
 
 
@@ -125,7 +125,7 @@ def summary_of(
     ``denials`` gives the wording of failed yes/no criteria; ``accuracy`` the requested and estimated accuracy.
     """
     name, criteria = verdict["governed_by"], verdict["criteria"]
-    governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
+    governing = next(iter([criterion for criterion in criteria if criterion["name"] == name]), None)
     if governing is None:
         said = texts.gettext("It holds: no load acts that it could fail under.")
     elif verdict["holds"]:

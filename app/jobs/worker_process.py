@@ -14,7 +14,7 @@ from typing import Any, Self
 from app.designs.progress import Report, ignore_progress
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.fork_server import START_TIMEOUT_S, Child, ForkServer
-from app.jobs.worker import LENGTH, Reply, WorkerSettings, framed, serve
+from app.jobs.worker import LENGTH, Reply, WorkerSettings, serve
 
 LOAD_TIMEOUT_S = 120.0
 """Time limit for loading or compiling what a call needs; not counted in the call's own budget."""
@@ -126,7 +126,8 @@ class Worker:
         return content
 
     async def _send(self, message: tuple[str, str, bytes]) -> None:
-        data = framed(message)
+        content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+        data = LENGTH.pack(len(content)) + content
         try:
             sent = self._socket.send(data)
         except BlockingIOError:

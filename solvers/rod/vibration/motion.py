@@ -116,10 +116,10 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         jump[:, : 2 * m] = 0.0
         phase = phases(equation, excitation, m)
         enlarged = closing(equation, phase, m)
-        shares = rung(equation, excitation, phase, m, jump, static)
+        shares, given = rung(equation, excitation, phase, m, jump, static)
         count, omitted = chosen(shares, m, MOST_RINGING, wanted)
         if count:
-            enough = 1e-1 * wanted / np.maximum(shares * enlarged, 1e-300)[:count] / turn.widths.size
+            enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
             coarse, few = excitation.edges, rule_of_ringing(excitation)
             free = FreeModes.of(

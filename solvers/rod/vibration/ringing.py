@@ -34,7 +34,7 @@ _MARGIN = 2.0
 
 
 def phases(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
-    """By how much the slowest of the fast modes turn in every element [rad], to the leading order: (elements, modes)."""
+    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes)."""
     swing, count = equation.swing(excitation.states)[:, None, None], equation.slowness.size
     own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, count))
     stiffness = 1.0 + swing[:, 0] * own[n]
@@ -42,8 +42,8 @@ def phases(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
     away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
     away[:, np.arange(n.size), n] = np.inf
     stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
-    rate = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]).reshape(-1, RULE.points.size, n.size)
-    return np.einsum("e,p,epn->en", np.diff(excitation.edges), RULE.integral[-1], rate)
+    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(excitation.edges)
+    return np.einsum("e,p,epn->en", widths, RULE.integral[-1], rate.reshape(widths.size, -1, n.size))
 
 
 def closing(equation: StripEquation, phase: Array, slow: int) -> Array:
@@ -58,8 +58,9 @@ def closing(equation: StripEquation, phase: Array, slow: int) -> Array:
 
 def rung(
     equation: StripEquation, excitation: Excitation, phase: Array, slow: int, jump: Array, greatest: Array
-) -> Array:
-    """What every fast mode rings with, as a share of V'' or V''' at the clamp, whichever suffers more: (fast,).
+) -> tuple[Array, Array]:
+    """What every fast mode rings with, and what it is given by all corners together, as shares of V'' or V''' at the
+    clamp, whichever suffers more: (fast,) each.
 
     At a corner a mode of the strip as it is there is given what differs between the two sides; on its way to the next
     one it turns and is damped. Modes whose ``phases`` are not known are taken to ring in step with every corner. From
@@ -75,12 +76,13 @@ def rung(
     share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
     amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
     speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
-    given = (amplitude - 1j * speed)[:, slow:]
+    given, share = (amplitude - 1j * speed)[:, slow:], share[:, slow:]
+    total = np.sum(np.abs(given) * share, axis=0)
     given[:, phased:] = np.abs(given[:, phased:])
     rate = np.outer(np.diff(excitation.edges), -0.5 * equation.damping[n] / equation.slowness[n]).astype(np.complex128)
     rate[:, :phased] += 1j * phase
     amplitudes = _repeating(given, np.exp(np.add.reduceat(rate, panels)))
-    return np.max(amplitudes * share[:, slow:], axis=0)
+    return np.max(amplitudes * share, axis=0), total
 
 
 @kernel

@@ -64,6 +64,8 @@ _CONTENDERS = 3
 """So many ends of rough searches are led on at full accuracy."""
 _LAST_ROUNDS = 2
 """At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
+_ENOUGH = 0.1
+"""Of the accuracy: a gain not worth another step."""
 _ROUGH, _CLOSER = 1e-4, 1e-5
 """The accuracy of searches among ripples but for their end, and of the closer one before that."""
 
@@ -152,7 +154,9 @@ class Context:
         """The same, less accurate; its ends are its own."""
         model = self.model.rougher(accuracy)
         looser = model.accuracy / self.model.accuracy
-        task = replace(self.task, guard=looser * self.task.guard, enough=looser * self.task.enough)
+        # Where more than the accuracy is left unknown, what is enough need not grow with it.
+        enough = max(min(looser * self.task.enough, _ENOUGH * model.accuracy), self.task.enough)
+        task = replace(self.task, guard=looser * self.task.guard, enough=enough)
         return replace(self, model=model, task=task, ends=[])
 
     def finer(self) -> Context:
@@ -295,7 +299,8 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
                 break
             strip = led.best.outcome.value.dimensions
             led = closest.search_from(strip, within(strip), _LAST_RADIUS)
-            if led is None or led.gain <= context.model.accuracy or led.best.outcome.value.dimensions == strip:
+            enough = max(context.model.accuracy, context.task.enough)
+            if led is None or led.gain <= enough or led.best.outcome.value.dimensions == strip:
                 break
     return closest.best() or finer.best()
 

@@ -43,8 +43,9 @@ modes have to be known."""
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
 
-_FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY = 32, 2_000_000
-"""Corners beyond which they are those of a table; what of the work is then enough."""
+FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _ROUGHLY = 32, 2_000_000, 500_000, 1e-6
+"""Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
+that."""
 _FALLS = 4.0
 """Behind them, what faster modes ring with falls about like this power of the number of those that are known."""
 
@@ -143,7 +144,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
     wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
     best = _resolved(cycle, wanted)
-    while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= _FEW_CORNERS:
+    while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= FEW_CORNERS:
         wanted *= _LOOSER
         other = _resolved(cycle, wanted)
         if other.error >= best.error:
@@ -187,8 +188,8 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         # Better fewer polynomials than fewer modes followed.
         rung -= 1
         equation = _equation(cycle, excitation, rung)
-    many = excitation.corners.size > _FEW_CORNERS
-    enough = _ENOUGH_WORK_BEHIND_MANY if many else ENOUGH_WORK
+    many = excitation.corners.size > FEW_CORNERS
+    enough = (_ENOUGH_WORK_ROUGHLY if wanted > _ROUGHLY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)

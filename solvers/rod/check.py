@@ -214,7 +214,10 @@ def _with_corrections(
             if not finer_corrections and max(tolerance, 0.1 * cycle.refinement_error) > _GAIN * looked:
                 break
         if finer_corrections:
-            cycle = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+            finer = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+            if not finer.refinement_error < cycle.refinement_error:
+                break
+            cycle = finer
     error = max(found.error, error + refined)
     if found.pushed > 0.0:
         # Near buckling the rounding of load and strip is amplified in the stresses.

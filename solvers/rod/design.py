@@ -177,7 +177,8 @@ class _Design:
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
         )
-        guard, enough = _GUARD * self.accuracy, _MIN_GAIN * max(self.accuracy, self.unknown(model, strip))
+        guard = _GUARD * self.accuracy
+        enough = max(_MIN_GAIN * self.accuracy, self.unknown(model, strip))
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)
 

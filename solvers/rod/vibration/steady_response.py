@@ -43,7 +43,7 @@ modes have to be known."""
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
 
-FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _ROUGHLY = 32, 2_000_000, 500_000, 1e-6
+FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _ROUGHLY = 32, 1_850_000, 500_000, 1e-6
 """Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
 that."""
 _FALLS = 4.0

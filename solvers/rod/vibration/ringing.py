@@ -43,7 +43,7 @@ def phases(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
     away[:, np.arange(n.size), n] = np.inf
     stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
     rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(excitation.edges)
-    return np.einsum("e,p,epn->en", widths, RULE.integral[-1], rate.reshape(widths.size, -1, n.size))
+    return np.einsum("e,p,epn->en", widths, RULE.integral[-1], rate.reshape(widths.size, RULE.points.size, n.size))
 
 
 def closing(equation: StripEquation, phase: Array, slow: int) -> Array:

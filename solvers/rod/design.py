@@ -163,11 +163,12 @@ class _Design:
         )
 
     def unknown(self, model: FullModel, strip: Dimensions) -> float:
-        """What a check leaves unknown where a table's points set the strip ringing: a gain of less is not worth a
-        step."""
+        """What a check leaves unknown beyond the accuracy where a table's points set the strip ringing: a gain of less
+        is not worth a step."""
         if not model.textured or not stands(Cycle(self.problem.scene, strip, model.composition)):
             return 0.0
-        return min(model.check(strip).accuracy.estimated, _MOST_UNKNOWN)
+        accuracy = model.check(strip).accuracy
+        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MOST_UNKNOWN)
 
     def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem

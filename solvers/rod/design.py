@@ -21,6 +21,7 @@ from solvers.outcome import (
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.infeasibility import diagnose
@@ -28,6 +29,7 @@ from solvers.rod.optimum.answer.sensitivities import stationarity
 from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.core_optimum import Polished
+from solvers.rod.optimum.corrections import stands
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
 from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
@@ -49,6 +51,8 @@ _GUARD, _MIN_GAIN = 0.05, 0.1
 _COARSE_GAP, _SHARE = 1e-3, 0.1
 """Gap of the core's first search, and of its last one as a share of what effects beyond the core may change."""
 _CORRECTIONS = 6
+_MOST_UNKNOWN = 1e-3
+"""So much of it at the most counts."""
 _MAX_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_STRIPS = 100
@@ -171,7 +175,15 @@ class _Design:
             for report in self.choice_at(strip).manifest
         )
 
-    def context(self, chosen: frozenset[str]) -> Context:
+    def unknown(self, model: FullModel, strip: Dimensions) -> float:
+        """What a check leaves unknown beyond the accuracy where a table's points set the strip ringing: a gain of less
+        is not worth a step."""
+        if not model.textured or not stands(Cycle(self.problem.scene, strip, model.composition)):
+            return 0.0
+        accuracy = model.check(strip).accuracy
+        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MOST_UNKNOWN)
+
+    def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
@@ -179,7 +191,8 @@ class _Design:
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
         )
-        guard, enough = _GUARD * self.accuracy, _MIN_GAIN * self.accuracy
+        guard = _GUARD * self.accuracy
+        enough = max(_MIN_GAIN * self.accuracy, self.unknown(model, strip))
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)
 
@@ -198,7 +211,7 @@ class _Design:
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
     ) -> tuple[Outcome[RodDesign], Dimensions]:
         """The answer with these effects, without its manifest, and the strip at which effects are to be selected."""
-        context = self.context(chosen)
+        context = self.context(chosen, strip)
         beyond = _beyond(chosen)
         if not beyond:
             return self.on_core(context, proof, strip)

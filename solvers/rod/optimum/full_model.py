@@ -27,7 +27,7 @@ from solvers.rod.optimum.smooth_parts import Parts
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.vibration.steady_response import RodInertia
+from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
 
 _STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4
 """Of differences in ln b, ln h, ln l: of closed forms, of corrections, whose time meshes change between strips, and of
@@ -91,6 +91,12 @@ class FullModel:
     def rings(self) -> bool:
         """Whether the strip's inertia rings, so that there are optima close to each other."""
         return any(isinstance(part, RodInertia) for part in self.composition.corrections)
+
+    @property
+    def textured(self) -> bool:
+        """Whether a table's points set the strip ringing: to follow that takes long, and noise limits what may be known
+        of it."""
+        return self.rings and self.scene.load.curve().breaks.size > FEW_CORNERS
 
     @property
     def ripples(self) -> bool:

@@ -49,6 +49,8 @@ _LAST_SEARCHES = 3
 """To the bottom of a valley between resonances: further ones where the first has not come to its end."""
 _CONTENDERS = 3
 """So many ends of rough searches are led on at full accuracy."""
+_ENOUGH = 0.1
+"""Of the accuracy: a gain not worth another step."""
 _ROUGH = 1e-4
 """The accuracy of searches between resonances but for the last."""
 
@@ -122,7 +124,9 @@ class Context:
             return self
         model = self.model.rougher(_ROUGH)
         looser = model.accuracy / self.model.accuracy
-        task = replace(self.task, guard=looser * self.task.guard, enough=looser * self.task.enough)
+        # Where more than the accuracy is left unknown, what is enough need not grow with it.
+        enough = max(min(looser * self.task.enough, _ENOUGH * model.accuracy), self.task.enough)
+        task = replace(self.task, guard=looser * self.task.guard, enough=enough)
         self.rough = replace(self, model=model, task=task, ends=[])
         return self.rough
 
@@ -242,7 +246,7 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
             if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
                 break
             before, strip = strip, led.best.outcome.value.dimensions
-            if led.gain <= context.model.accuracy or strip == before:
+            if led.gain <= max(context.model.accuracy, context.task.enough) or strip == before:
                 break
     return finer.best()
 

@@ -56,9 +56,10 @@ slopes."""
 _SMOOTH_HOME, _HOME_IN_GAP = 1e-2, 0.1
 """How near the end of another a scout's search is over: in ln sizes where nothing rings, else as a share of the
 distance of resonances."""
-_LED, _FINISHING, _FINELY, _JUDGED = 2, 150, 1e-5, 1e-7
-"""So many of the best strips seen by scouts are followed to the last, with so many checks, of this accuracy asked for
-(errors are mostly 1e-8); the accuracy of those that judge."""
+_LED, _FINISHING = 2, 150
+"""So many of the best strips seen by scouts are followed to the last, with so many checks."""
+FINELY, JUDGED = 1e-5, 1e-7
+"""Accuracy asked of these checks, whose errors are mostly 1e-8, and of those that judge."""
 _HOPE, _ELSEWHERE = 1e-3, 1e-3
 """In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
 _GRID_STEPS = 2
@@ -214,13 +215,13 @@ def close_contest(
     outcome: Outcome[rod.RodDesign],
     others: Sequence[Array] = (),
     evaluations: int = _FINISHING,
-    accuracy: float = _JUDGED,
+    accuracy: float = JUDGED,
 ) -> Contest:
     """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
     from it, with so many checks each, and from other sizes (logarithms), with half as many. What they find is judged by
     checks of its own."""
     selection, first = settled(outcome.effects), _sizes_of(outcome)
-    hunt, missed = Hunt(space_of(problem), scout(problem, selection, _FINELY), first is not None), 0.0
+    hunt, missed = Hunt(space_of(problem), scout(problem, selection, FINELY), first is not None), 0.0
     judge = looker(problem, selection, accuracy)
     if first is not None:
         missed = judge(hunt.space.sizes(first)[0]).violation

@@ -53,7 +53,7 @@ SCOUTS, SEEKERS = Strength(20, 60, ("SLSQP", "COBYQA")), Strength(8, 60, ("SLSQP
 ROUGHLY, ROUGHLY_DIFFERENCE = 1e-4, 3e-4
 """Accuracy asked of scouts' checks, whose errors are mostly 1e-7 (median) to 3e-6, and the difference of their
 slopes."""
-_SMOOTH_HOME, _HOME_IN_GAP = 1e-2, 0.1
+_SMOOTH_HOME, _HOME_IN_GAP = 3e-2, 0.1
 """How near the end of another a scout's search is over: in ln sizes where nothing rings, else as a share of the
 distance of resonances."""
 _LED, _FINISHING = 2, 150

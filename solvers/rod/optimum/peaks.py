@@ -1,8 +1,8 @@
 """Where a strip's results peak: the sections, and the crank angles at which their stresses and the reactions do.
 
-Stresses are tabulated on a coarse grid of angles and sections; next to the greatest ones peaks are looked for on a finer
-grid, which tells apart those 0.02 rad from each other.
-What is asked for is one strip at any angles and sections (``Response``), whatever physics it has.
+Stresses are tabulated on a coarse grid of angles and sections; next to the greatest ones peaks are looked for on a
+finer grid, which tells apart those 0.02 rad from each other. What is asked for is one strip at any angles and sections
+(``Response``), whatever physics it has.
 """
 
 from __future__ import annotations

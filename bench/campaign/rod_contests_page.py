@@ -9,7 +9,7 @@ from app.designs.registry import KINDS
 from bench.campaign.page import judged_of, row, troubles
 from bench.campaign.rod_contests import Contested
 from bench.campaign.seeds import Part
-from oracles.rivals.rod import SCOUTS
+from oracles.rivals.rod import FINELY, JUDGED, ROUGHLY, SCOUTS, SEEKERS
 
 TITLE = f"{KINDS['flexible-rod'].title}: realistic designs"
 _ROUNDING = 1e-7
@@ -25,10 +25,11 @@ def contests_section(slug: str, parts: Sequence[Part], day: str) -> str:
     lines = [
         f"## {TITLE}",
         "",
-        f"{day}: {len(parts):,} of the problems of `python -m bench.rod_problems`, with every setting at its default; "
-        f"with their rivals they took {sum(p.seconds for p in parts):,.0f} s together. Rivals are searches on the "
-        f"check to 1e-5 ({SCOUTS}) and over sizes in steps next to the answer's; the best strips they see, and the "
-        "answer, are starts of linear programs and steps along ridges on the check to 1e-7, which judge.",
+        f"{day}: {len(parts):,} of the 1,000 problems of `python -m bench.rod_problems`, with every setting at its "
+        f"default. Rivals are searches on the check ({SCOUTS}) and over sizes in steps next to the answer's, of which "
+        f"an accuracy of {ROUGHLY:g} is asked; the best strips they see, and the answer, are starts of linear programs "
+        f"and steps along ridges to {FINELY:g}. What beats an answer there is searched once more, and judged, by "
+        f"checks to {JUDGED:g}. Where there is said to be no strip, {SEEKERS.starts} starts look for any.",
         "",
         "| promise | held | seeds where it was not |",
         "|---|---|---|",

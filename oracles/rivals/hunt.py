@@ -26,8 +26,11 @@ _LITTLE, _PULLS = 1e-4, 3
 PULLS = 3 * _PULLS
 """Maximum evaluations for the repair."""
 _SAME = 1e-9
-_HOME = 1e-3
+HOME = 1e-3
 """In ln sizes: a search that comes so near the end of one before, and is no better, is going to end there, too."""
+_TURN, _APPROACH, _CLOSE = 12, 0.5, 1e-3
+"""A search with a target is over if after so many evaluations more it is not at so small a share of its distance from
+it, in merit, nor so close to it."""
 _REMEMBERED = 400
 """Number of recent feasible parts used for repairs."""
 
@@ -84,13 +87,16 @@ class Spent(Exception):
 class Hunt:
     """The parts evaluated so far. With ``seeking`` False, any feasible part is accepted, regardless of its cost.
 
-    ``difference`` is that of slopes, in logarithms: a rough evaluation needs a greater one.
+    ``difference`` is that of slopes, in logarithms: a rough evaluation needs a greater one. ``home`` is how near to the
+    end of a rough search, in ln sizes, another is over, ``target`` the merit that rough searches have to approach.
     """
 
     space: Space
     look: Callable[[Array], Look]
     seeking: bool = True
     difference: float = DIFFERENCE
+    home: float = HOME
+    target: float = -math.inf
     best: tuple[float, Array] | None = None
     found_by: str = ""
     evaluations: int = 0
@@ -99,6 +105,8 @@ class Hunt:
     homes: list[tuple[float, Array]] = field(default_factory=list)
     """Ends of rough searches: merits and logarithms. Another that comes to one of them is over."""
     _left: float = math.inf
+    _turn: int = 0
+    _apart: float = math.inf
     _known: dict[bytes, Look] = field(default_factory=dict)
     _within: deque[tuple[Array, Look]] = field(default_factory=lambda: deque(maxlen=_REMEMBERED))
     _worst_cost: float = -math.inf
@@ -110,7 +118,7 @@ class Hunt:
 
     def allow(self, evaluations: int, way: str) -> None:
         """Start the next search with a name and a budget of evaluations."""
-        self._left, self.way, self.lead = evaluations, way, None
+        self._left, self.way, self.lead, self._turn, self._apart = evaluations, way, None, 0, math.inf
 
     def allow_more(self, evaluations: int) -> None:
         """Extend the budget of the current search."""
@@ -138,17 +146,25 @@ class Hunt:
             self.lead = _merit(known), np.log(sizes)
             if away and self._at_home():
                 raise Spent
+        self._turn += 1
+        if self._turn % _TURN == 0 and not self._approaches():
+            raise Spent
         return known
 
+    def _approaches(self) -> bool:
+        """Whether a search has come enough nearer to its target since it was asked last."""
+        before, self._apart = self._apart, self.lead[0] - self.target
+        return self._apart <= max(_CLOSE, _APPROACH * before)
+
     def settle(self) -> None:
-        """Note where a rough search has ended."""
+        """Note where a rough search has ended by itself."""
         if self.rough and self.lead is not None and not self._at_home():
             self.homes.append(self.lead)
 
     def _at_home(self) -> bool:
         """Whether the best of a search lies where one before has ended, and is no better."""
         merit, logs = self.lead
-        return any(merit >= known and np.abs(logs - home).max() < _HOME for known, home in self.homes)
+        return any(merit >= known and np.abs(logs - home).max() < self.home for known, home in self.homes)
 
     def _finite(self, seen: Look) -> Look:
         missing = ~np.isfinite(seen.margins)

@@ -1,13 +1,14 @@
 """Competitors of a rod design: local searches on the project's own check, with exactly the answer's effects.
 
 They start from the answer, from strips a few per cent along its active limits, from the optimum of the core physics,
-and from random strips that are feasible or nearly so. A competitor counts if the check, at ``ACCURACY``, finds all
-requirements met; it wins if its objective is better than the answer's by more than the answer's estimated error and the
-check's own.
+from corners of the bounds and from random strips that are feasible or nearly so. A competitor counts if the check, at
+``ACCURACY``, finds all requirements met; it wins if its objective is better than the answer's by more than the answer's
+estimated error and the check's own.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from oracles.rivals import starts
-from oracles.rivals.hunt import Array, Hunt, Look, Space
+from oracles.rivals.hunt import HOME, Array, Hunt, Look, Space
+from oracles.rivals.rod_beside import Beside
 from oracles.rivals.search import finish, look_beside
 from oracles.rivals.starts import Strength, along, step_along_limits
 from solvers import rod
@@ -28,9 +30,12 @@ CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
 ROUGH = 1e-3
 _PER_START = 12
 """Random strips evaluated with the core physics per start of a search."""
-_MANY = 8
+_MANY, _FROM_CORNERS = 8, 3
+"""With more starts than that, and so many of them at corners of the bounds."""
 _NO_LOAD = 10.0
 """Logarithmic margin of a safety without a load."""
+_NOTHING = Look(math.inf, np.array([math.nan]))
+"""Of a strip whose vibration has no bounds."""
 
 _LEAST: dict[str, Callable[[rod.RodCheck], float | None]] = {
     "min_fatigue_safety": lambda check: check.stresses.fatigue_safety,
@@ -43,11 +48,18 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 }
 
 
-SCOUTS = Strength(20, 40, ("SLSQP", "COBYQA"))
-ROUGHLY, ROUGHLY_DIFFERENCE = 1e-5, 3e-4
-"""Accuracy of scouts' checks, and the difference of their slopes: ringing strips take a sixth of the time."""
-_LED, _FINISHING, _JUDGED = 2, 150, 1e-7
-"""So many of the best strips seen by scouts are followed to the last, with so many checks of this accuracy."""
+SCOUTS, SEEKERS = Strength(20, 60, ("SLSQP", "COBYQA")), Strength(8, 60, ("SLSQP", "COBYQA"))
+"""Where there is an answer, and where there is said to be none."""
+ROUGHLY, ROUGHLY_DIFFERENCE = 1e-4, 3e-4
+"""Accuracy asked of scouts' checks, whose errors are mostly 1e-7 (median) to 3e-6, and the difference of their
+slopes."""
+_SMOOTH_HOME, _HOME_IN_GAP = 3e-2, 0.1
+"""How near the end of another a scout's search is over: in ln sizes where nothing rings, else as a share of the
+distance of resonances."""
+_LED, _FINISHING = 2, 150
+"""So many of the best strips seen by scouts are followed to the last, with so many checks."""
+FINELY, JUDGED = 1e-5, 1e-7
+"""Accuracy asked of these checks, whose errors are mostly 1e-8, and of those that judge."""
 _HOPE, _ELSEWHERE = 1e-3, 1e-3
 """In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
 _GRID_STEPS = 2
@@ -120,6 +132,17 @@ def looker(
     return look
 
 
+def scout(problem: rod.RodProblem, selection: rod.EffectSelection, accuracy: float) -> Callable[[Array], Look]:
+    """The same, solved beside strips evaluated before: quick, but no judge."""
+    check, asked = Beside.of(problem, selection, accuracy), problem.requirements
+
+    def look(sizes: Array) -> Look:
+        found = check(sizes)
+        return _NOTHING if found is None else Look(log_cost(problem, found), margins(asked, found))
+
+    return look
+
+
 def margins(asked: rod.Requirements, found: rod.RodCheck) -> Array:
     """Logarithmic margins of the requirements, the last one for stability; NaN for a buckled strip."""
     stands = found.stresses is not None
@@ -172,12 +195,15 @@ def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], se
     sizes come in steps, over those next to the answer's; the best strips that they have seen meet the answer in a
     ``close_contest``."""
     selection, first = settled(outcome.effects), _sizes_of(outcome)
-    space, found = space_of(problem), first is not None
-    scouts = Hunt(space, looker(problem, selection, ROUGHLY), found, ROUGHLY_DIFFERENCE)
+    space, found, home = space_of(problem), first is not None, _SMOOTH_HOME
+    if "rod_inertia" in selection.include:
+        home = _HOME_IN_GAP / _frequency_ratio(problem, outcome) if found else HOME
+    scouts = Hunt(space, scout(problem, selection, ROUGHLY), found, ROUGHLY_DIFFERENCE, min(home, _SMOOTH_HOME))
+    scouts.target = scouts.merit(first) if found else 0.0
     if found and space.stepped:
         look_beside(scouts, first, _GRID_STEPS, SCOUTS.evaluations)
     core, rough = core_optimum(problem, selection), looker(problem, core_of(selection), ROUGH)
-    compete(scouts, first, core, rough, SCOUTS, np.random.default_rng(seed))
+    compete(scouts, first, core, rough, SCOUTS if found else SEEKERS, np.random.default_rng(seed))
     most = scouts.merit(first) + _HOPE if found else _HOPE
     led = scouts.promising(_LED, _ELSEWHERE, most, ROUGHLY, [first] if found else [])
     close = close_contest(problem, outcome, led)
@@ -189,19 +215,32 @@ def close_contest(
     outcome: Outcome[rod.RodDesign],
     others: Sequence[Array] = (),
     evaluations: int = _FINISHING,
-    accuracy: float = _JUDGED,
+    accuracy: float = JUDGED,
 ) -> Contest:
     """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
-    from it, with so many checks each, and from other sizes (logarithms), with half as many."""
+    from it, with so many checks each, and from other sizes (logarithms), with half as many. What they find is judged by
+    checks of its own."""
     selection, first = settled(outcome.effects), _sizes_of(outcome)
-    hunt, missed = Hunt(space_of(problem), looker(problem, selection, accuracy), first is not None), 0.0
+    hunt, missed = Hunt(space_of(problem), scout(problem, selection, FINELY), first is not None), 0.0
+    judge = looker(problem, selection, accuracy)
     if first is not None:
-        missed = hunt.at(first).violation
+        missed = judge(hunt.space.sizes(first)[0]).violation
         step_along_limits(hunt, first)
         finish(hunt, first, evaluations)
     for start in others:
         finish(hunt, start, evaluations // 2)
-    return _ended(problem, outcome, hunt, missed, accuracy)
+    close = _ended(problem, outcome, hunt, missed, accuracy)
+    if not close.won:
+        return close
+    # What seems better is searched once more by the check itself, from there.
+    judged = Hunt(hunt.space, judge, hunt.seeking)
+    finish(judged, np.log(hunt.best[1]), evaluations)
+    return replace(_ended(problem, outcome, judged, missed, accuracy), found_by=hunt.found_by)
+
+
+def _frequency_ratio(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign]) -> float:
+    """omega_1/omega of an answer: resonances lie at whole ones."""
+    return outcome.value.check.natural_frequency / problem.scene.mechanism.speed
 
 
 def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
@@ -244,6 +283,8 @@ def compete(
     far = []
     if first is not None and strength.starts > _MANY:
         far += along(hunt, first, rng, strength.starts // 4)
+    if strength.starts > _MANY:
+        far += _corners(hunt.space, rough, _FROM_CORNERS)
     far += _random(hunt.space, rough, rng, max(strength.starts - len(near) - len(far), 0))
     starts.compete(hunt, near, far, strength)
 
@@ -266,15 +307,24 @@ def core_optimum(problem: rod.RodProblem, selection: rod.EffectSelection) -> Arr
     return np.log([strip.b, strip.h, strip.l])
 
 
+def _corners(space: Space, rough: Callable[[Array], Look], count: int) -> list[Array]:
+    """So many of the corners of the bounds, the most promising ones."""
+    corners = [np.log(corner) for corner in itertools.product(*zip(space.lower, space.upper, strict=True))]
+    return sorted(corners, key=lambda logs: _rank(rough(space.sizes(logs)[0])))[:count]
+
+
+def _rank(look: Look) -> tuple[float, float]:
+    """How promising a strip is: feasible ones by their cost, the others by what they miss."""
+    missed = float(np.nan_to_num(-look.margins, nan=1.0).max(initial=0.0))
+    return missed, look.cost if look.violation == 0 else 0.0
+
+
 def _random(space: Space, rough: Callable[[Array], Look], rng: np.random.Generator, count: int) -> list[Array]:
     """Random strips within the bounds; of every dozen, the best feasible one or the least infeasible."""
     out = []
     for _ in range(count):
         drawn = rng.uniform(np.log(space.lower), np.log(space.upper), (_PER_START, 3))
         looks = [rough(space.sizes(logs)[0]) for logs in drawn]
-        ranks = [
-            (float(np.nan_to_num(-look.margins, nan=1.0).max(initial=0.0)), look.cost if look.violation == 0 else 0.0)
-            for look in looks
-        ]
+        ranks = [_rank(look) for look in looks]
         out.append(drawn[min(range(_PER_START), key=ranks.__getitem__)])
     return out

@@ -77,7 +77,7 @@ def cobyqa(hunt: Hunt, start: Array, free: tuple[int, ...], reach: float) -> Arr
         bounds=_box(hunt, free),
         constraints=NonlinearConstraint(lambda x: hunt.at(whole(x)).margins, PUSH, np.inf),
         method="COBYQA",
-        options={"initial_tr_radius": reach, "final_tr_radius": 1e-8, "maxfev": 1000},
+        options={"initial_tr_radius": reach, "final_tr_radius": 1e-4 if hunt.rough else 1e-8, "maxfev": 1000},
     )
     return whole(found.x)
 
@@ -194,8 +194,8 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
         hunt.at(start)
         if everything:
             WAYS[way](hunt, start, everything, reach)
+            hunt.settle()
     end = hunt.lead[1] if hunt.lead else start
-    hunt.settle()
     if everything and way != POLISHER and not hunt.rough:
         hunt.allow(evaluations // 2, f"{way}, then {POLISHER}")
         with contextlib.suppress(Spent):

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from oracles.rivals.hunt import Hunt, Look, Space
-from oracles.rivals.rod import Strength, contest
+from bench.rod_problems import problem
+from oracles.rivals.hunt import Hunt, Look, Space, Spent
+from oracles.rivals.rod import Strength, contest, scouted_contest
 from oracles.rivals.search import WAYS, search
+from oracles.rivals.worsened import worsened
 from solvers import rod
 from tests.solvers.rod.machines import CORE, PAPER
 
@@ -85,3 +87,25 @@ def test_a_false_no_is_found():
     assert none.value is None
     assert contest(problem, none, Strength(2, 40)).won
     assert not contest(replace(problem, requirements=rod.Requirements(9.0, 1.8)), none, Strength(2, 40)).won
+
+
+@pytest.mark.parametrize("seed", [2, 210, 613])
+def test_a_realistic_answer_made_a_little_worse_is_beaten(seed):
+    """By all that it was made worse; the answer itself is not."""
+    asked = problem(seed)
+    outcome = rod.design(asked)
+    spoiled = scouted_contest(asked, worsened(asked, outcome, 1e-4, seed), seed)
+    assert spoiled.won and math.log1p(spoiled.gain) == pytest.approx(1e-4, rel=0.01)
+    assert not scouted_contest(asked, outcome, seed).won
+
+
+def test_a_search_that_does_not_approach_is_over():
+    hunt = Hunt(Space(LOW, HIGH), wedge, target=-0.5)
+    hunt.allow(1000, "")
+    with pytest.raises(Spent):
+        for n in range(1000):
+            hunt.at(np.array([1.0, 1.9, 0.1 + 1e-6 * n]))
+    assert hunt.evaluations < 30
+    hunt.allow(1000, "")
+    for n in range(60):
+        hunt.at(np.array([1.0, 1.8 * 0.9**n, -0.5]))

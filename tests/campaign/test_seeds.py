@@ -1,0 +1,31 @@
+"""The time limit of a part ends it wherever it is."""
+
+from __future__ import annotations
+
+import random
+
+import numpy as np
+
+from bench.campaign.seeds import TooLong, limited
+from solvers.numerics.jit import kernel
+
+
+@kernel
+def halves(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two arrays: of each, numba asks Python for its type."""
+    return 0.5 * values, 2.0 * values
+
+
+def test_a_limit_within_a_compiled_kernel_is_a_limit():
+    """One time in seven it fell among what numba does in Python for a kernel's results, and came as a SystemError."""
+    values, draw, ended = np.ones(3), random.Random(1), 0
+    halves(values)
+    for _ in range(200):
+        try:
+            with limited(draw.uniform(1e-4, 3e-3)):
+                while True:
+                    halves(values)
+        except TooLong as end:
+            assert end.__context__ is None
+            ended += 1
+    assert ended == 200

@@ -21,7 +21,7 @@ from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.slope_limit import bore_of
-from solvers.pin.section.flexibility import bending, phi
+from solvers.pin.section.flexibility import flexibilities
 from solvers.pin.shapes.tapers import hollow, relative_bore
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 from solvers.pin.stations.opening import kinks
@@ -190,7 +190,8 @@ def stiff_size(
             if u <= 0.0:
                 total = np.inf
                 break
-            total += work[1, i] * (work[2, i] * bending(u)[0] + work[3, i] * phi(u, bar.a, bar.b))
+            bent, sheared = flexibilities(u, -1.0, bar.a, bar.b)
+            total += work[1, i] * (work[2, i] * bent + work[3, i] * sheared)
         value = bar.limit / total - 1.0 if total > 0.0 else np.inf
         if value >= 0.0:
             if step == 0:

@@ -69,7 +69,7 @@ class Cone:
                 # A bound on fewer stations remains valid.
                 if bounds[turn] - best > wanted * (1.0 - best):
                     found[turn], bounds[turn], looked = branch_and_bound(
-                        bars[turn], turn, c_low, wanted, allowed, found[turn], best
+                        bars[turn], turn, c_low, wanted, allowed, np.array(found[turn]), best
                     )  # fmt: skip
                     boxes += looked
             turn = max(found, key=found.get)

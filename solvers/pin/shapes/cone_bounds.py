@@ -209,7 +209,7 @@ def most_in_box(
 
 @kernel
 def branch_and_bound(
-    bar: Bar, turn: int, c_low: float, gap: float, most_boxes: int, start: tuple[float, float, float], known: float
+    bar: Bar, turn: int, c_low: float, gap: float, most_boxes: int, start: Array, known: float
 ) -> tuple[tuple[float, float, float], float, int]:  # fmt: skip
     """Return (best shape, upper bound of every bore's volume, boxes examined) by best-first branch and bound.
 
@@ -217,7 +217,7 @@ def branch_and_bound(
     bore.
     """
     work, boxes, count, looked = workspace(bar), np.empty((most_boxes + 2, 6)), 1, 0
-    best, fine, single = start, FINE * gap, np.empty((2, 1))
+    best, fine, single = (start[0], start[1], start[2]), FINE * gap, np.empty((2, 1))
     boxes[0, 1], boxes[0, 2], boxes[0, 3], boxes[0, 4] = 0.0, 1.0, c_low, 1.0
     boxes[0, 0], boxes[0, 5] = most_in_box(bar, turn, 0.0, 1.0, c_low, 1.0, fine, work)
     bound = boxes[0, 0]

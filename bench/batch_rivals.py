@@ -24,23 +24,20 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
-from itertools import islice
 from pathlib import Path
 from typing import NamedTuple
 
 import httpx
-import psutil
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from bench.batches import bodies, pieces, served
+from bench.batches import bodies, pieces, processor_s, rested, served
 from bench.sections import put
 from solvers import pin
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 HEADING = "## A batch and what a user would write"
 SLUG = "pin-profile"
-_LONGEST_START_S, _AT_REST = 60, 0.1
 _FIRST = 400
 """Items of a batch before the measured one: its workers are then started. No item is in both."""
 _MORE = 10
@@ -66,24 +63,9 @@ class Rate(NamedTuple):
 
 def _rate(count: int, run: Callable[[], object]) -> Rate:
     """The rate of ``count`` items solved by ``run``."""
-    spent, began = _processor_s(), time.perf_counter()
+    spent, began = processor_s(), time.perf_counter()
     run()
-    return Rate(count / (time.perf_counter() - began), 1e6 * (_processor_s() - spent) / count)
-
-
-def _processor_s() -> float:
-    """Processor time [s] of this process and all that it has started."""
-    here = psutil.Process()
-    return sum(sum(process.cpu_times()[:2]) for process in (here, *here.children(recursive=True)))
-
-
-def _rested() -> None:
-    """Wait until what this process has started rests: a new service loads kernels that are not asked for yet."""
-    for _ in range(_LONGEST_START_S):
-        spent = _processor_s()
-        time.sleep(1.0)
-        if _processor_s() - spent < _AT_REST:
-            return
+    return Rate(count / (time.perf_counter() - began), 1e6 * (processor_s() - spent) / count)
 
 
 def batch_rate(kind: str, count: int, workers: int, **environment: str) -> Rate:
@@ -91,19 +73,19 @@ def batch_rate(kind: str, count: int, workers: int, **environment: str) -> Rate:
     with tempfile.TemporaryDirectory() as folder:
         process, client = served(Path(folder), workers, **environment)
         try:
-            rows = bodies(kind, Mode.CHECK, _FIRST + count)
-            _ended(client, kind, islice(rows, _FIRST))
-            _rested()
-            return _rate(count, lambda: _ended(client, kind, rows))
+            rows = [*bodies(kind, Mode.CHECK, _FIRST + count)]
+            _ended(client, kind, rows[:_FIRST])
+            rested()
+            return _rate(count, lambda: _ended(client, kind, rows[_FIRST:]))
         finally:
             process.kill()
             process.wait()
 
 
-def _ended(client: httpx.Client, kind: str, rows: Iterator[bytes]) -> None:
+def _ended(client: httpx.Client, kind: str, rows: Sequence[bytes]) -> None:
     sent = client.post(
         f"/api/v1/batches?kind={kind}&mode=check",
-        content=pieces(rows),
+        content=pieces(iter(rows)),
         headers={"Content-Type": "application/x-ndjson"},
     ).raise_for_status()
     batch = sent.json()
@@ -125,7 +107,7 @@ def request_rate(count: int) -> Rate:
                     client.post(f"/api/v1/checks/{SLUG}", content=row, headers=_JSON).raise_for_status()
 
             send(rows[count:])
-            _rested()
+            rested()
             return _rate(count, lambda: send(rows[:count]))
         finally:
             process.kill()
@@ -214,7 +196,7 @@ def cluster(workers: int, worker: Sequence[str] = OWN_WORKER) -> Iterator[str]:
     address = f"tcp://127.0.0.1:{port}"
     scheduler = ["-m", "distributed.cli.dask_scheduler", "--host", "127.0.0.1", "--port", str(port), "--no-dashboard"]
     commands = [scheduler, *[["-m", *worker, address]] * workers]
-    environment = {**os.environ, "CRANKWRIGHT_BATCH_WORKERS": "1"}
+    environment = {**os.environ, "CRANKWRIGHT_BATCH_WORKERS": "1", "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "500ms"}
     started: list[subprocess.Popen[bytes]] = []
     try:
         for command in commands:
@@ -237,7 +219,7 @@ def dask_rate(kind: str, count: int, workers: int) -> Rate:
 
 def measure(count: int) -> list[Row]:
     """Every way; the slow ones with fewer items."""
-    many, rods = _MORE * count, 2 * count
+    many, rods = _MORE * count, _MORE * count // 2
     ways: list[tuple[str, Callable[[], Rate], str, float | None]] = [
         ("batch, two processes", lambda: batch_rate(SLUG, many, 2), "batch, one process", 1.7),
         ("batch, one process", lambda: batch_rate(SLUG, many, 1), "", None),

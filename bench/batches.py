@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
@@ -33,6 +34,9 @@ _VARIED = {
     "crank-dynamics": (("mechanism", "speed_hz"), 0.5),
 }
 """Varied fields of each kind, with the lower end of the range relative to the example."""
+
+
+_LONGEST_START_S, _AT_REST = 60, 0.1
 
 
 def bodies(kind: str, mode: str, count: int, without: tuple[str, ...] = ()) -> Iterator[bytes]:
@@ -77,6 +81,21 @@ def served(folder: Path, workers: int = 2, **settings: str) -> tuple[subprocess.
     while client.get("/readyz").status_code != 200:
         time.sleep(0.5)
     return process, client
+
+
+def processor_s() -> float:
+    """Processor time [s] of this process and all that it has started."""
+    here = psutil.Process()
+    return sum(sum(process.cpu_times()[:2]) for process in (here, *here.children(recursive=True)))
+
+
+def rested() -> None:
+    """Wait until what this process has started rests: a new service loads kernels that are not asked for yet."""
+    for _ in range(_LONGEST_START_S):
+        spent = processor_s()
+        time.sleep(1.0)
+        if processor_s() - spent < _AT_REST:
+            return
 
 
 def highest_mb(pid: int) -> float:

@@ -37,7 +37,7 @@ from app.designs.kind import Detail, Mode
 from app.designs.many import answers_of
 from app.designs.registry import KINDS
 from app.store.migrate import upgrade
-from bench.batches import bodies, highest_mb, pieces, served, share, timed
+from bench.batches import bodies, highest_mb, pieces, rested, served, share, timed
 from bench.sections import put
 
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
@@ -118,6 +118,7 @@ def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[st
         try:
             # warm workers, and an initial estimate of the time per item
             _ended(client, _sent(client, subject, 200 if subject.mode == "check" else 8))
+            rested()
             people = _People(client)
             if watched:
                 people.start()

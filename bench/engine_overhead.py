@@ -48,7 +48,7 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved:
         for index, row in enumerate(rows, task.first)
     ]
     time.sleep(max(0.0, ITEM_S * len(items) - (time.perf_counter() - began)))
-    return Solved(sealed(task.batch, items), ITEM_S * len(items))
+    return Solved(sealed(task.batch, items), ITEM_S * len(items), ITEM_S * len(items))
 
 
 def load(_kind: str, _mode: str) -> None:

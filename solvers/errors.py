@@ -44,14 +44,15 @@ def require_positive(owner: object, prefix: str, *names: str) -> None:
     """Raise InvalidInput for fields of ``owner`` that are neither None nor positive and finite."""
     for name in names:
         value = getattr(owner, name)
-        require(value is None or 0.0 < value < math.inf, _dotted(prefix, name), "must be positive", "(0, inf)")
+        if value is not None and not 0.0 < value < math.inf:
+            raise InvalidInput(_dotted(prefix, name), "must be positive", "(0, inf)")
 
 
 def require_not_negative(owner: object, prefix: str, *names: str) -> None:
     """Raise InvalidInput for fields of ``owner`` that are negative or not finite."""
     for name in names:
-        ok = 0.0 <= getattr(owner, name) < math.inf
-        require(ok, _dotted(prefix, name), "must not be negative", "[0, inf)")
+        if not 0.0 <= getattr(owner, name) < math.inf:
+            raise InvalidInput(_dotted(prefix, name), "must not be negative", "[0, inf)")
 
 
 def _dotted(prefix: str, name: str) -> str:

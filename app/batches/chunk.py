@@ -43,12 +43,12 @@ _TIMING_DECIMALS = 7
 def answer(slug: str, mode: str, payload: bytes, _report: Report) -> Solved | Needs:
     """Solve the chunk of a pickled Task."""
     asked: Task = pickle.loads(payload)
-    began = time.perf_counter()
+    began, used = time.perf_counter(), time.process_time()
     with _gc_paused():
         found = _Chunk(slug, Mode(mode), asked).solved()
         if isinstance(found, Needs):
             return found
-        return Solved(sealed(asked.batch, found), time.perf_counter() - began)
+        return Solved(sealed(asked.batch, found), time.perf_counter() - began, time.process_time() - used)
 
 
 class _Request(NamedTuple):
@@ -86,8 +86,9 @@ class _Answered(NamedTuple):
     def of(cls, slug: str, mode: Mode, found: Answer) -> _Answered:
         parts = parts_of(slug, mode, found)
         text = parts_json(parts)
-        # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text.
-        if (b"NaN" in text or b"Infinity" in text) and not finite(parts):
+        # Cheap pre-check: non-finite numbers appear under these names, but so may ordinary text. One byte is sought
+        # eight times as quickly as three.
+        if ((b"N" in text and b"NaN" in text) or b"Infinity" in text) and not finite(parts):
             why = "the solver gave a number that is not finite"
             return cls.of(slug, mode, _failure("The result is not finite", why))
         holds = None if found.verdict is None else bool(found.verdict["holds"])
@@ -95,6 +96,7 @@ class _Answered(NamedTuple):
         return cls(found.status, holds, parts.get("figure"), text, reusable)
 
 
+_NAME = {"name"}
 _SETTLED = ("succeeded", "infeasible")
 _answer_cache: OrderedDict[bytes, _Answered] = OrderedDict()
 """Answers of this worker by request hash, the newest last."""
@@ -160,7 +162,8 @@ class _Chunk:
         return row.line, self._asked(filled)
 
     def _asked(self, request: BaseModel) -> _Request:
-        plain = request.model_dump_json(exclude={"name"}).encode()
+        # Bytes at once: ``model_dump_json`` would decode them to a text.
+        plain = request.__pydantic_serializer__.to_json(request, exclude=_NAME)
         key = hashlib.sha256(self.subject + plain).digest()
         name = getattr(request, "name", None)
         spec = plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:]
@@ -235,19 +238,17 @@ class _Chunk:
 
 def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
     """The stored parts of an answer, besides its spec, by name; empty parts are omitted."""
-    parts = {
-        "result": found.result,
-        "problem": found.problem,
-        "effects": found.effects or None,
-        "accuracy": found.accuracy,
-        "verdict": found.verdict,
-        "timing": {name: round(seconds, _TIMING_DECIMALS) for name, seconds in found.timing.items()} or None,
-    }
+    parts: dict[str, Any] = {}
+    for name in ("result", "problem", "effects", "accuracy", "verdict"):
+        if (part := getattr(found, name)) is not None and part != []:
+            parts[name] = part
+    if found.timing:
+        parts["timing"] = {name: round(seconds, _TIMING_DECIMALS) for name, seconds in found.timing.items()}
     if found.status == "succeeded" and found.result is not None:
         name, value = KINDS[slug].headline(mode, found.result)
         if value is not None:
-            parts |= {"figure_name": name, "figure": float(value)}
-    return {name: part for name, part in parts.items() if part is not None}
+            parts["figure_name"], parts["figure"] = name, float(value)
+    return parts
 
 
 def _storable_spec(body: Any) -> bytes | None:

@@ -12,6 +12,7 @@ import pickle
 import time
 from collections import OrderedDict
 from dataclasses import replace
+from typing import NamedTuple
 
 from app import runs
 from app.batches.chunk import failed_item, parts_of
@@ -38,8 +39,9 @@ from app.store.viewer import seeing_as
 
 logger = get_logger(__name__)
 
-_CHUNK_TARGET_S = 0.5
-"""Target solve time of a chunk [s]: long compared with its commit, short compared with a user's patience."""
+_CHUNK_TARGET_S, _CHUNK_LIMIT_S = 0.5, 5.0
+"""Target of a chunk's processor time [s], long compared with what its lease and commit take, and limit of the time it
+waits for the processor as well, which a user sees."""
 _INITIAL_ITEM_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
 _POLL_INTERVAL_S = 0.5
 _MAX_CRASHES = 3
@@ -55,6 +57,24 @@ _MAX_DICTIONARY_BYTES = 32_000
 """The window of DEFLATE [bytes]."""
 
 
+class _ItemTime(NamedTuple):
+    """Estimated time of an item [s]: from its start to its end, and of the processor.
+
+    On a busy machine, batches wait for the processor most of the time. Chunks measured by the clock alone would become
+    small there, and make it busier by what each chunk takes.
+    """
+
+    elapsed_s: float
+    processor_s: float
+
+    def times(self, factor: float) -> _ItemTime:
+        return _ItemTime(factor * self.elapsed_s, factor * self.processor_s)
+
+    def between(self, other: _ItemTime) -> _ItemTime:
+        """The mean of both, at least a microsecond."""
+        return _ItemTime(*(max(1e-6, 0.5 * (own + its)) for own, its in zip(self, other, strict=True)))
+
+
 class BatchEngine:
     """Processes the batches of one store until closed; several processes may share a store."""
 
@@ -66,7 +86,7 @@ class BatchEngine:
         self._tasks: dict[asyncio.Task[None], int] = {}
         self._solving: dict[tuple[int, int], asyncio.Task[None]] = {}
         """The task that solves each (batch, request number), for batches whose equal items are looked up."""
-        self._item_s: dict[tuple[str, str, str], float] = {}
+        self._item_s: dict[tuple[str, str, str], _ItemTime] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
         self._owners: Turns[str | None] = Turns()
@@ -182,11 +202,12 @@ class BatchEngine:
     def _items_of(self, batch: BatchRecord) -> int:
         """Items of a chunk; a small batch still has a chunk for each worker."""
         share = math.ceil(batch.total / self._executor.background_workers)
-        return max(1, min(int(_CHUNK_TARGET_S / self._estimated_item_s(batch)), share))
+        time = self._estimated_item_time(batch)
+        return max(1, min(int(_CHUNK_TARGET_S / time.processor_s), int(_CHUNK_LIMIT_S / time.elapsed_s), share))
 
-    def _estimated_item_s(self, batch: BatchRecord) -> float:
-        """Estimated solve time of an item [s]."""
-        return self._item_s.get((batch.kind, batch.mode, batch.detail), _INITIAL_ITEM_S[Mode(batch.mode)])
+    def _estimated_item_time(self, batch: BatchRecord) -> _ItemTime:
+        first = _INITIAL_ITEM_S[Mode(batch.mode)]
+        return self._item_s.get((batch.kind, batch.mode, batch.detail), _ItemTime(first, first))
 
     def _launch(self, batch: BatchRecord, chunk: Chunk) -> None:
         task = asyncio.create_task(self._process(batch, chunk))
@@ -234,15 +255,15 @@ class BatchEngine:
             batch.detail,
             batch.dictionary,
             self._solve_budget_s,
-            self._estimated_item_s(batch) > _LOOKUP_THRESHOLD_S,
+            self._estimated_item_time(batch).processor_s > _LOOKUP_THRESHOLD_S,
         )
-        kill_s = self._solve_budget_s + 10 * self._estimated_item_s(batch) * chunk.count
+        kill_s = self._solve_budget_s + 10 * self._estimated_item_time(batch).elapsed_s * chunk.count
         if batch.mode == Mode.ACCURACY:
             kill_s += MAX_BUDGET_S * chunk.count
         while True:
             found = await self._executor.run_in_background(batch.kind, batch.mode, pickle.dumps(task), kill_s)
             if not isinstance(found, Needs):
-                self._update_estimate(batch, found.seconds / chunk.count)
+                self._update_estimate(batch, _ItemTime(found.seconds, found.processor_s).times(1.0 / chunk.count))
                 return found.items
             if found.run_ids:
                 task = replace(task, runs={**task.runs, **await self._runs(found, batch.owner)})
@@ -261,9 +282,9 @@ class BatchEngine:
         self._solving.update(((batch.number, each), own) for each in asked)
         return await self._store.query(lambda connection: items_asking(connection, batch.number, asked))
 
-    def _update_estimate(self, batch: BatchRecord, seconds: float) -> None:
+    def _update_estimate(self, batch: BatchRecord, found: _ItemTime) -> None:
         key = (batch.kind, batch.mode, batch.detail)
-        self._item_s[key] = 0.5 * self._item_s.get(key, seconds) + 0.5 * max(seconds, 1e-6)
+        self._item_s[key] = self._item_s.get(key, found).between(found)
 
     async def _runs(self, needs: Needs, owner: str | None) -> dict[str, bytes | None]:
         found: dict[str, bytes | None] = {}
@@ -287,7 +308,7 @@ class BatchEngine:
         """Handle a chunk that crashed its worker or exceeded its budget: split, retry or fail it."""
         logger.warning("batch_chunk_failed", batch=batch.id, first=chunk.first, count=chunk.count, reason=str(error))
         if isinstance(error, BudgetExceeded):
-            self._item_s[batch.kind, batch.mode, batch.detail] = 4 * self._estimated_item_s(batch)
+            self._item_s[batch.kind, batch.mode, batch.detail] = self._estimated_item_time(batch).times(4.0)
         if chunk.count > 1:
             await self._store.write(Split(chunk, self.owner))
         elif isinstance(error, WorkerCrashed) and chunk.attempts < _MAX_ITEM_CRASHES:

@@ -86,6 +86,15 @@ def result_columns(kind: str, mode: str) -> dict[str, type]:
     return found
 
 
+@cache
+def request_type(kind: str, mode: str, name: str) -> type | None:
+    """The type of the scalars that a field of the request may have; None if there is no such field or scalar."""
+    found: type = type(None)
+    for form in forms_of(kind, mode, name):
+        found = wider(found, _TYPES.get(form.get("type", ""), type(None)))
+    return None if found is type(None) else found
+
+
 _TYPES: dict[str, type] = {"number": float, "integer": int, "boolean": bool, "string": str}
 _MAX_DEPTH = 5
 
@@ -101,17 +110,28 @@ def wider(one: type, other: type) -> type:
 
 def numbers(kind: str, mode: str) -> list[str]:
     """The dotted names of all numeric fields that can be varied, in schema order."""
+    return [name for name, types in _types(kind, mode).items() if types & {"number", "integer"}]
+
+
+def names(kind: str, mode: str) -> list[str]:
+    """The dotted names of all fields of the request, in schema order."""
+    return list(_types(kind, mode))
+
+
+@cache
+def _types(kind: str, mode: str) -> dict[str, set[str]]:
+    """The JSON types of all fields by dotted name, but for those inside arrays."""
     root = _schema(kind, mode)
-    found: dict[str, None] = {}
+    found: dict[str, set[str]] = {}
 
     def walk(node: dict[str, Any], path: tuple[str, ...]) -> None:
         if len(path) > 4:
             return
         for form in _forms(root, node):
-            if form.get("type") in ("number", "integer") and path:
-                found[".".join(path)] = None
+            if path:
+                found.setdefault(".".join(path), set()).add(form.get("type", ""))
             for name, inner in form.get("properties", {}).items():
                 walk(inner, (*path, name))
 
     walk(root, ())
-    return list(found)
+    return found

@@ -6,12 +6,13 @@ import asyncio
 import csv
 import io
 import json
+import sys
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from app.batches.fields import result_columns, wider
+from app.batches.fields import request_type, result_columns, wider
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
 from app.store.batch_reads import items_after, items_spread
@@ -21,6 +22,7 @@ from app.store.repository import RunStore
 _PAGE = 500
 _SAMPLE_SIZE = 2000
 _PARQUET_ROWS = 20_000
+_INT64 = 2**63
 _HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
 HEAD = tuple(_HEAD_TYPES)
 MOST_POINTS = 4000
@@ -190,7 +192,8 @@ async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dic
     """The columns of the table and their types.
 
     Columns found in a sample of items come first, in their order, then all others that the result schema allows: no
-    value is lost, and no second pass over the items is needed.
+    value is lost, and no second pass over the items is needed. Types are those of the schemas, not of the sample, for
+    a refused row may have anything anywhere.
     """
     known = result_columns(batch.kind, batch.mode)
     step = max(1, batch.total // _SAMPLE_SIZE)
@@ -207,7 +210,9 @@ async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dic
         return found
 
     found = await store.query(look)
-    found |= {name: known[name] for name in found if name in known and name not in varied}
+    for name in found:
+        of_request = request_type(batch.kind, batch.mode, name) if name in varied else None
+        found[name] = of_request or known.get(name, found[name])
     if not wanted.fields:
         found = {
             **dict.fromkeys(HEAD, str),
@@ -267,9 +272,18 @@ async def _parquet(store: RunStore, batch: BatchRecord, wanted: Wanted) -> Async
 
 
 def _converted(value: Any, kind: type) -> Any:
-    if value is None or kind in (int, bool) or (kind is str and isinstance(value, str)):
+    """The value as its column's type; None for one of another type, which only a refused row has."""
+    if value is None or (isinstance(value, kind) and kind is not int):
         return value
-    return float(value) if kind is float else str(value)
+    if kind is bool:
+        return None
+    if kind is not int and kind is not float:
+        return str(value)
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return None
+    if kind is int:
+        return value if isinstance(value, int) and abs(value) < _INT64 else None
+    return float(value) if abs(value) <= sys.float_info.max else None
 
 
 class _DrainableSink(io.RawIOBase):

@@ -14,6 +14,7 @@ from typing import IO, Any
 
 from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
+from app.batches.fields import names as field_names
 from app.batches.intake import Lines, Receiver, aside, header_of, in_slices
 from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
@@ -21,6 +22,7 @@ from app.batches.view import batch_json
 from app.designs.kind import Mode
 from app.designs.names import cleaned
 from app.designs.problems import INVALID
+from app.designs.refusals import with_suggestion
 from app.designs.registry import KINDS, modes_of
 from app.designs.schema import entry
 from app.errors import Problem
@@ -278,7 +280,9 @@ def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
     else:
         strange = unknown(ask.kind, ask.mode, names)[:20]
         allowed = "a dotted field of the request, such as geometry.outer_diameter_mm"
-        found = [entry(f"{at}/{name[:200]}", "is no field of this kind and mode", allowed) for name in strange]
+        known = field_names(ask.kind, ask.mode)
+        why = "is no field of this kind and mode"
+        found = [entry(f"{at}/{name[:200]}", with_suggestion(why, name, known), allowed) for name in strange]
     if found:
         raise Problem(422, INVALID, "the columns do not fit", found)
 

@@ -42,7 +42,8 @@ class Needs:
 
 @dataclass(frozen=True)
 class Solved:
-    """The solved items of a chunk, ``sealed``, and the elapsed time [s]."""
+    """The solved items of a chunk, ``sealed``, the elapsed time, and the processor's [s]."""
 
     items: bytes
     seconds: float
+    processor_s: float

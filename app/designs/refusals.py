@@ -103,18 +103,18 @@ def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
             detail, allowed = "is text", "a number, without quotes"
     elif item["type"] == "extra_forbidden":
         allowed = ", ".join(fields_at(model, item["loc"][:-1])) or "the fields of this object"
-        detail = _with_suggestion(detail, item["loc"][-1], allowed)
+        detail = with_suggestion(detail, item["loc"][-1], _WORD.findall(allowed))
     elif item["type"] in ("literal_error", "enum"):
-        detail = _with_suggestion(detail, item.get("input"), allowed)
+        detail = with_suggestion(detail, item.get("input"), _WORD.findall(allowed))
     elif item["type"] == "one_of" and isinstance(given := item.get("input"), Mapping):
-        meant = (_with_suggestion(detail, word, allowed) for word in given.values())
+        meant = (with_suggestion(detail, word, _WORD.findall(allowed)) for word in given.values())
         detail = next((words for words in meant if words != detail), detail)
     return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
 
 
-def _with_suggestion(detail: str, given: Any, allowed: str) -> str:
+def with_suggestion(detail: str, given: Any, allowed: Iterable[str]) -> str:
     """The detail, with the most similar allowed word as a suggestion."""
-    meant = nearest(given, _WORD.findall(allowed)) if isinstance(given, str) else None
+    meant = nearest(given, allowed) if isinstance(given, str) else None
     return detail if meant in (None, given) else f"{detail}; did you mean {meant}?"
 
 

@@ -268,13 +268,8 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str,
         result=None if failed else _with_accuracy_warning(result, outcome.accuracy),
         problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
-            {
-                "name": e.name,
-                "state": str(e.state),
-                "influence": float(min(e.influence, LARGEST_INFLUENCE)),
-                "why": e.why,
-            }
-            for e in outcome.effects
+            {"name": name, "state": str(state), "influence": float(min(bound(), LARGEST_INFLUENCE)), "why": why}
+            for name, state, bound, why in outcome.effects
         ],
         accuracy=accuracy_json(outcome.accuracy),
         timing={name: float(seconds) for name, seconds in outcome.timing.items()},

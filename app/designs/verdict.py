@@ -84,7 +84,7 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    result["summary"] = summary_of(result, denials(words), reached, _AS_WRITTEN)
+    result["summary"] = summary_of(result, {} if verdict.holds else denials(words), reached, _AS_WRITTEN)
     return result
 
 

@@ -16,7 +16,7 @@ from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
 from app.store.hashing import canonical_json, canonical_spec, spec_hash
 from app.store.record import RunRecord, RunStatus
 
-_LEVEL, _WINDOW, _MEMORY = 3, -15, 5
+_LEVEL, _MEMORY, _LARGEST_WINDOW, _LEAST_WINDOW = 3, 5, 15, 12
 DIGEST_BYTES = 16
 _PARTS = ("spec", "result", "problem", "effects", "accuracy", "timing", "verdict")
 
@@ -52,14 +52,19 @@ def packed(content: bytes, dictionary: bytes) -> bytes:
 
 @lru_cache(maxsize=8)
 def _deflate(dictionary: bytes) -> Any:
-    """A compressor that has read the dictionary: copied for each item, which costs less than reading it again."""
-    return zlib.compressobj(_LEVEL, zlib.DEFLATED, _WINDOW, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
+    """A compressor that has read the dictionary: copied for each item, which costs less than reading it again.
+
+    The copy includes its window, which therefore is no larger than it takes to reach back over the dictionary from the
+    same place in an item.
+    """
+    window = min(_LARGEST_WINDOW, max(_LEAST_WINDOW, (3 * len(dictionary) // 2).bit_length()))
+    return zlib.compressobj(_LEVEL, zlib.DEFLATED, -window, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
 
 
 def unpacked(content: bytes, dictionary: bytes) -> dict[str, Any]:
     """Inverse of ``packed``, parsed. Raises ValueError for damaged content."""
     try:
-        inflate = zlib.decompressobj(_WINDOW, dictionary)
+        inflate = zlib.decompressobj(-_LARGEST_WINDOW, dictionary)
         return json.loads(inflate.decompress(content) + inflate.flush())
     except (zlib.error, ValueError) as error:
         raise ValueError("the content of the item cannot be read") from error

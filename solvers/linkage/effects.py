@@ -2,8 +2,8 @@
 
 Three of the four require optional scene data: a drive, a stiffness, a tolerance. Without them they cannot run, which
 the manifest states. A given drive always requires the steady running: its speed may deviate arbitrarily from the
-nominal one, so no energy ratio bounds the influence. An omitted elastic peak or restitution error is below the
-tolerance, relative to the pin force and to one respectively.
+nominal one, so no energy ratio bounds the influence. An omitted elastic peak, restitution error or blocked
+angle is below the tolerance, relative to the pin force, to one and to a radian respectively.
 """
 
 from __future__ import annotations
@@ -145,19 +145,25 @@ class CouplerElasticity:
 class LengthTolerances:
     name: str = "tolerances"
     summary: str = "closure and restitution with lengths off by their tolerance"
-    measure: str = "g/(g^2 - 1) times the relative errors of the lengths"
+    measure: str = "g/(g^2 - 1) times the relative errors of the lengths; the angle [rad] that they may block"
     needs: str | None = "length_tolerance"
 
     def influence(self, situation: Situation) -> float:
-        mechanism = situation.mechanism
-        return restitution_error(mechanism.bar, mechanism.crank, situation.scene.length_tolerance)
+        return max(self._restitution_error(situation), self._window(situation).angle)
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
         if not situation.strikes:
             return results
-        mechanism, tolerance = situation.mechanism, situation.scene.length_tolerance
-        missed = window(mechanism.bar, -closure_error(mechanism.crank, tolerance))
-        return replace(results, restitution_error=self.influence(situation), tolerance_window=missed)
+        error, missed = self._restitution_error(situation), self._window(situation)
+        return replace(results, restitution_error=error, tolerance_window=missed)
+
+    def _restitution_error(self, situation: Situation) -> float:
+        mechanism = situation.mechanism
+        return restitution_error(mechanism.bar, mechanism.crank, situation.scene.length_tolerance)
+
+    def _window(self, situation: Situation) -> Window:
+        mechanism = situation.mechanism
+        return window(mechanism.bar, -closure_error(mechanism.crank, situation.scene.length_tolerance))
 
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())

@@ -100,8 +100,9 @@ class Scene:
 
     def __post_init__(self) -> None:
         require_positive(self, "", *_GIVEN, "tool_radius", "coupler_stiffness", "length_tolerance")
-        for name in _GIVEN:
-            require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
+        if None in (self.blow_frequency, self.impact_speed, self.impact_energy):
+            name = next(name for name in _GIVEN if getattr(self, name) is None)
+            raise InvalidInput(name, "is missing", "(0, inf)")
 
     @property
     def crank_speed(self) -> float:

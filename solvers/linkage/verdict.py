@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
-from solvers.linkage.constraints import CONSTRAINTS
+from solvers.linkage.constraints import CONSTRAINTS, Constraint
 from solvers.linkage.effects import NO_STEADY_RUNNING
 from solvers.linkage.problem import Limits
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import STRENGTH_SPEED, Scene
 from solvers.linkage.warnings import SPEED_SLACK
 from solvers.outcome import Accuracy
-from solvers.verdict import Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
 _MAX_SLOWDOWN = 0.1
@@ -43,17 +45,19 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
         criteria.append(yes("runs_steadily", False))
     elif check.running is not None:
         criteria.append(yes("runs_steadily", True))
-    absent = {name for name in ("size", "energy") if not getattr(given, name)}
-    for row in CONSTRAINTS:
-        limit = row.limit(limits)
-        if limit is None:
-            continue
-        value = row.reached(check) if absent.isdisjoint(row.needs) else None
+    for row, limit, judged in _limiting(limits):
+        value = row.reached(check) if all([getattr(given, name) for name in row.needs]) else None
         if value is not None:
-            criteria.append(_JUDGED[row.sense](row.name, limit, value, slack, asked=row.asked))
+            criteria.append(judged(row.name, limit, value, slack, row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))
     return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)))
+
+
+@lru_cache(maxsize=32)
+def _limiting(limits: Limits) -> list[tuple[Constraint, float, Callable[..., Criterion]]]:
+    """The constraints that limits set, the limit of each, and what judges it."""
+    return [(row, limit, _JUDGED[row.sense]) for row in CONSTRAINTS if (limit := row.limit(limits)) is not None]
 
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:

@@ -38,11 +38,12 @@ _INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
-    """The n points on [-1, 1], their barycentric weights, and the matrices from values to derivatives (n, n) and to the
-    last six Chebyshev coefficients (n, 6), a row per value."""
+    """The n points on [-1, 1], their barycentric weights, their shares in the mean (Clenshaw-Curtis), and the matrices
+    from values to derivatives (n, n) and to the last six Chebyshev coefficients (n, 6), a row per value."""
 
     points: Array
     weights: Array
+    shares: Array
     derivative: Array
     tail: Array
 
@@ -75,8 +76,9 @@ def rule_of(n: int) -> Rule:
     derivative = weights[None, :] / weights[:, None] / apart
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
-    series = np.linalg.inv(chebyshev.chebvander(x, n - 1))
-    return Rule(x, weights, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
+    series, even = np.linalg.inv(chebyshev.chebvander(x, n - 1)), np.arange(0, n, 2)
+    shares = (1.0 / (1.0 - even**2)) @ series[even]
+    return Rule(x, weights, shares, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
 
 
 def _points(left: Array, right: Array, rule: Rule) -> Array:
@@ -164,6 +166,17 @@ def panel_error(f: Array, rule: Rule) -> float:
     ratio = min(max(ratio, _FASTEST), _SLOWEST)
     likely = 0.5 * middle * min(middle / first, 1.0) if first > 0.0 else 0.0
     return 4.0 * max(last, likely) * ratio / (1.0 - ratio)
+
+
+@kernel
+def mean_of(edges: Array, rule: Rule, f: Array) -> tuple[float, float]:
+    """Mean of sampled values (panels n,) over the edges' range, and its estimated error."""
+    n, mean, error = rule.points.size, 0.0, 0.0
+    for p in range(edges.size - 1):
+        values, share = f[p * n : (p + 1) * n], (edges[p + 1] - edges[p]) / (edges[-1] - edges[0])
+        mean += share * (rule.shares @ values)
+        error += share * panel_error(values, rule)
+    return mean, error
 
 
 @kernel

@@ -32,7 +32,7 @@ from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_ma
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
-from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings
+from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings, where_over
 
 Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
@@ -223,9 +223,9 @@ def _warnings(
     program: Program, limits: Limits, walls: Array, use: Array, deflection: float, found: RingResult | None
 ) -> tuple[str, ...]:
     messages, x = [], program.stations.x
-    over = use > 1.0 + 1e-9
-    if over.any():
-        messages.append(exceeded(x[over], float(use.max())))
+    over = where_over(x, use)
+    if over is not None:
+        messages.append(exceeded(program.scene, over, float(use.max())))
     messages += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
     if found is not None:
         messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)

@@ -15,10 +15,24 @@ from solvers.pin.scene import Scene
 Array = NDArray[np.float64]
 
 
-def exceeded(x: Array, use: float) -> str:
+def where_over(x: Array, use: Array) -> Array | None:
+    """First and last position [m] at which a utilisation at stations exceeds 1, linear in between; None: nowhere."""
+    over = np.flatnonzero(use > 1.0 + 1e-9)
+    if over.size == 0:
+        return None
+    ends = []
+    for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
+        place = float(x[inner])
+        if 0 <= outer < x.size and math.isfinite(use[inner]):
+            place += float((x[outer] - x[inner]) * (use[inner] - 1.0) / (use[inner] - use[outer]))
+        ends.append(place)
+    return np.array(ends)
+
+
+def exceeded(scene: Scene, x: Array, use: float) -> str:
     """Describe where [m] and by how much the strength is exceeded."""
     by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
-    return f"the strength is exceeded {_span(x)}, {by}"
+    return f"the strength is exceeded {_place(scene, x)}, {by}"
 
 
 def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
@@ -29,6 +43,14 @@ def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
         messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
     return messages
+
+
+def _place(scene: Scene, x: Array) -> str:
+    """Describe the range of positions [m] in the whole part; those of a symmetric one lie in its first half."""
+    length = scene.geometry.length
+    if scene.symmetric and x.max() >= 0.5 * length * (1.0 - 1e-9):
+        return _span(np.array([x.min(), length - x.min()]))
+    return f"{_span(x)} (and mirrored)" if scene.symmetric else _span(x)
 
 
 def _span(x: Array) -> str:
@@ -50,6 +72,6 @@ def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls:
     if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
         thin, where = sought.over_ring_stress(scene, allowable, walls)
         if thin.any():
-            span = f"{_span(x[thin])} (and mirrored)" if scene.symmetric else _span(x[thin])
-            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {span}")
+            place = _place(scene, x[thin])
+            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")
     return messages

@@ -103,7 +103,8 @@ class Machine:
         self.stiffness = x["elastic_modulus"] * x["b"] * x["h"] ** 3 / 12
         self.area = mp.pi * x["diameter"] ** 2 / 4
         self.inertia = "reciprocating_inertia" in case["effects"]
-        self._pressure, self.back = self._source()
+        self._pressure, self.mean_pressure = self._source()
+        self.back = mp.mpf(0) if self.load["kind"] == "constant" else self.mean_pressure
         if self.load.get("back_pressure") is not None:
             self.back = mp.mpf(self.load["back_pressure"])
         self.bend, self.force, self.stroke = cache(self._bend), cache(self._force), cache(self._stroke)
@@ -112,12 +113,16 @@ class Machine:
         load = self.load
         if load["kind"] == "constant":
             constant = mp.mpf(load["constant_pressure"])
-            return (lambda phi: constant), mp.mpf(0)
+            return (lambda phi: constant), constant
         if load["kind"] == "table":
             return pchip([mp.mpf(a) for a in load["angle"]], [mp.mpf(p) for p in load["pressure"]])
         p_min, delta, theta = (mp.mpf(load[name]) for name in ("p_min", "delta", "theta"))
         mean = p_min * mp.sqrt((1 + delta) / (1 - delta))
         return (lambda phi: p_min * (1 + delta) / (1 - delta * mp.cos(phi - theta))), mean
+
+    def mean_force(self):
+        """Over the revolution: the acceleration has no mean."""
+        return -self.scale * (self.mean_pressure - self.back) * self.area
 
     def _force(self, phi):
         value = -self.scale * (self._pressure(phi) - self.back) * self.area

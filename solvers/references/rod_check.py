@@ -77,15 +77,14 @@ def check(
         look = _Look(watch, angles)
         low, doubt_low = look.greatest(lambda phi: -machine.force(phi))
         high, doubt_high = look.greatest(machine.force)
-        critical, mean = machine.critical_force(), (high - low) / 2
-        frequency = natural_frequency(machine, mean, watch)
+        critical, frequency = machine.critical_force(), natural_frequency(machine, machine.mean_force(), watch)
         found: dict[str, tuple[Number | None, float]] = {
             "axial_force_min": (-low, doubt_low),
             "axial_force_max": (high, doubt_high),
             "critical_force": (critical, 0.0),
             "stability_safety": (critical / low if low > 0 else None, doubt_low),
             "mass": (x["density"] * x["b"] * x["h"] * x["l"], 0.0),
-            "natural_frequency": (frequency, max(doubt_low, doubt_high)),
+            "natural_frequency": (frequency, 0.0),
         }
         if low > 0 and critical <= low:
             return found

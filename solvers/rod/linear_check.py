@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Rule, greatest, largest
+from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.guide_loads import (
     CLAMP_MOMENT,
@@ -78,6 +78,7 @@ class Results(NamedTuple):
 
     stands           whether the strip does not buckle
     pushed, pulled   maximum compression and tension; ``pushed`` is P_cr if the strip buckles by friction only
+    natural_frequency  the first one, under the mean axial force of the revolution [Hz]
     strength         maximum |stress|
     high, low        stresses of the section and fibre that govern fatigue; ``layer`` is 0 at +h/2, 1 at -h/2
     contact_load     |T| + 6 |M0 + T e|/Lp
@@ -185,7 +186,8 @@ def _check_row(
         pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
         if pushed < critical:
             pushed, of_pushed = critical, 0.0
-    error, mean = max(relative(of_pushed, pushed), relative(of_pulled, pulled)), 0.5 * (pulled - pushed)
+    error = max(relative(of_pushed, pushed), relative(of_pulled, pulled))
+    mean, of_mean = mean_of(edges, rule, states[FORCE])
     out[0], out[1], out[2], out[3] = 1.0 if stands else 0.0, critical, pushed, pulled
     few = accuracy >= 10.0 * OF_FEW
     polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
@@ -204,7 +206,7 @@ def _check_row(
             error = max(error, LAST_DIGITS / (1.0 - pushed / critical))
     if critical + mean > 0.0:
         # The frequency is proportional to the square root of the critical force plus the mean force.
-        error = max(error, 0.5 * (of_pulled + of_pushed) / (critical + mean) + (OF_FEW if few else 0.0))
+        error = max(error, 0.5 * of_mean / (critical + mean) + (OF_FEW if few else 0.0))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 

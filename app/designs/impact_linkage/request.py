@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
@@ -57,21 +58,37 @@ class LinkageLimits(Strict):
     )
 
     def to_solver(self) -> linkage.Limits:
-        def metres(name: str) -> float | None:
-            value = getattr(self, name)
-            return None if value is None else value * MILLI
-
+        lengths = (self.min_link_mm, self.joint_radius_mm, self.longest_link_mm, self.width_mm, self.height_mm)
         degrees = self.transmission_angle_deg
-        return linkage.Limits(
-            min_link=metres("min_link_mm") or 0.0,
-            joint_radius=metres("joint_radius_mm") or 0.0,
-            longest_link=metres("longest_link_mm"),
-            width=metres("width_mm"),
-            height=metres("height_mm"),
-            enclosing_radius=metres("enclosing_radius_mm"),
-            max_pin_force=self.max_pin_force_n,
-            transmission_angle=None if degrees is None else (math.radians(degrees[0]), math.radians(degrees[1])),
-        )
+        return _limits(*lengths, self.enclosing_radius_mm, self.max_pin_force_n, degrees and tuple(degrees))
+
+
+@lru_cache(maxsize=32)
+def _limits(
+    min_link: float | None,
+    joint_radius: float | None,
+    longest_link: float | None,
+    width: float | None,
+    height: float | None,
+    enclosing_radius: float | None,
+    max_pin_force: float | None,
+    degrees: tuple[float, float] | None,
+) -> linkage.Limits:
+    """The limits [mm, N, degrees] in SI units; the items of a batch mostly share them."""
+
+    def metres(length: float | None) -> float | None:
+        return None if length is None else length * MILLI
+
+    return linkage.Limits(
+        min_link=metres(min_link) or 0.0,
+        joint_radius=metres(joint_radius) or 0.0,
+        longest_link=metres(longest_link),
+        width=metres(width),
+        height=metres(height),
+        enclosing_radius=metres(enclosing_radius),
+        max_pin_force=max_pin_force,
+        transmission_angle=degrees and (math.radians(degrees[0]), math.radians(degrees[1])),
+    )
 
 
 class Group(Strict):
@@ -127,11 +144,11 @@ class LinkageRequest(SolverRequest):
         if angle is not None and angle[0] > angle[1]:
             at = "/limits/transmission_angle_deg/0"
             found.append(entry(at, "the least exceeds the greatest", "at most the greatest"))
-        needing = {"drive": self.motor is not None, "coupler_stiffness_n_m": self.coupler_stiffness_n_m is not None}
         if self.impact_energy_j is None:
-            names = [name for name, needs in needing.items() if needs]
+            needing = {"drive": self.motor, "coupler_stiffness_n_m": self.coupler_stiffness_n_m}
+            names = [name for name, value in needing.items() if value is not None]
             found += [_missing("impact_energy_j", f"{name} means nothing without it") for name in names]
-        if self.motor is not None and self.blow_frequency_hz is None:
+        if self.blow_frequency_hz is None and self.motor is not None:
             found.append(_missing("blow_frequency_hz", "drive means nothing without it"))
         return found
 

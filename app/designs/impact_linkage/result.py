@@ -106,8 +106,8 @@ def _degrees(angle: float | None) -> float | None:
 
 
 def lengths_json(mechanism: Mechanism) -> dict[str, float]:
-    found = mechanism.lengths
-    return {name: getattr(found, name) / MILLI for name in ("base", "crank", "coupler", "rocker")}
+    base, crank, coupler, rocker = mechanism.lengths.links
+    return {"base": base / MILLI, "crank": crank / MILLI, "coupler": coupler / MILLI, "rocker": rocker / MILLI}
 
 
 def ratios_json(mechanism: Mechanism) -> dict[str, float]:

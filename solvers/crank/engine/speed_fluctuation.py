@@ -213,11 +213,14 @@ def work_extremes(
 
 
 def shaft_inertia(cycle: Cycle) -> float:
-    """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins."""
+    """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins.
+
+    A single cylinder whose crank pin has two rods turns both, as in the rotating mass.
+    """
     scene, engine, radius = cycle.scene, cycle.scene.engine, cycle.motion.crank_radius
-    rods = len(engine.phases)
-    throws = max(rods // scene.masses.rods_per_pin, 1)
-    rotating = throws * scene.masses.throw.inertia(radius) + rods * scene.masses.rod.at_crank_pin * radius**2
+    rods = scene.masses.rods_per_pin
+    throws = max(len(engine.phases) // rods, 1)
+    rotating = throws * (scene.masses.throw.inertia(radius) + rods * scene.masses.rod.at_crank_pin * radius**2)
     return engine.flywheel_inertia + rotating
 
 

@@ -104,12 +104,16 @@ def confinement(bar: FourBar) -> float | None:
 def restitution_error(bar: FourBar, crank: float, tolerance: float) -> float:
     """Maximum relative error of R_k for a tolerance [m] of every length, with the closure satisfied:
 
-    dR_k/R_k = g/(g^2 - 1) (dlambda0/lambda0 + dlambda2/lambda2 - dlambda3/lambda3).
+    dR_k/R_k = g/(g^2 - 1) (dl0/l0 + dl2/l2 - dl3/l3 - dl1/l1).
+
+    In the largest coupler and base the closure allows all four at their worst; in the largest rocker it requires
+    dl0 + dl2 = dl1 + dl3, so that the two longest links have to make up for the two shortest.
     """
     r, gain = bar.ratios, bar.gain
     sensitivity = gain / abs(gain * gain - 1.0) if gain != 1.0 else math.inf
-    base, coupler, rocker = crank * r.base, crank * r.coupler, crank * r.rocker
-    return sensitivity * tolerance * (1.0 / base + 1.0 / coupler + 1.0 / rocker)
+    least, less, more, most = sorted(1.0 / (crank * link) for link in (1.0, r.base, r.coupler, r.rocker))
+    opposed = bar.kind.crank_sign != bar.kind.rocker_sign
+    return sensitivity * tolerance * (most + more - less - least if opposed else most + more + less + least)
 
 
 def closure_error(crank: float, tolerance: float) -> float:

@@ -141,7 +141,7 @@ def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[st
     scene, limits, steps, messages = pin.scene, pin.limits, pin.steps, []
     outer, use = scene.geometry.outer_diameter, max(found.criterion, found.shear)
     if use > 1.0 + 1e-9:
-        messages.append(exceeded(np.array([found.first_over, found.last_over]), use))
+        messages.append(exceeded(scene, np.array([found.first_over, found.last_over]), use))
     walls = np.maximum(outer - np.array(steps.bores), 0.0)
     messages += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
     if ring is not None:

@@ -51,7 +51,8 @@ PARTS = 4
 class Judging(NamedTuple):
     """Parameters of the results, SI units.
 
-    angle, travel    crank angles and |dx/dphi| [m] there times the angle's quadrature weight, (n,)
+    angle, share     crank angles and their quadrature weights as fractions of a revolution, (n,)
+    travel           |dx/dphi| [m] at the angles times their weights, (n,)
     lever, offset    6/Lp [1/m] of the skirt and the clamp's offset e [m]
     friction         (4/pi) mu
     direct, bending  1/(b h) [1/m^2] and E h/2 [Pa m]
@@ -60,6 +61,7 @@ class Judging(NamedTuple):
     """
 
     angle: Array
+    share: Array
     travel: Array
     lever: float
     offset: float
@@ -190,11 +192,11 @@ def change(j: Judging, found: Judged, exact: Judged) -> float:
 
 @kernel
 def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
-    """Change of the extrema of the axial force, the stability, and the natural frequency under the mean of the extrema.
+    """Change of the extrema of the axial force, the stability, and the natural frequency under the mean force.
 
     An extremum lies between samples: the maximum difference at the neighbouring samples is used.
     """
-    worst, n, mean, means = 0.0, j.angle.size, 0.0, 0.0
+    worst, n = 0.0, j.angle.size
     for sign in (1.0, -1.0):
         here, there = 0, 0
         for i in range(n):
@@ -205,12 +207,14 @@ def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
             differs = max(differs, abs(found.force[i % n] - exact.force[i % n]))
         if differs > 0.0:
             worst = max(worst, differs / abs(truth) if truth != 0.0 else np.inf)
-        mean, means = mean + 0.5 * truth, means + 0.5 * found.force[there]
         if sign < 0.0:
             if (truth < 0.0) != (found.force[there] < 0.0):
                 worst = np.inf
             elif truth < 0.0:
                 worst = max(worst, abs(truth / found.force[there] * (found.critical / exact.critical) - 1.0))
+    mean, means = 0.0, 0.0
+    for i in range(n):
+        mean, means = mean + j.share[i] * exact.force[i], means + j.share[i] * found.force[i]
     stiff = max(j.in_plane + min(mean, means), 1e-3 * j.in_plane)
     return max(worst, 0.5 * abs(mean - means) / stiff)
 

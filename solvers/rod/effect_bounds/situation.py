@@ -103,8 +103,11 @@ class Turn:
         if part.step == 1 and part.stop == self.sampling.angle.size:
             judging, states = self.judging, self.states
         else:
-            angle, travel = self.judging.angle[part].copy(), part.step * self.judging.travel[part]
-            judging, states = self.judging._replace(angle=angle, travel=travel), self.states[:, part].copy()
+            whole, step = self.judging, part.step
+            judging = whole._replace(
+                angle=whole.angle[part].copy(), share=step * whole.share[part], travel=step * whole.travel[part]
+            )
+            states = self.states[:, part].copy()
         return Seen(judging, states, judge_turn(judging, self.drive, self.strip, states, self.critical))
 
 
@@ -216,7 +219,7 @@ class Situation:
             sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
             states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
             step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
-            judging = self._judging(sampling.angle, travel * sampling.share)
+            judging = self._judging(sampling, travel * sampling.share)
             sharpness = math.sqrt(bent) * even / TURN
             critical = self.critical_with_shear
             turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
@@ -224,10 +227,11 @@ class Situation:
                 return turn
             even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
-    def _judging(self, angle: Array, travel: Array) -> Judging:
+    def _judging(self, sampling: Sampling, travel: Array) -> Judging:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material
         return Judging(
-            angle,
+            sampling.angle,
+            sampling.share,
             travel,
             self.strip.lever,
             piston.clamp_offset,

@@ -15,11 +15,12 @@ import pyarrow.parquet
 import pytest
 from starlette.testclient import TestClient
 
+from app.batches import results
 from app.batches.intake import LONGEST_ROW, Lines, in_slices
 from app.batches.sweep import Sweep
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.store.batch_inputs import Row, Source, packed_rows, unpacked_rows
+from app.store.batch_inputs import Row, Source, UnreadableRow, packed_rows, unpacked_rows
 
 PIN = {k: v for k, v in KINDS["pin-profile"].example(Mode.CHECK).items() if k != "name"}
 AT = "/api/v1/batches"
@@ -132,6 +133,53 @@ def test_csv_in_and_out(client: TestClient) -> None:
             assert (float(row[name]) if row[name] else None) == line.get(name)
     chosen = client.get(batch["links"]["results"] + "?format=csv&fields=index,mass_g&status=succeeded").text
     assert chosen.splitlines() == ["index,mass_g", *(f"{row['index']},{row['mass_g']!r}" for row in lines[:2])]
+
+
+def test_numbers_of_a_table_as_programs_write_them() -> None:
+    source = Source("csv", ("name", "load.force_n"), frozenset({"name"}))
+
+    def force(cell: str) -> Any:
+        return source.body(Row(1, f"05,{cell}".encode()))["load"]["force_n"]
+
+    assert [force(cell) for cell in ("15000.", ".5", "05", "+1.e3", " 2 ")] == [15000.0, 0.5, 5.0, 1000.0, 2.0]
+    assert [force(cell) for cell in ("1_000", "0x10", "1 000", "5 N", "NaN", ".")] == [
+        "1_000", "0x10", "1 000", "5 N", "NaN", "."
+    ]  # fmt: skip
+    assert source.body(Row(1, b"05,"))["name"] == "05"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ['{"a":1,"a":1}', '{"a":1,"a" :2}', '{"b":{"a":"x","a":"x"}}', '[{"a":[1,{"b":null,"b":null}]}]', '{"":1,"":2}'],
+)
+def test_a_name_that_appears_twice_is_refused(text: str) -> None:
+    body = '{"outer":' + text + ',"other":"a: \\" {"}'
+    for row in (body, body.replace('\\"', "")):
+        with pytest.raises(UnreadableRow, match="more than once"):
+            Source("ndjson").body(Row(1, row.encode()))
+
+
+def test_columns_that_are_no_fields_get_a_suggestion(client: TestClient) -> None:
+    answer = submit(client, b"force_n,outer_diameter_mm [mm]\n1,2\n", "text/csv")
+    assert [error["detail"].partition("; ")[2] for error in answer.json()["errors"]] == [
+        "did you mean load.force_n?", "did you mean geometry.outer_diameter_mm?"
+    ]  # fmt: skip
+
+
+def test_parquet_of_rows_with_wrong_types(client: TestClient, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(results, "_SAMPLE_SIZE", 1)  # the sample does not see every row
+    names = {**_dotted(PIN), "load.force_n": None}
+    text = io.StringIO()
+    table = csv.DictWriter(text, names)
+    table.writeheader()
+    forces = ["4000", "12 kN", "true", "[1]", "5000.5", "1" + 400 * "0", "6000"]
+    table.writerows({**_dotted(PIN), "load.force_n": force} for force in forces)
+    batch = ended(client, submit(client, text.getvalue().encode(), "text/csv"))
+    answer = client.get(batch["links"]["results"] + "?format=parquet")
+    found = pyarrow.parquet.read_table(io.BytesIO(answer.content))
+    assert found.schema.field("load.force_n").type == pyarrow.float64()
+    assert found.column("load.force_n").to_pylist() == [4000.0, None, None, None, 5000.5, None, 6000.0]
+    assert found.column("status").to_pylist().count("refused") == 4
 
 
 def _dotted(value: Any, prefix: str = "", skip: str = "") -> dict[str, Any]:

@@ -58,4 +58,4 @@ def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved | 
         if number is not None:
             known[number] = items[-1]
     time.sleep(ITEM_S * len(items))
-    return Solved(sealed(task.batch, items), ITEM_S * len(items))
+    return Solved(sealed(task.batch, items), ITEM_S * len(items), ITEM_S * len(items))

@@ -13,6 +13,7 @@ import time
 import tracemalloc
 from collections.abc import AsyncIterator
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -61,6 +62,16 @@ def quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.usefixtures("quick")
+@pytest.mark.parametrize(("elapsed_s", "items"), [(1e-3, 500), (5e-3, 500), (5e-2, 100)])
+def test_chunks_stay_large_where_workers_wait_for_the_processor(elapsed_s: float, items: int) -> None:
+    executor = SimpleNamespace(background_workers=2)
+    engine = engines.BatchEngine(None, executor, 10.0)  # type: ignore[arg-type]
+    batch = SimpleNamespace(kind="pin-profile", mode="check", detail="scalars", total=10**6)
+    for _ in range(3):
+        engine._update_estimate(batch, engines._ItemTime(elapsed_s, 1e-3))  # type: ignore[arg-type]
+    assert engine._items_of(batch) == pytest.approx(items, abs=1)  # type: ignore[arg-type]
+
+
 def test_poison_items_are_isolated_by_splitting_and_stored_as_failed(database_url: str, tmp_path: Path) -> None:
     bodies: list[dict[str, Any]] = [{"x": k} for k in range(20)]
     bodies[2] = {"do": "die"}

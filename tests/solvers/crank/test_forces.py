@@ -215,3 +215,5 @@ def test_shaft_inertia_counts_every_turning_part():
     assert scene.masses.throw.inertia(0.04) == pytest.approx(0.4 * 0.04**2 + 1.4 * 0.02**2 + 0.5 * 0.03**2)
     found = crank.analyse(scene).value.swing.inertia
     assert found == pytest.approx(scene.masses.throw.inertia(0.04) + scene.masses.rod.at_crank_pin * 0.04**2)
+    both = crank.analyse(car(masses=replace(MASSES, rods_per_pin=2))).value.swing.inertia
+    assert both - found == pytest.approx(scene.masses.rod.at_crank_pin * 0.04**2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+import mpmath as mp
 import numpy as np
 import pytest
 
@@ -27,6 +28,43 @@ def test_loads_are_those_of_the_moving_rocker(kind, restitution, factor):
     found_torque, found_force = series(bar, crank, energy, phi)
     assert found_torque[inside] == pytest.approx(torque[inside], rel=2e-4, abs=2e-6 * np.abs(torque).max())
     assert found_force[inside] == pytest.approx(force[inside], rel=5e-4, abs=2e-5 * found_force.max())
+
+
+@pytest.mark.parametrize("phi", ["1e-6", "0.1", "6.2", "6.283185"])
+@pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
+def test_beside_the_blow_loads_are_those_of_the_triangles_at_60_digits(kind, restitution, factor, phi):
+    """The rocker's angle from two circles, differentiated; the force from its lever about the rocker's pivot."""
+    p, crank, energy = KINDS[kind].least_parameter(Gain(restitution)) * factor, 0.02, 7.0
+    bar = of_family(KINDS[kind], restitution, p)
+    with mp.workdps(60):
+        base, coupler, rocker = brute_force.ratios(kind, mp.mpf(restitution), mp.mpf(p))
+        way, inward = (-1 if kind == "largest_base" else 1), (1 if kind == "largest_coupler" else -1)
+
+        def joints(angle, side):
+            pin = way * mp.expj(angle)
+            apart = base - pin
+            along = (coupler**2 - rocker**2 + abs(apart) ** 2) / (2 * abs(apart))
+            across = side * mp.sqrt(coupler**2 - along**2)
+            return pin, pin + apart / abs(apart) * mp.mpc(along, across)
+
+        def turned(angle, side):
+            return mp.arg((joints(angle, side)[1] - base) * inward)
+
+        def speed(angle, side, order=1):
+            return mp.diff(lambda x: turned(x, side), angle, order, h=mp.mpf(10) ** -18)
+
+        close = mp.mpf(10) ** -8
+        # Of the two ways to assemble the links, that which strikes at the end of the turn is the faster there.
+        side = max((1, -1), key=lambda each: abs(speed(-close, each)))
+        ratio, rate = speed(mp.mpf(phi), side), speed(mp.mpf(phi), side, 2)
+        struck = abs(speed(-close, side))
+        pin, joint = joints(mp.mpf(phi), side)
+        lever = abs(mp.im(mp.conj(joint - base) * (joint - pin) / coupler)) * crank
+        torque = 2 * energy * ratio * rate / struck**2
+        force = 2 * energy * abs(rate) / struck**2 / lever
+    found_torque, found_force = series(bar, crank, energy, np.array([float(phi)]))
+    assert found_torque[0] == pytest.approx(float(torque), rel=1e-7, abs=1e-14)
+    assert found_force[0] == pytest.approx(float(force), rel=1e-7)
 
 
 @pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)

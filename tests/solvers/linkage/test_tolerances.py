@@ -83,18 +83,27 @@ def test_to_first_order_the_window_goes_with_the_root_of_the_miss(kind):
     assert window(bar, miss).short_stop == pytest.approx(math.sqrt(bar.gain**2 - 1) * angle / reach, rel=1e-9)
 
 
-def test_restitution_moves_with_the_lengths():
-    links, tolerance = (mp.mpf("1.5"), mp.mpf("2.5"), mp.mpf("1.1")), mp.mpf("1e-20")
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("restitution", [0.05, 0.3, 0.8])
+def test_restitution_moves_with_the_lengths(kind, restitution):
+    """The greatest change of R_k over all lengths within the tolerance that still close, by linear programming."""
+    from scipy.optimize import linprog
 
-    def restitution(base: mp.mpf, coupler: mp.mpf, rocker: mp.mpf) -> mp.mpf:
-        g = mp.sqrt(base * coupler / rocker)
+    bar = of_family(KINDS[kind], restitution, KINDS[kind].least_parameter(Gain(restitution)) * 1.4)
+    crank, tolerance = mp.mpf("0.1"), 1e-5
+    lengths = [crank * mp.mpf(float(x)) for x in (bar.ratios.base, 1.0, bar.ratios.coupler, bar.ratios.rocker)]
+    closing = {"largest_coupler": (1, -1, -1, 1), "largest_rocker": (1, -1, 1, -1), "largest_base": (1, 1, -1, -1)}
+
+    def made_for(base, crank, coupler, rocker):
+        g = mp.sqrt(base * coupler / (crank * rocker))
         return (g - 1) / (g + 1)
 
     with mp.workdps(50):
-        moved = [[x + tolerance * (i == k) for k, x in enumerate(links)] for i in range(3)]
-        worst = sum(abs(restitution(*each) / restitution(*links) - 1) for each in moved) / tolerance
-    bar = FourBar(LARGEST_COUPLER, plain_ratios(*map(float, links)))
-    assert restitution_error(bar, 0.1, 1e-5) == pytest.approx(float(worst) * 1e-5 / 0.1, rel=1e-12)
+        step = mp.mpf(10) ** -25
+        moved = [made_for(*(x + step * (i == k) for k, x in enumerate(lengths))) for i in range(4)]
+        slopes = [float((each / made_for(*lengths) - 1) / step) for each in moved]
+    worst = linprog([-slope for slope in slopes], A_eq=[closing[kind]], b_eq=[0], bounds=[(-1, 1)] * 4)
+    assert restitution_error(bar, 0.1, tolerance) == pytest.approx(-worst.fun * tolerance, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -104,3 +113,21 @@ def test_restitution_moves_with_the_lengths():
 )  # fmt: skip
 def test_whether_the_crank_turns(lengths, turns):
     assert turns_fully(*lengths) == turns
+
+
+def test_auto_keeps_the_angle_that_a_tolerance_may_block():
+    """Some 0.02 mm in each length change the restitution by little, but may block the crank over degrees."""
+    from solvers import linkage
+
+    scene = linkage.Scene(linkage.Restitution(0.3, 0.3), 25.0, 5.0, 2.0, length_tolerance=2e-5)
+    mechanism = linkage.of_ratio(scene, LARGEST_BASE, 3.17356675)
+    found = linkage.check(scene, mechanism).value
+    crank = mechanism.crank
+    deficit, base = 4 * 2e-5 / crank, 3.17356675
+    # The crank stops where coupler and rocker, too short together, are stretched.
+    reach = (base + 1) - deficit
+    stops = math.acos(-(base**2 + 1 - reach**2) / (2 * base))
+    assert found.restitution_error < 2e-3
+    assert found.tolerance_window.blocked and found.tolerance_window.angle == pytest.approx(stops, rel=1e-9)
+    coarse = linkage.check(scene, mechanism, effect_tolerance=0.2).value
+    assert coarse.tolerance_window is None

@@ -86,3 +86,12 @@ def test_splitting_keeps_every_edge():
     edges = panels.split(np.array([0.0, 0.01, 1.0]), 0.1)
     assert {0.0, 0.01, 1.0} <= set(edges)
     assert np.max(np.diff(edges)) <= 0.1 * (1 + 1e-8)
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_the_mean_within_its_estimate(name):
+    found, values, _ = resolved(FUNCTIONS[name], 1e-9)
+    mean, error = panels.mean_of(found.edges, found.rule, values[0])
+    exact = FUNCTIONS[name](TURN * np.arange(20_000) / 20_000).mean()
+    assert abs(mean - exact) <= max(error, 1e-14 * np.abs(values).max())
+    assert error <= 1e-8 * np.abs(values).max()

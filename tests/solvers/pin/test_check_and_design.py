@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from itertools import pairwise
 
 import numpy as np
@@ -192,3 +193,33 @@ def test_the_load_sweep_of_figure_5():
         mass = STEEL.density * GEOMETRY.area * 2 * np.trapezoid(u, member.x)
         assert mass * 1e3 == pytest.approx(grams(vaz(member.force)), rel=1e-3)
     assert np.isnan(pin.load_sweep(VAZ, PAPER, [20e3])[0].diameter[-1])
+
+
+@pytest.mark.parametrize(
+    ("x", "bore"),
+    [
+        ((0.0,), (17e-3,)),
+        ((0.0, 40e-3), (19e-3, 11e-3)),
+        ((0.0, 80e-3), (18e-3, 10e-3)),
+        ((0.0, 40e-3), (14e-3, 16e-3)),
+    ],
+    ids=["one bore", "double cone", "one taper", "double cone, wide in the middle"],
+)
+def test_the_places_where_the_strength_is_exceeded_are_those_of_the_whole_pin(x, bore):
+    """By the textbook's stresses at many places."""
+    check = pin.check(VAZ, pin.Profile(x, bore))
+    warning = next(w for w in check.value.warnings if w.startswith("the strength"))
+    g, P, place = GEOMETRY, 15e3, np.linspace(0.0, LENGTH, 400_001)[1:-1]
+    y = np.minimum(place, LENGTH - place)
+    t, in_boss = np.maximum(y - g.boss_length - g.gap, 0.0), y < g.boss_length
+    force = np.where(in_boss, P * y**2 / (2 * g.boss_length**2), P / 2 - P * t / g.small_end_length)
+    beside = P * g.boss_length / 6 + P / 2 * (y - g.boss_length) - P * t**2 / (2 * g.small_end_length)
+    moment = np.where(in_boss, P * y**3 / (6 * g.boss_length**2), beside)
+    d = np.interp(place if x[-1] > 41e-3 else y, x, bore)
+    bending = 32 * D * moment / (math.pi * (D**4 - d**4))
+    shear = 16 * force * (D**2 + D * d + d**2) / (3 * math.pi * (D**4 - d**4))
+    over = np.hypot(bending, 2 * shear) > STEEL.allowable_stress
+    first, last = (float(number) * 1e-3 for number in re.findall(r"[\d.]+", warning)[:2])
+    where = place[over & (y == place)] if "mirrored" in warning else place[over]
+    # Interpolated between stations.
+    assert (where[0], where[-1]) == pytest.approx((first, last), abs=1e-4)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import mpmath
 import numpy as np
@@ -21,7 +22,7 @@ from solvers.rod.vibration.natural_frequencies import (
     natural_frequency,
 )
 from tests.solvers.rod.finite_elements import matrices
-from tests.solvers.rod.machines import PAPER, STRIP
+from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
 LENGTH = PAPER.mechanism.rod_length
 LINE_MASS = PAPER.material.density * STRIP.b * STRIP.h
@@ -57,6 +58,30 @@ def test_under_axial_force_it_matches_finite_elements(force):
     stiffness = bending_stiffness(PAPER, STRIP) * bending + force * geometric
     square = eigh(free.T @ stiffness @ free, LINE_MASS * free.T @ mass @ free, eigvals_only=True)[0]
     assert natural_frequency(PAPER, STRIP, force) == pytest.approx(math.sqrt(square) / (2 * math.pi), rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    "load",
+    [
+        PAPER.load,
+        rod.SchmidtLoad(1.4e6, 0.25, 1.16, back_pressure=1.7e6),
+        rod.TableLoad((0.3, 1.0, 1.4, 4.0), (1e6, 2.5e6, 1.1e6, 1.2e6), back_pressure=1.3e6),
+    ],
+    ids=["about no load", "pressed on the average", "table"],
+)
+def test_a_check_has_it_under_the_mean_of_the_axial_force(load):
+    """The mean over time, not that of the extremes; the reciprocating mass's acceleration has none."""
+    scene = replace(PAPER, load=load, piston=replace(PAPER.piston, reciprocating_mass=0.05))
+    angle = 2.0 * math.pi * np.arange(3600) / 3600
+    mean = -(load.pressure(angle).mean() - load.reference_pressure()) * scene.piston.area
+    bending, geometric, mass, free, _ = matrices(STRIP.l, LENGTH)
+    stiffness = bending_stiffness(PAPER, STRIP) * bending + mean * geometric
+    square = eigh(free.T @ stiffness @ free, LINE_MASS * free.T @ mass @ free, eigvals_only=True)[0]
+    effects = replace(
+        CORE, exclude=CORE.exclude - {"reciprocating_inertia"}, include=CORE.include | {"reciprocating_inertia"}
+    )
+    found = rod.check(scene, STRIP, effects).value.natural_frequency
+    assert found == pytest.approx(math.sqrt(square) / (2 * math.pi), rel=2e-6)
 
 
 def test_it_vanishes_where_the_strip_buckles():

@@ -11,6 +11,7 @@ from solvers.pin.optimum.lagrangian import Segments, weigh_segments
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.strength import strength_constraints
 from solvers.pin.section.variables import solidity_of
 from solvers.pin.uniform import deflection_parts
 
@@ -33,7 +34,7 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
     minimum wall above the radius.
     """
     sought = sought_in(scene)
-    constraints = sought.constraints(scene, criterion, [forces_at_ends(scene)])
+    constraints = strength_constraints(criterion, [forces_at_ends(scene)], sought.unit_diameter, scene.material)
     wall = float(sought.least_walls(constraints, sought.floor(scene, limits), 3).max())
     if np.isnan(wall):
         return None

@@ -1,13 +1,12 @@
 """Pin problem: outer diameter D given, bore d sought.
 
-u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D; f = 1/v = 1/(u (2 - u)) and g = phi
-(``solvers.pin.section.flexibility``), so the deflection coefficients are those of the solid section.
+u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D; f = 1/v = 1/(u (2 - u)) and g are those of
+``solvers.pin.section.flexibility``, so the deflection coefficients are those of the solid section.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -16,17 +15,10 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
-from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.conic import sloped
-from solvers.pin.optimum.dual_bound import monotone_bound_around, pointwise_bound
-from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
-from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility
-from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
+from solvers.pin.section.strength import StrengthConstraint, least_wall, uses
 from solvers.pin.section.variables import solidity_of, wall_of
 
 Array = NDArray[np.float64]
@@ -39,16 +31,11 @@ class BoreSought:
     """Pin with outer diameter ``diameter`` D [m]; see ``solvers.pin.optimum.program.Sought``."""
 
     diameter: float
-    name: ClassVar[str] = "bore"
     kappa: ClassVar[float] = -1.0
 
-    def constraints(
-        self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]
-    ) -> tuple[StrengthConstraint, ...]:
-        found: list[StrengthConstraint] = []
-        for own in forces:
-            found += strength_constraints(criterion, own, self.diameter, scene.material)
-        return tuple(found)
+    @property
+    def unit_diameter(self) -> float:
+        return self.diameter
 
     def floor(self, scene: Scene, limits: Limits) -> float:
         """NaN if even a solid pin violates the limits. Raises InvalidInput for a minimum wall above the radius."""
@@ -82,9 +69,6 @@ class BoreSought:
 
     def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
         return uses(constraints, walls)
-
-    def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        return densities(u, bending, shear, self.kappa, law.a, law.b)
 
     def solidity_of(self, walls: Array) -> Array:
         return solidity_of(walls)
@@ -154,11 +138,5 @@ class BoreSought:
     def relative(self, points: Array) -> Array:
         return points / self.diameter
 
-    def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        return (monotone_bound_around if monotone else pointwise_bound)(program, low, multiplier, u)
-
     def growth(self, thickest: float) -> float:
         return 2.0 / self.diameter
-
-    def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
-        return sloped(program, low, monotone, gap)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,6 +15,7 @@ from solvers.pin.optimum.program import Program
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, cowper
+from solvers.pin.section.strength import StrengthConstraint, strength_constraints
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
@@ -28,10 +27,12 @@ def sought_in(scene: Scene) -> BoreSought | OutsideSought:
     return OutsideSought(g.bore, g.bore) if isinstance(g, BushingGeometry) else BoreSought(g.outer_diameter)
 
 
-def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0) -> Any:
+def constraints_at(
+    scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0
+) -> tuple[StrengthConstraint, ...]:
     """Return the strength constraints of all load cases at stations; ``side`` and ``rest`` as in ``forces_at``."""
     forces = [forces_at(case, x, side, rest) for case in scene.cases]
-    return sought_in(scene).constraints(scene, criterion, forces)
+    return strength_constraints(criterion, forces, sought_in(scene).unit_diameter, scene.material)
 
 
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
@@ -56,7 +57,7 @@ def assemble(
     """
     length, sought = scene.geometry.length, sought_in(scene)
     forces = [forces_at(case, stations.x, stations.side, stations.rest) for case in scene.cases]
-    constraints = sought.constraints(scene, criterion, forces)
+    constraints = strength_constraints(criterion, forces, sought.unit_diameter, scene.material)
     floor = sought.floor(scene, limits)
     walls = sought.least_walls(constraints, floor, stations.x.size)
     sought = sought.fitted(walls, length)

@@ -3,21 +3,21 @@
 For non-negative multipliers the Lagrangian, with every flexibility replaced by its convex envelope, is a lower bound
 of the objective on feasible pins; being convex and separable it lies above its tangents. So for any u^
 
-    sum s_i u_i  >=  sum s_i (u^_i + lambda g_i(u^_i)) - lambda + sum of min over [l_i, 1] of h_i (u - u^_i),
+    sum s_i u_i  >=  sum s_i (u^_i + lambda h_i(u^_i)) - lambda + sum of min over [l_i, 1] of k_i (u - u^_i),
 
-h_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; poor ones weaken the bound but keep it
-valid.
+h_i = bend f + shear g of a station and k_i = d/du_i of the Lagrangian. Only the multipliers come from a solver; poor
+ones weaken the bound but keep it valid.
 
 If u must not decrease toward the middle, stationwise envelopes are too weak: they mix thin walls and solid sections
-in adjacent stations. There a station's term f_i = s_i (u + lambda g_i) is split at the level c above which phi is
-concave, f_i(u) = f_i(min(u, c)) + [f_i(max(u, c)) - f_i(c)]. The first part is convex, and the tangent is minimised
+in adjacent stations. There a station's term t_i = s_i (u + lambda h_i) is split at the level c above which g is
+concave, t_i(u) = t_i(min(u, c)) + [t_i(max(u, c)) - t_i(c)]. The first part is convex, and the tangent is minimised
 over non-decreasing u, whose minimiser on a block of equal u^ is a threshold: a sum of suffixes. The second part,
-summed, is the integral over the levels z from c to 1 of the sum of f_i'(z) over all stations with u above z: a
-suffix t(z). For every u it is at least the integral of M(z) = min over t of sum_{i >= t} f_i'(z). Third derivatives
-of 1/v and phi are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule
-underestimates its integral.
+summed, is the integral over the levels z from c to 1 of the sum of t_i'(z) over all stations with u above z: a
+suffix k(z). For every u it is at least the integral of M(z) = min over k of sum_{i >= k} t_i'(z). Third derivatives
+of f and g are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule underestimates
+its integral. A bushing's terms are convex everywhere; their minima lie below a u at which all slopes are positive.
 
-A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well; its multipliers enter h_i.
+A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well; its multipliers enter k_i.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.lagrangian import monotone_at
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.flexibility import bending, chord, inflection, line_from, phi, phi_slope
+from solvers.pin.section.flexibility import chord, flexibilities, inflection, line_from, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
-_SUFFICIENT_GAP, _SEARCH_RANGE, _SEARCH_ITERATIONS, _GOLDEN_RATIO = 1e-7, 0.2, 14, 0.5 * (math.sqrt(5.0) - 1.0)
-"""Gap below which the multiplier is not improved; relative search interval, iterations, and golden section ratio."""
+_SUFFICIENT_GAP, _SEARCH_RANGE, _SEARCH_ITERATIONS = 1e-7, 0.2, 14
+"""Gap below which the multiplier is not improved; relative search interval, and iterations."""
 _DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
 """Relative agreement below which two deflections are equal; upper estimate of the relative mass change per relative
 deflection change."""
@@ -58,43 +58,49 @@ def told_apart(deflection: float | None, constrained_um: object, accuracy: float
 
 
 @kernel
-def _envelope(u: float, bend: float, shear: float, a: float, b: float, line: float) -> tuple[float, float]:
-    """Return the convex envelope of g = bend/v + shear phi, linear from ``line`` to (1, g(1)), and its slope."""
-    at = min(u, line)
-    value, slope, _ = bending(at)
-    g = bend * value + shear * phi(at, a, b)
-    if u > line:
-        fall = chord(line, bend, shear, a, b)
-        return bend + shear * a + fall * (1.0 - u), -fall
-    return g, bend * slope + shear * phi_slope(at, a, b)
-
-
-@kernel
 def _tangents(
-    scale: float, share: Array, bend: Array, shear: Array, a: float, b: float, enveloped: bool, u: Array,
+    scale: float, share: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array,
     value: Array, slope: Array,
 ) -> None:  # fmt: skip
     for i in range(u.size):
         value[i], slope[i] = share[i] * u[i], share[i]
-        if scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0):
-            line = line_from(bend[i], shear[i], a, b) if enveloped else 1.0
-            g, fall = _envelope(u[i], bend[i], shear[i], a, b, line)
-            value[i] += share[i] * scale * g
-            slope[i] += share[i] * scale * fall
+        if not (scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0)):
+            continue
+        line = line_from(bend[i], shear[i], a, b) if enveloped and kappa < 0.0 else np.inf
+        if u[i] > line:
+            # The convex envelope is linear from here to the solid section.
+            fall = chord(line, bend[i], shear[i], a, b)
+            own, change = bend[i] + shear[i] * a + fall * (1.0 - u[i]), -fall
+        else:
+            (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
+            own, change = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
+        value[i] += share[i] * scale * own
+        slope[i] += share[i] * scale * change
 
 
 def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
-    """Return the terms s_i (u_i + lambda g_i(u_i)) and their slopes at u; stations without deflection may have no
+    """Return the terms s_i (u_i + lambda h_i(u_i)) and their slopes at u; stations without deflection may have no
     wall.
 
-    ``enveloped`` replaces g_i by its convex envelope.
+    ``enveloped`` replaces h_i by its convex envelope.
     """
     value, slope, law = np.empty_like(u), np.empty_like(u), program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
     _tangents(
-        scale, program.share, program.bending, program.shear, law.a, law.b, enveloped, u, value, slope
+        scale, program.share, program.bending, program.shear, program.sought.kappa, law.a, law.b, enveloped, u, value,
+        slope,
     )  # fmt: skip
     return value, slope
+
+
+def _thickest(program: Program, multiplier: float, u: Array) -> float:
+    """Return a u beyond which no term has its minimum: 1 for a pin, for a bushing where every slope is positive."""
+    if program.sought.kappa < 0.0:
+        return 1.0
+    top = float(u.max())
+    while np.any(lagrangian(program, multiplier, np.full_like(u, top))[1] < 0.0):
+        top *= 1.5
+    return top
 
 
 def least_walls_bound(program: Program, low: Array) -> float:
@@ -117,25 +123,28 @@ def least_walls_bound(program: Program, low: Array) -> float:
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """Return a lower bound of the volume over all u in [low, 1] that satisfy the deflection limit."""
+    """Return a lower bound of the volume over all u >= low that satisfy the deflection limit."""
     if math.isinf(multiplier):
         return program.volume(np.where((program.bending > 0) | (program.shear > 0), 1.0, low))
     value, slope = lagrangian(program, multiplier, u)
-    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (1.0 - u)))) - multiplier
+    top = _thickest(program, multiplier, u)
+    return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (top - u)))) - multiplier
 
 
 def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
     """As ``pointwise_bound``, over u non-decreasing toward the middle; ``low`` is non-decreasing as well."""
     if math.isinf(multiplier):
         return program.volume(u)
-    knee = inflection(program.scene.material.poisson)
+    is_pin = program.sought.kappa < 0.0
+    knee = inflection(program.scene.material.poisson) if is_pin else _thickest(program, multiplier, u)
     capped, held = np.minimum(u, knee), np.minimum(low, knee)
     value, slope = lagrangian(program, multiplier, capped, enveloped=False)
     slope = np.where(low >= knee, 0.0, slope)
     total = float(np.sum(value)) - multiplier
     for half in halves(program):
         total += least_rising(capped[half], slope[half], held[half], knee)
-        total += _bound_above_knee(program, multiplier, low[half], half, knee)
+        if is_pin:
+            total += _bound_above_knee(program, multiplier, low[half], half, knee)
     return total
 
 
@@ -187,46 +196,39 @@ def _bound_above_knee(program: Program, multiplier: float, low: Array, order: ND
 
 @kernel
 def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
-    """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] (1/v)' + sums[2] phi'."""
+    """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] f' + sums[2] g'."""
     total = 0.0
     for k in range(latest.size):
         for end in range(2):
             z, least = levels[k + end], np.inf
-            bent, sheared = bending(z)[1], phi_slope(z, a, b)
+            bent, sheared = slopes(z, -1.0, a, b)
             for t in range(latest[k] + 1):
                 least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
             total += 0.5 * (levels[k + 1] - levels[k]) * least
     return total
 
 
-def monotone_bound_around(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """``monotone_bound`` at the solution's multiplier, improved by golden-section search if the gap is significant.
+def dual_bound(program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
+    """Return a lower bound, valid for any multiplier, of the volume above ``low`` under the deflection limit.
 
-    The bound is concave in the multiplier; a jump to the solid section can make the solution's multiplier
-    suboptimal.
+    With ``monotone`` u is non-decreasing toward the middle. That bound is concave in the multiplier, and a jump to the
+    solid section can make the solution's multiplier suboptimal: if the gap is significant, a better one is sought.
     """
+    if not monotone:
+        return pointwise_bound(program, low, multiplier, u)
     bound = monotone_bound(program, low, multiplier, u)
     if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _SUFFICIENT_GAP):
         return bound
 
-    def at(factor: float) -> float:
-        price = factor * multiplier
-        return monotone_bound(program, low, price, monotone_at(program, low, price, u))
+    from scipy.optimize import minimize_scalar
 
-    left, right = 1.0 - _SEARCH_RANGE, 1.0 + _SEARCH_RANGE
-    ahead, behind = right - _GOLDEN_RATIO * (right - left), left + _GOLDEN_RATIO * (right - left)
-    one, other = at(ahead), at(behind)
-    for _ in range(_SEARCH_ITERATIONS):
-        bound = max(bound, one, other)
-        if one > other:
-            right, behind, other = behind, ahead, one
-            ahead = right - _GOLDEN_RATIO * (right - left)
-            one = at(ahead)
-        else:
-            left, ahead, one = ahead, behind, other
-            behind = left + _GOLDEN_RATIO * (right - left)
-            other = at(behind)
-    return max(bound, one, other)
+    def loss(factor: float) -> float:
+        price = factor * multiplier
+        return -monotone_bound(program, low, price, monotone_at(program, low, price, u))
+
+    around = 1.0 - _SEARCH_RANGE, 1.0 + _SEARCH_RANGE
+    found = minimize_scalar(loss, bounds=around, method="bounded", options={"maxiter": _SEARCH_ITERATIONS})
+    return max(bound, -float(found.fun))
 
 
 @dataclass(frozen=True)
@@ -249,8 +251,8 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
     Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u
     non-decreasing toward the middle. For fixed multipliers the Lagrangian separates into one function per station, s
     (u + lambda g) + c u - k sqrt(1-u), each bounded from below over the whole of [l, 1]; the solver's u is not used.
-    Up to the knee, above which phi is concave, the function is convex: tangent at the minimum located by bisection.
-    Beyond, on each subinterval, phi lies above its chord and 1/v above its midpoint tangent, and the remainder is
+    Up to the knee, above which g is concave, the function is convex: tangent at the minimum located by bisection.
+    Beyond, on each subinterval, g lies above its chord and f above its midpoint tangent, and the remainder is
     minimised in closed form.
     """
     pull, net = np.zeros_like(low), np.zeros_like(low)

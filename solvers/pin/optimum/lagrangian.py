@@ -20,10 +20,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import curvatures, densities, flexibilities, place, slopes
+from solvers.pin.optimum.one_station import densities, place
 from solvers.pin.optimum.program import Program, Weighed
 from solvers.pin.optimum.station_minimum import all_lightest, reaches
-from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.section.flexibility import ShearFlexibility, curvatures, flexibilities, slopes
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)

@@ -1,46 +1,50 @@
-"""A single station of a pin or a bushing: bending and shear flexibilities f and g, and the u that minimises its
-term.
+"""A single station of a pin or a bushing: the u that minimises its term, and its contribution to the deflection.
 
-``kappa`` is -1 for the pin's bore inside a given outer diameter (``solvers.pin.section.flexibility``), 0 or 1 for an
-outer diameter around a given bore (``solvers.pin.section.tube``); a and b are Cowper's constants.
+f and g, kappa and Cowper's constants a and b are those of ``solvers.pin.section.flexibility``.
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.station_minimum import lightest, lightest_below
-from solvers.pin.section.flexibility import bending, phi, phi_curvature, phi_slope
-from solvers.pin.section.tube import bending as tube_bending
-from solvers.pin.section.tube import place_around, shearing
+from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
 
 Array = NDArray[np.float64]
+_EPS = float(np.finfo(float).eps)
 
 
 @kernel
-def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f and g."""
-    if kappa < 0.0:
-        return bending(u)[0], phi(u, a, b)
-    return tube_bending(u, kappa)[0], shearing(u, kappa, a, b)[0]
-
-
-@kernel
-def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f' and g'."""
-    if kappa < 0.0:
-        return bending(u)[1], phi_slope(u, a, b)
-    return tube_bending(u, kappa)[1], shearing(u, kappa, a, b)[1]
-
-
-@kernel
-def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f'' and g''."""
-    if kappa < 0.0:
-        return bending(u)[2], phi_curvature(u, a, b)
-    return tube_bending(u, kappa)[2], shearing(u, kappa, a, b)[2]
+def _place_around(
+    lam: float, w: float, bend: float, shear: float, low: float, kappa: float, a: float, b: float
+) -> float:
+    """argmin over y >= low of w y + lam (bend f + shear g), w > 0, kappa >= 0."""
+    p, q = lam * bend / w, lam * shear / w
+    if p == 0.0 and q == 0.0:
+        return low
+    thin = math.sqrt(0.5 * kappa * p + q * (a + 0.25 * b * kappa))
+    y = thin if kappa > 0.0 else (2.0 * p) ** (1.0 / 3.0) + thin
+    least, most = 0.0, np.inf
+    for _ in range(200):
+        (df, dg), (d2f, d2g) = slopes(y, kappa, a, b), curvatures(y, kappa, a, b)
+        pull = -(p * df + q * dg)
+        if pull > 1.0:
+            least = y
+        else:
+            most = y
+        new = y * math.exp(math.log(pull) * pull / (y * (p * d2f + q * d2g)))
+        if not least < new < most:
+            if abs(new - y) <= 4.0 * _EPS * y:
+                break
+            new = 2.0 * y if most == np.inf else (math.sqrt(least) * math.sqrt(most) if least > 0.0 else 0.5 * y)
+        if abs(new - y) <= 2.0 * _EPS * y:
+            break
+        y = new
+    return max(y, low)
 
 
 @kernel
@@ -57,7 +61,7 @@ def place(
         return 1.0 if kappa < 0.0 else np.inf
     if kappa < 0.0:
         return lightest(weight / lam, low, bend, shear, start, a, b) if low < 1.0 else 1.0
-    return place_around(lam, weight, bend, shear, low, kappa, a, b)
+    return _place_around(lam, weight, bend, shear, low, kappa, a, b)
 
 
 @kernel

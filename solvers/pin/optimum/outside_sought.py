@@ -2,32 +2,25 @@
 
 u = y = (D^2 - d^2)/l^2 with l the bore (for a shaft: a length scale from the load), walls are t = D - d [m]. f is
 the section's bending flexibility over 64/(E pi l^4), g its shear flexibility over 4/(G pi l^2)
-(``solvers.pin.section.tube``), kappa 1 with a bore and 0 without. Both are convex and decreasing for y > 0: a
+(``solvers.pin.section.flexibility``), kappa 1 with a bore and 0 without. Both are convex and decreasing for y > 0: a
 feasible bushing exists for every finite load and every deflection limit.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.errors import InvalidInput
 from solvers.pin.limits import Limits
-from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum import outside_bound
-from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
-from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion
-from solvers.pin.section.flexibility import ShearFlexibility
-from solvers.pin.section.outside_wall import OutsideConstraint, least_gap, outside_constraints, utilisation
+from solvers.pin.section.outside_wall import least_gap, outside_uses
+from solvers.pin.section.strength import StrengthConstraint
 
 Array = NDArray[np.float64]
 
@@ -39,19 +32,11 @@ class OutsideSought:
 
     bore: float
     unit: float
-    name: ClassVar[str] = "outer_diameter"
+    unit_diameter: ClassVar[float] = 1.0
 
     @property
     def kappa(self) -> float:
         return 1.0 if self.bore > 0.0 else 0.0
-
-    def constraints(
-        self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]
-    ) -> tuple[OutsideConstraint, ...]:
-        found: list[OutsideConstraint] = []
-        for own in forces:
-            found += outside_constraints(own, criterion, scene.material)
-        return tuple(found)
 
     def floor(self, scene: Scene, limits: Limits) -> float:
         """inf if even a solid bar exceeds the ovalization limit (its ovalization is independent of the diameter)."""
@@ -74,11 +59,8 @@ class OutsideSought:
             return max(floor, self.bore * (1.0 - ratio) / ratio)
         return math.inf if self.bore > 0.0 else floor
 
-    def least_walls(self, constraints: tuple[OutsideConstraint, ...], floor: float, stations: int) -> Array:
-        found = np.full(stations, floor)
-        for constraint in constraints:
-            found = np.maximum(found, least_gap(constraint, self.bore))
-        return found
+    def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
+        return least_gap(constraints, self.bore, floor, stations)
 
     def fitted(self, walls: Array, length: float) -> OutsideSought:
         return replace(self, unit=self.bore or float(walls.max()) or length)
@@ -87,15 +69,8 @@ class OutsideSought:
         m, unit = scene.material, self.unit
         return m.elastic_modulus * math.pi * unit**4 / 64.0, m.shear_modulus * math.pi * unit**2 / 4.0
 
-    def uses(self, constraints: tuple[OutsideConstraint, ...], walls: Array) -> Array:
-        out = np.zeros((2, walls.size))
-        for constraint in constraints:
-            row = int(constraint.name == ALLOWABLE_SHEAR)
-            out[row] = np.maximum(out[row], utilisation(constraint, self.bore, walls))
-        return out
-
-    def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        return densities(u, bending, shear, self.kappa, law.a, law.b)
+    def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
+        return outside_uses(constraints, self.bore, walls)
 
     def solidity_of(self, walls: Array) -> Array:
         """y = t (2d + t)/l^2."""
@@ -152,14 +127,6 @@ class OutsideSought:
     def relative(self, points: Array) -> Array:
         return points
 
-    def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        return outside_bound.bound(program, low, multiplier, u, monotone)
-
     def growth(self, thickest: float) -> float:
         """y = t (2d + t)/l^2."""
         return 2.0 * (self.bore + thickest) / self.unit**2
-
-    def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
-        raise InvalidInput(
-            "limits.max_slope", "stands beside a deflection limit that shapes the bushing", "one of the two"
-        )

@@ -9,9 +9,8 @@ of given bore d. The formulation is independent of the units and the size of the
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,10 +18,11 @@ from numpy.typing import NDArray
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.found import Found
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.lobatto_panels import NODES, Stations
 
 Array = NDArray[np.float64]
@@ -41,21 +41,22 @@ class Weighed:
 
 
 class Sought(Protocol):
-    """Which diameter is sought, and the quantities that depend on it.
+    """Which diameter is sought, and the quantities that depend on it; ``unit_diameter`` is that of the strength
+    constraints, ``kappa`` that of the flexibilities.
 
     Walls are D - d, relative to D or in metres; u, walls and sizes (the sought diameter [m]) are arrays (n,).
     """
 
-    name: str
-    kappa: float
+    @property
+    def unit_diameter(self) -> float: ...
 
-    def constraints(self, scene: Scene, criterion: Criterion, forces: Sequence[InternalForces]) -> Any:
-        """Return the strength constraints of all load cases at stations."""
+    @property
+    def kappa(self) -> float: ...
 
     def floor(self, scene: Scene, limits: Limits) -> float:
         """Return the minimum wall under the limits on wall, ovalization and hoop stress; not finite if infeasible."""
 
-    def least_walls(self, constraints: Any, floor: float, stations: int) -> Array:
+    def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
         """Return the minimum walls that satisfy all constraints and the floor; NaN where even the solid section
         fails."""
 
@@ -65,11 +66,8 @@ class Sought(Protocol):
     def stiffness(self, scene: Scene) -> tuple[float, float]:
         """Return E I [N m^2] and G A [N] of f = g = 1, the divisors of M m and Q q that give B and S per length [1]."""
 
-    def uses(self, constraints: Any, walls: Array) -> Array:
+    def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
         """Return the strength utilisation of the criterion and of the shear allowable, (2, n)."""
-
-    def densities(self, u: Array, bending: Array, shear: Array, law: ShearFlexibility) -> Array:
-        """B f(u) + S g(u); inf where a loaded section has no wall."""
 
     def solidity_of(self, walls: Array) -> Array:
         """u of walls."""
@@ -113,17 +111,8 @@ class Sought(Protocol):
     def relative(self, points: Array) -> Array:
         """Walls of D - d [m]."""
 
-    def dual_bound(self, program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-        """Return a lower bound, valid for any multiplier, of the volume above ``low`` under the deflection limit.
-
-        With ``monotone`` u is non-decreasing toward the middle.
-        """
-
     def growth(self, thickest: float) -> float:
         """Maximum derivative of u with respect to D - d [1/m], up to the thickest wall [m]."""
-
-    def coupled(self, program: Program, low: Array, monotone: bool, gap: float) -> Found | None:
-        """Find the lightest profile under both a slope limit and a deflection limit."""
 
 
 @dataclass(frozen=True)
@@ -144,7 +133,7 @@ class Program:
     stations: Stations
     sought: Sought
     forces: InternalForces
-    constraints: Any
+    constraints: tuple[StrengthConstraint, ...]
     floor: float
     lower: Array
     bending: Array
@@ -168,7 +157,7 @@ class Program:
 
     def densities(self, u: Array) -> Array:
         """Deflection density at every station [m]."""
-        return self.sought.densities(u, self.bending, self.shear, self.law)
+        return densities(u, self.bending, self.shear, self.sought.kappa, self.law.a, self.law.b)
 
     def deflection(self, u: Array) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.section.flexibility import bending, chord, line_from, phi
+from solvers.pin.section.flexibility import chord, flexibilities, line_from
 
 Array = NDArray[np.float64]
 _BLOCK = 256
@@ -100,8 +100,8 @@ def lightest_below(
         moved, u = abs(new - u), new
         if moved <= _STEP_TOLERANCE * u:
             break
-    own = k * u + bend * bending(u)[0] + shear * phi(u, a, b)
-    return u if own < k * most + bend * bending(most)[0] + shear * phi(most, a, b) else most
+    (f, g), (f_most, g_most) = flexibilities(u, -1.0, a, b), flexibilities(most, -1.0, a, b)
+    return u if k * (u - most) + bend * (f - f_most) + shear * (g - g_most) < 0.0 else most
 
 
 @kernel

@@ -1,15 +1,23 @@
-"""Flexibility of a pin section in bending and shear, as functions of u = 1 - (d/D)^2.
+"""Flexibility of a tubular section in bending and shear, as functions of its material u.
 
-Bending: 1/v = 1/(u (2 - u)), convex. Shear: Cowper's coefficient of a tube, 1/(k A) = phi(u)/A0 with
+For a pin u = 1 - (d/D)^2, in units of the solid section. Bending: f = 1/v = 1/(u (2 - u)), convex. Shear: Cowper's
+coefficient of a tube, 1/(k A) = g(u)/A0 with
 
-    phi(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
+    g(u) = A/u + B (1 - u)/(u (2 - u)^2),   A = (7 + 6 nu)/(6 (1 + nu)),   B = (20 + 12 nu)/(6 (1 + nu)),
 
-decreasing, convex up to about u = 0.9 and concave from there to the solid section. A station's flexibility g = B/v +
-S phi may therefore be concave close to the solid section. Its convex envelope follows g up to the point whose
-tangent passes through (1, g(1)), and that tangent from there on: never above g, and equal to it wherever the minimum
-of u + lambda g can lie. The third derivatives of 1/v and phi are negative for every u (``phi_curvature`` decreases).
+decreasing, convex up to about u = 0.9 and concave from there to the solid section. The flexibility of a station,
+bend f + shear g, may therefore be concave close to the solid section. Its convex envelope follows it up to the point
+whose tangent passes through its value at 1, and that tangent from there on: never above it, and equal to it wherever
+the minimum of u + lambda (bend f + shear g) can lie. The third derivatives of f and g are negative for every u.
 
-Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory.
+For a bushing u = (D^2 - d^2)/l^2, l the bore, or any length for a bar without one. Both cases are
+
+    f = 1/(u |u + 2 kappa|),   g = A/u + (B/2) (|kappa| f + kappa/(u + 2 kappa)^2)
+
+with kappa = -1 for the pin, 1 for the bushing and 0 without a bore, f over 64/(E pi l^4) and g over 4/(G pi l^2), for
+the pin with l its outer diameter. If kappa is not negative, both are convex.
+
+Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory, with m^2 = d^2/D^2.
 """
 
 from __future__ import annotations
@@ -27,39 +35,41 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class ShearFlexibility:
-    """Constants A and B of phi."""
+    """Constants A and B of g."""
 
     a: float
     b: float
 
 
 @kernel
-def phi(u: float, a: float, b: float) -> float:
-    """Shear flexibility phi(u) relative to that of the area A0."""
-    c = 2.0 - u
-    return a / u + b * (1.0 - u) / (u * c * c)
+def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f and g."""
+    c = 1.0 / abs(u + 2.0 * kappa)
+    f = c / u
+    return f, a / u + 0.5 * b * (abs(kappa) * f + kappa * c * c)
 
 
 @kernel
-def phi_slope(u: float, a: float, b: float) -> float:
-    """phi'(u), from the partial fractions (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2."""
-    c = 2.0 - u
-    return -(a + 0.25 * b) / (u * u) + 0.25 * b / (c * c) - b / (c * c * c)
+def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f' and g'."""
+    r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
+    df = -r * abs(c) * (r + c)
+    return df, -a * r * r + 0.5 * b * abs(kappa) * (df - 2.0 * abs(c * c * c))
 
 
 @kernel
-def phi_curvature(u: float, a: float, b: float) -> float:
-    """phi''(u); decreasing in u, zero at the inflection point."""
-    c = 2.0 - u
-    return 2.0 * (a + 0.25 * b) / (u * u * u) + 0.5 * b / (c * c * c) - 3.0 * b / (c * c * c * c)
+def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+    """f'' and g''; for the pin g'' decreases and is zero at the inflection point."""
+    r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
+    d2f = 2.0 * r * abs(c) * (r * r + r * c + c * c)
+    return d2f, 2.0 * a * r * r * r + 0.5 * b * (abs(kappa) * d2f + 6.0 * kappa * c * c * c * c)
 
 
 @kernel
 def line_from(bend: float, shear: float, a: float, b: float) -> float:
-    """Return the u from which the convex envelope of g = bend/v + shear phi on (0, 1] is linear to (1, g(1)); 1:
-    nowhere.
+    """Return the u from which the convex envelope of h = bend f + shear g of a pin is linear to (1, h(1)); 1: nowhere.
 
-    g + g' e = g(1) with e = 1 - u; divided by the common factor e^2 this is
+    h + h' e = h(1) with e = 1 - u; divided by the common factor e^2 this is
     shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, decreasing on the left, increasing on the right.
     """
     if shear * b <= bend + shear * a:
@@ -78,17 +88,10 @@ def line_from(bend: float, shear: float, a: float, b: float) -> float:
 
 @kernel
 def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
-    """(g(u) - g(1))/(1 - u), -g'(1) at u = 1: rate of decrease of g along the chord to the solid section."""
+    """(h(u) - h(1))/(1 - u), -h'(1) at u = 1: rate of decrease of a pin's h along the chord to the solid section."""
     e = 1.0 - u
     c = 1.0 + e
     return (bend * e / c + shear * (a + b / (c * c))) / u
-
-
-@kernel
-def bending(u: float) -> tuple[float, float, float]:
-    """1/v = (1/u + 1/(2-u))/2 with its first and second derivative."""
-    c = 2.0 - u
-    return 1.0 / (u * c), 0.5 * (1.0 / (c * c) - 1.0 / (u * u)), 1.0 / (u * u * u) + 1.0 / (c * c * c)
 
 
 @cache
@@ -100,9 +103,9 @@ def cowper(poisson: float) -> ShearFlexibility:
 
 @cache
 def inflection(poisson: float) -> float:
-    """Return the u above which phi is concave, 0.90 to 0.91."""
+    """Return the u above which a pin's g is concave, 0.90 to 0.91."""
     law, low, high = cowper(poisson), 0.5, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if phi_curvature(middle, law.a, law.b) > 0.0 else (low, middle)
+        low, high = (middle, high) if curvatures(middle, -1.0, law.a, law.b)[1] > 0.0 else (low, middle)
     return low

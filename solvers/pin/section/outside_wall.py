@@ -3,7 +3,9 @@
 With D = d + t and D^4 - d^4 = t (2d + t)(D^2 + d^2), free of cancellation for a thin wall, a criterion requires
 
     G(t) = sqrt(p^2 + r^2)/(stress (D^4 - d^4)) <= 1,   p = (32/pi) M D + (4/pi) N (D^2 + d^2),
-    r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D).
+    r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D),
+
+the coefficients being those of a ``StrengthConstraint`` for a diameter of 1 m.
 
 Each term of G decreases between 1/t (thin wall) and 1/t^3 (no bore), and so does G: d ln G/d ln t lies in [-3, -1].
 So every value of G brackets the root, one exists for every finite load, and Newton's method in ln t converges to it.
@@ -12,56 +14,20 @@ So every value of G brackets the root, one exists for every finite load, and New
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.scene import PinMaterial
-from solvers.pin.section.criteria import ALLOWABLE_SHEAR, CombinedCriterion, Criterion, Share, ShearLaw
+from solvers.pin.section.criteria import ALLOWABLE_SHEAR
+from solvers.pin.section.strength import StrengthConstraint
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 200
 _QUADRATIC = 1e-9
 """Size of ln G from which one more step of Newton's method is exact to rounding."""
-
-
-@dataclass(frozen=True)
-class OutsideConstraint:
-    """The forces in a strength constraint at every station, (4, n): bending, axial, shear, torsion; over ``stress``."""
-
-    name: str
-    parts: Array
-    law: ShearLaw
-    stress: float
-
-
-def outside_constraints(
-    forces: InternalForces, criterion: Criterion, material: PinMaterial
-) -> tuple[OutsideConstraint, ...]:
-    """Return the strength constraints of one load case, including a separate shear allowable."""
-    law = criterion.law(material)
-
-    def constraint(share: Share, stress: float) -> OutsideConstraint:
-        own, k = share.forces, share.factor
-        full = np.ones_like(own.moment_total)
-        parts = [
-            32.0 / math.pi * own.moment_total,
-            4.0 / math.pi * abs(own.axial_force) * full,
-            k * own.shear_total,
-            k * 16.0 / math.pi * abs(own.torque) * full,
-        ]
-        return OutsideConstraint(share.name, np.stack(parts) / stress, law, stress)
-
-    found = [constraint(share, material.allowable_stress) for share in criterion.shares(forces)]
-    if material.allowable_shear is not None:
-        # Shear alone: bending and axial force do not enter.
-        only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-        found.append(constraint(CombinedCriterion(ALLOWABLE_SHEAR, 1.0).shares(only)[0], material.allowable_shear))
-    return tuple(found)
 
 
 @kernel
@@ -82,12 +48,13 @@ def _use(t: float, d: float, m: float, n: float, q: float, s: float, c0: float, 
 
 
 @kernel
-def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Array) -> None:
+def _raise_gaps(
+    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, d: float, out: Array
+) -> None:  # fmt: skip
     last = 0.0
     for i in range(out.size):
-        m, n, q, s = parts[0, i], parts[1, i], parts[2, i], parts[3, i]
+        m, q = bending[i], shear[i]
         if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
-            out[i] = 0.0
             continue
         # The neighbour's; without a bore a cube root of the bending term, a square root of the shear and axial ones.
         t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
@@ -112,26 +79,33 @@ def _least_gap(parts: Array, c0: float, c1: float, c2: float, d: float, out: Arr
             t = new
             if done:
                 break
-        out[i] = last = t
+        last = t
+        out[i] = max(out[i], t)
 
 
-def least_gap(constraint: OutsideConstraint, bore: float) -> Array:
-    """Return the least t = D - d [m] of every station, (n,); 0 where unloaded."""
-    out = np.empty(constraint.parts.shape[1])
-    _least_gap(
-        np.ascontiguousarray(constraint.parts), constraint.law.c0, constraint.law.c1, constraint.law.c2, bore, out
-    )
+@kernel
+def _raise_uses(
+    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, d: float, gap: Array, out: Array
+) -> None:  # fmt: skip
+    for i in range(out.size):
+        if max(bending[i], shear[i], n, s) > 0.0:
+            use = _use(gap[i], d, bending[i], n, shear[i], s, c0, c1, c2)[0] if gap[i] > 0.0 else np.inf
+            out[i] = max(out[i], use)
+
+
+def least_gap(constraints: Sequence[StrengthConstraint], bore: float, floor: float, stations: int) -> Array:
+    """Return the least t = D - d [m] of every station, (n,), at least ``floor``."""
+    out = np.full(stations, floor)
+    for c in constraints:
+        _raise_gaps(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, out)
     return out
 
 
-def utilisation(constraint: OutsideConstraint, bore: float, gap: Array) -> Array:
-    """G at t of shape (n,): inf where a loaded section has no wall, 0 where unloaded."""
-    d, t, law = bore, gap, constraint.law
-    outer = d + t
-    full = t * (2.0 * d + t) * (outer**2 + d * d)
-    m, n, q, s = constraint.parts
-    p = m * outer + n * (outer**2 + d * d)
-    r = q * (law.c0 * outer**2 + law.c1 * outer * t + law.c2 * t * t) + s * outer
-    f = np.hypot(p, r)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return np.where(f > 0.0, f / full, 0.0)
+def outside_uses(constraints: Sequence[StrengthConstraint], bore: float, gap: Array) -> Array:
+    """Return the maximum G at t (n,), of the criterion and of the shear allowable, (2, n): inf where a loaded section
+    has no wall, 0 where unloaded."""
+    out = np.zeros((2, gap.size))
+    for c in constraints:
+        row = out[int(c.name == ALLOWABLE_SHEAR)]
+        _raise_uses(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, gap, row)
+    return out

@@ -1,6 +1,6 @@
-"""Section of a pin: stresses, and the minimum wall for given forces.
+"""Strength constraints of a section, and the minimum wall of a pin for given forces.
 
-All formulas use the relative wall w = 1 - d/D (0: no wall, 1: solid) to keep the digits of a thin wall:
+All formulas of the pin use the relative wall w = 1 - d/D (0: no wall, 1: solid) to keep the digits of a thin wall:
 v = 1 - (1 - w)^4, u = 1 - (1 - w)^2 = w(2 - w), v = u(2 - u). With dimensionless moment, axial force, shear and
 torque, each strength criterion is one or more constraints
 
@@ -64,17 +64,19 @@ def _constraint(
 
 
 def strength_constraints(
-    criterion: Criterion, forces: InternalForces, diameter: float, material: PinMaterial
+    criterion: Criterion, cases: Sequence[InternalForces], diameter: float, material: PinMaterial
 ) -> tuple[StrengthConstraint, ...]:
-    """Return a criterion's constraints on a section of this outer diameter, including the material's shear
-    allowable."""
-    stress, law = material.allowable_stress, criterion.law(material)
-    found = [
-        _constraint(share.name, share.forces, diameter, stress, law, share.factor) for share in criterion.shares(forces)
-    ]
-    if material.allowable_shear is not None:
-        only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-        found.append(_constraint(ALLOWABLE_SHEAR, only, diameter, material.allowable_shear, law, 1.0))
+    """Return a criterion's constraints for all load cases on a section of this outer diameter, including the
+    material's shear allowable; for a bushing, whose outer diameter is sought, with 1 m."""
+    stress, law, found = material.allowable_stress, criterion.law(material), []
+    for forces in cases:
+        found += [
+            _constraint(share.name, share.forces, diameter, stress, law, share.factor)
+            for share in criterion.shares(forces)
+        ]
+        if material.allowable_shear is not None:
+            only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
+            found.append(_constraint(ALLOWABLE_SHEAR, only, diameter, material.allowable_shear, law, 1.0))
     return tuple(found)
 
 

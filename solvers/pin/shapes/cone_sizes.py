@@ -1,216 +1,286 @@
-"""The maximum size of a cone's shape, and an upper bound of the bore volume over a box of shapes.
+"""The maximum size of a cone's shape, and a pattern search for the best shape.
 
-A shape (``tapers``) is defined by its direction of taper, by r, the ratio of its narrowest to its widest bore, and
-by c, the fraction of the half that the cone occupies; its size is the greatest that strength, wall, deflection and
-slope allow.
+Shapes (``tapers``) on one half: positions t are fractions of its length, bores are relative to the outer diameter.
+The bore d = s f(t; r, c) of size s satisfies the strength if d <= the allowed bore at every station, the slope limit
+if s (1 - r) <= steep c, and the deflection limit if
+
+    sum share (bend/v(u) + shear phi(u)) <= limit,    u = (1 - d) (1 + d),
+
+v and phi as in ``solvers.pin.section.flexibility``.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.slope_limit import bore_of
-from solvers.pin.shapes.cone_bounds import Rule, deflection_slopes, second_order, station_slopes
-from solvers.pin.shapes.cone_climb import climb, greatest_size, split
-from solvers.pin.shapes.tapers import NARROWING, Box, Taper, lost_range, narrowest, widest
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.section.flexibility import flexibilities
+from solvers.pin.shapes.tapers import hollow, relative_bore
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
-Shape = tuple[float, float, float]
-"""Maximum bore volume of a shape, its r and c."""
-SMALL = 0.02
-"""Box width up to which the second-order bound is used as well."""
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
-"""Initial cells of the half for the allowed bore at a widening cone's corner, and their minimum width; cells are
-split until the bore is linear in each to the tolerance of the bound."""
-_SIZE_TOLERANCE = 1e-14
-"""Relative error of a size under a deflection limit, which is a lower estimate."""
-Nodes = tuple[Array, Array, Array, Array]
-"""Positions relative to the half's length, with quadrature weights and deflection coefficients."""
+"""Initial cells of the half for the widest bore at a cone's corner, and their minimum width."""
+_EXACT = 1.2e-15
+"""Relative width at which the bracket of a size has collapsed to rounding."""
+_MAX_STEPS = 120
+_DIRECTIONS = 16
+"""Directions of the pattern search."""
+_FIRST_STEP, _LAST_STEP = 0.05, 1e-4
+"""Steps of the search, the last as a fraction of the gap."""
+FINE = 1e-2
+"""Relative error of sizes as a fraction of the gap that is sought."""
 
 
-@dataclass(frozen=True)
-class Cones:
-    """Sizes of shapes of one taper on a program's stations.
+class Bar(NamedTuple):
+    """Half of a pin for cones: positions ``x`` of the stations, the widest ``bore`` that strength allows there,
+    quadrature shares and deflection coefficients, (n,) each; Cowper's constants, the deflection limit and the slope
+    limit's coefficient ``steep``, infinite without one. ``corners`` (3, m): positions from 0 to 1 with the widest bore
+    there and its excess over linear interpolation up to the next, for cones that are widest where they end; empty
+    for others."""
 
-    ``straight`` is the relative tolerance of a bound for deviations between sampled positions.
+    x: Array
+    bore: Array
+    share: Array
+    bend: Array
+    shear: Array
+    a: float
+    b: float
+    limit: float
+    steep: float
+    corners: Array
+
+
+def bar_of(half: Program, straight: float = math.inf) -> Bar:
+    """Return a program of one half as cones need it, with corners to the tolerance ``straight`` if that is finite."""
+    g, slope, limit = half.scene.geometry, half.limits.max_slope, half.limit
+    middle = 0.5 * g.length
+    steep = math.inf if slope is None else slope * middle / g.outer_diameter
+    return Bar(
+        half.stations.x / middle, bore_of(half, half.lower) / g.outer_diameter, half.share, half.bending, half.shear,
+        half.law.a, half.law.b, math.inf if limit is None else limit, steep,
+        _corners(half, straight) if math.isfinite(straight) else np.empty((3, 0)),
+    )  # fmt: skip
+
+
+def _corners(half: Program, straight: float) -> Array:
+    """Return ``Bar.corners``, cells halved until the bore is linear in each to the tolerance, kinks included."""
+    scene = half.scene
+    edges = np.union1d(np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene))
+    edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
+    while True:
+        walls = least_walls_at(scene, half.criterion, half.floor, 0.5 * scene.geometry.length * edges)
+        bore, wide = 1.0 - walls, np.diff(edges)
+        bend = np.abs(np.diff(np.diff(bore) / wide))
+        above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
+        cut = (above > straight) & (wide > 2.0 * _MIN_CELL_WIDTH)
+        if not cut.any():
+            return np.stack([edges, bore, np.append(above, 0.0)])
+        edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[cut]]))
+
+
+@kernel
+def corner_range(bar: Bar, c0: float, c1: float) -> tuple[float, float, float, float]:
+    """Return for the widest bore where a cone ends, c in [c0, c1]: its maximum, its logarithm in the middle, and the
+    range of that logarithm's slope; no limit if there are no corners."""
+    if bar.corners.shape[1] == 0 or c0 >= 1.0:
+        return 1.0, 0.0, 0.0, 0.0
+    edges, bore, above = bar.corners[0], bar.corners[1], bar.corners[2]
+    low, high, middle = 0, edges.size - 1, 0.5 * (c0 + c1)
+    while high - low > 1:
+        half = (low + high) // 2
+        low, high = (half, high) if edges[half] <= c0 else (low, half)
+    most, least, slow, fast, lift, at = 0.0, np.inf, np.inf, -np.inf, 0.0, 0.0
+    for k in range(low, edges.size - 1):
+        if k > low and edges[k] >= c1:
+            break
+        slope = (bore[k + 1] - bore[k]) / (edges[k + 1] - edges[k])
+        begin, end = bore[k] + slope * max(c0 - edges[k], 0.0), bore[k] + slope * (min(c1, edges[k + 1]) - edges[k])
+        most, least = max(most, begin + above[k], end + above[k]), min(least, begin, end)
+        slow, fast, lift = min(slow, slope), max(fast, slope), max(lift, above[k])
+        if edges[k] <= middle <= edges[k + 1]:
+            at = bore[k] + slope * (middle - edges[k])
+    if not least > 0.0:
+        return most, np.inf, 0.0, 0.0
+    slow, fast = slow / (most if slow > 0.0 else least), fast / (least if fast > 0.0 else most)
+    return most, math.log(at) + lift / least, slow, fast
+
+
+@kernel
+def split(bar: Bar, first_end: float, last_end: float, out: Array) -> int:
+    """Write positions, shares and deflection coefficients of the stations into ``out`` (4, m), splitting loaded panels
+    at two positions; return the number of stations, at most 2 NODES more than the bar's.
+
+    Quadrature across the kink where a cone ends has a relative deflection error of 1e-4, which a search would
+    exploit. Moments and shear forces are polynomials within a panel, so the nodes of its parts are interpolated from
+    its own (barycentric formula; J.-P. Berrut and L. N. Trefethen, 2004).
     """
+    count = 0
+    for first in range(0, bar.x.size, NODES):
+        begin, wide = bar.x[first], bar.x[first + NODES - 1] - bar.x[first]
+        pulls = False
+        for j in range(first, first + NODES):
+            pulls = pulls or bar.bend[j] != 0.0 or bar.shear[j] != 0.0
+        if not pulls or not (begin < first_end < begin + wide or begin < last_end < begin + wide):
+            for j in range(first, first + NODES):
+                out[0, count], out[1, count], out[2, count], out[3, count] = (
+                    bar.x[j], bar.share[j], bar.bend[j], bar.shear[j],
+                )  # fmt: skip
+                count += 1
+            continue
+        low = 0.0
+        for k in range(3):
+            end = first_end if k == 0 else last_end
+            high = min(max((end - begin) / wide, low), 1.0) if k < 2 else 1.0
+            if high <= low:
+                continue
+            for j in range(NODES):
+                t = low + (high - low) * 0.5 * (1.0 + NODE_PLACES[j])
+                whole, bent, sheared = 0.0, 0.0, 0.0
+                for i in range(NODES):
+                    apart = (2.0 * t - 1.0) - NODE_PLACES[i]
+                    if apart == 0.0:
+                        whole, bent, sheared = 1.0, bar.bend[first + i], bar.shear[first + i]
+                        break
+                    weight = NODE_WEIGHTS[i] / apart
+                    whole += weight
+                    bent += weight * bar.bend[first + i]
+                    sheared += weight * bar.shear[first + i]
+                out[0, count], out[1, count] = begin + wide * t, (high - low) * bar.share[first + j]
+                out[2, count], out[3, count] = max(bent / whole, 0.0), max(sheared / whole, 0.0)
+                count += 1
+            low = high
+    return count
 
-    program: Program
-    taper: Taper = NARROWING
-    straight: float = 1e-8
 
-    @cached_property
-    def _places(self) -> Array:
-        return self.program.stations.x / (0.5 * self.program.scene.geometry.length)
+@kernel
+def stiff_size(
+    bar: Bar, turn: int, r: float, c: float, most: float, tolerance: float, work: Array
+) -> tuple[float, float]:  # fmt: skip
+    """Return a bracket of the maximum size up to ``most`` under the deflection limit, relative width ``tolerance``.
 
-    @cached_property
-    def _bore(self) -> Array:
-        """The widest bore that strength allows, relative to the outer diameter."""
-        return bore_of(self.program, self.program.lower) / self.program.scene.geometry.outer_diameter
+    Regula falsi in limit/deflection - 1, which is -1 where no section is left, with a bisection every fourth step.
+    """
+    if bar.limit == np.inf:
+        return most, most
+    count = split(bar, c, c, work)
+    low, high, at_low, at_high, last = 0.0, most, 1.0, -1.0, 0
+    for step in range(_MAX_STEPS):
+        if step == 0:
+            tried = high
+        elif step % 4 == 0:
+            tried = 0.5 * (low + high)
+        else:
+            least = 0.4 * max(tolerance, _EXACT) * high
+            tried = min(max(low + (high - low) * at_low / (at_low - at_high), low + least), high - least)
+        total = 0.0
+        for i in range(count):
+            if work[2, i] == 0.0 and work[3, i] == 0.0:
+                continue
+            d = tried * relative_bore(turn, r, c, work[0, i])
+            u = (1.0 - d) * (1.0 + d)
+            if u <= 0.0:
+                total = np.inf
+                break
+            bent, sheared = flexibilities(u, -1.0, bar.a, bar.b)
+            total += work[1, i] * (work[2, i] * bent + work[3, i] * sheared)
+        value = bar.limit / total - 1.0 if total > 0.0 else np.inf
+        if value >= 0.0:
+            if step == 0:
+                return most, most
+            low, at_low = tried, value
+            if last == 1:
+                at_high *= 0.5
+            last = 1
+        else:
+            high, at_high = tried, value
+            if last == -1:
+                at_low *= 0.5
+            last = -1
+        if high - low <= max(tolerance, _EXACT) * high:
+            break
+    return low, high
 
-    @property
-    def _limit(self) -> float:
-        return math.inf if self.program.limit is None else self.program.limit
 
-    @property
-    def _steep(self) -> float:
-        """Coefficient of the slope limit: the size is at most this times c/(1 - r)."""
-        slope, g = self.program.limits.max_slope, self.program.scene.geometry
-        return math.inf if slope is None else slope * 0.5 * g.length / g.outer_diameter
+@kernel
+def stiffest(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> tuple[float, float]:
+    """As ``stiff_size`` for every size that leaves a wall in the loaded sections, beyond the outer diameter in others;
+    infinite without a limit."""
+    widest = 0.0
+    for i in range(bar.x.size):
+        if bar.bend[i] != 0.0 or bar.shear[i] != 0.0:
+            widest = max(widest, relative_bore(turn, r, c, bar.x[i]))
+    if bar.limit == np.inf or widest <= 0.0:
+        return np.inf, np.inf
+    return stiff_size(bar, turn, r, c, 1.0 / widest, tolerance, work)
 
-    def nodes(self, *ends: float) -> Nodes:
-        """Return the stations, with panels split at the cone ends (see ``cone_climb.split``)."""
-        p = self.program
-        work = np.empty((4, self._places.size + 2 * NODES * len(ends)))
-        count = split(np.array(sorted(ends)), self._places, p.share, p.bending, p.shear, *work)
-        return tuple(row[:count] for row in work)
 
-    def shape(self, r: float, c: float) -> Array:
-        """Return the bore at the stations relative to its maximum."""
-        return 1.0 - (1.0 - r) * self.taper.lost(self._places, c)
+@kernel
+def strong_size(bar: Bar, turn: int, r: float, c: float) -> float:
+    """Return the maximum size of a shape under strength."""
+    size = 1.0
+    for i in range(bar.x.size):
+        shape = relative_bore(turn, r, c, bar.x[i])
+        if bar.bore[i] < size * shape:
+            size = bar.bore[i] / shape
+    return size
 
-    def size(self, shape: tuple[float, float], slope_at: tuple[float, float], corner: float) -> float:
-        """Return the maximum size of a shape (r, c), at most ``corner``.
 
-        The slope limit, which relaxes with r and c, is evaluated at its own pair ``slope_at``.
-        """
-        (r, c), (steep_r, steep_c) = shape, slope_at
-        size = self._greatest(r, c, self._bore, corner)
-        return size if steep_r == 1.0 else min(size, self._steep * steep_c / (1.0 - steep_r))
+@kernel
+def size_of(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> float:
+    """Return the maximum size of a shape relative to the outer diameter, at most ``tolerance`` less."""
+    size = min(strong_size(bar, turn, r, c), corner_range(bar, c, c)[0])
+    if r < 1.0:
+        size = min(size, bar.steep * c / (1.0 - r))
+    return stiff_size(bar, turn, r, c, size, tolerance, work)[0]
 
-    def _greatest(self, r: float, c: float, bore: Array, most: float) -> float:
-        p = self.program
-        at = self.nodes(c) if p.limit is not None else (self._places, p.share, p.bending, p.shear)
-        return greatest_size(
-            self.taper.turn, r, c, self._places, bore, *at, p.law.a, p.law.b, self._limit, most
-        )  # fmt: skip
 
-    def closed_in(self, rs: Array, cs: Array, c_range: tuple[float, float], least_step: float) -> Shape:
-        """Return the best shape of a grid, refined by pattern search with steps down to ``least_step``."""
-        p, none = self.program, np.empty(0)
-        at_corner = self.taper.turn < 0 and c_range[0] < c_range[1]
-        edges, bore = self._edges[:2] if at_corner else (none, none)
-        _, r, c = climb(
-            self.taper.turn, rs, cs, *c_range, least_step, edges, bore, self._steep, self._places, self._bore, p.share,
-            p.bending, p.shear, p.law.a, p.law.b, self._limit,
-        )  # fmt: skip
-        return self.gain(r, c), r, c
+@kernel
+def workspace(bar: Bar) -> Array:
+    """Room for the results of ``split``."""
+    return np.empty((4, bar.x.size + 2 * NODES))
 
-    def corner(self, c0: float, c1: float) -> float:
-        """Return an upper bound of the allowed bore at the corner of a widening cone, c in [c0, c1].
 
-        Only these shapes are widest between stations.
-        """
-        if self.taper.turn > 0 or c0 >= 1.0:
-            return 1.0
-        if c0 == c1:
-            return float(self._bore_at(np.array([c0]))[0])
-        cells = self._cells(c0, c1)
-        _, bore, above = self._edges
-        return float(np.max(np.maximum(bore[cells], bore[cells + 1]) + above[cells]))
+@kernel
+def bore_volume(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> float:
+    """Return the maximum bore volume of a shape; ``tolerance`` is that of the size."""
+    size = size_of(bar, turn, r, c, tolerance, work)
+    return size * size * hollow(turn, r, c)
 
-    def _bore_at(self, places: Array) -> Array:
-        p, half = self.program, 0.5 * self.program.scene.geometry.length
-        return 1.0 - least_walls_at(p.scene, p.criterion, p.floor, half * places)
 
-    @cached_property
-    def _edges(self) -> tuple[Array, Array, Array]:
-        """Cell edges from 0 to 1, the allowed bore there, and its maximum excess over linear interpolation in each
-        cell, including a kink in the cell."""
-        scene = self.program.scene
-        edges = np.union1d(np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene))
-        edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
-        while True:
-            bore, wide = self._bore_at(edges), np.diff(edges)
-            bend = np.abs(np.diff(np.diff(bore) / wide))
-            above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-            cut = (above > self.straight) & (wide > 2.0 * _MIN_CELL_WIDTH)
-            if not cut.any():
-                return edges, bore, above
-            edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[cut]]))
+@kernel
+def climb(
+    bar: Bar, turn: int, rs: Array, cs: Array, c_low: float, gap: float, work: Array
+) -> tuple[float, float, float]:  # fmt: skip
+    """Return (bore volume, r, c) of the best shape, c in [c_low, 1], from the grid rs x cs by pattern search.
 
-    def _cells(self, c0: float, c1: float) -> NDArray[np.int64]:
-        edges = self._edges[0]
-        first, last = (int(k) for k in np.searchsorted(edges, (c0, c1), side="right"))
-        return np.arange(max(first - 1, 0), max(min(last, edges.size - 1), first))
-
-    def held(self, r: float, c: float) -> float:
-        """Return the maximum size of a shape."""
-        return self.size((r, c), (r, c), self.corner(c, c))
-
-    def gain(self, r: float, c: float) -> float:
-        """Return the maximum bore volume of a shape."""
-        return self.held(r, c) ** 2 * self.taper.hollow(r, c)
-
-    def most(self, box: Box) -> float:
-        """Return an upper bound of the bore volume over the box."""
-        r0, r1, c0, c1 = box
-        size = self.size(widest(self.taper, box), (r1, c1), self.corner(c0, c1))
-        first = size**2 * self.taper.hollow(*narrowest(self.taper, box))
-        # On large boxes the slope ranges are too wide to be useful.
-        if max(r1 - r0, c1 - c0) > SMALL:
-            return first
-        return min(first, second_order(self.taper, box, self._rules(box)))
-
-    def _rules(self, box: Box) -> list[Rule]:
-        """Return the rules that limit a box's shapes: stations critical for some shape, deflection, slope."""
-        p, taper = self.program, self.taper
-        r0, r1, c0, c1 = box
-        r, c = 0.5 * (r0 + r1), 0.5 * (c0 + c1)
-        t, bore, middle_shape = self._places, self._bore, self.shape(r, c)
-        weakest: set[int] = set()
-        with np.errstate(divide="ignore"):
-            for shape in (middle_shape, self.shape(r0, c1), self.shape(r1, c0)):
-                weakest.add(int(np.argmin(bore / shape)))
-        rules = [Rule(0.0, (0.0, 0.0, 0.0, 0.0)), *self._corner_rule(c0, c1)]
-        for i in weakest:
-            if bore[i] > 0.0 and middle_shape[i] > 0.0:
-                rules.append(Rule(math.log(bore[i] / middle_shape[i]), station_slopes(taper, box, float(t[i]))))
-        least, middle = self.stiff(*narrowest(taper, box)), self.stiff(r, c)
-        most = self.stiff(*widest(taper, box))
-        if least > 0.0 and math.isfinite(most):
-            places, *weighed = self.nodes(c0, c1)
-            slopes = deflection_slopes(
-                r0, r1, float(taper.turn), least, most * (1.0 + _SIZE_TOLERANCE), *lost_range(taper, places, c0, c1),
-                *weighed, p.law.a, p.law.b,
-            )  # fmt: skip
-            rules.append(Rule(math.log(middle) + _SIZE_TOLERANCE, slopes))
-        if p.limits.max_slope is not None and r1 < 1.0:
-            slopes = (1.0 / (1.0 - r0), 1.0 / (1.0 - r1), 1.0 / c1, 1.0 / c0)
-            rules.append(Rule(math.log(self._steep * c / (1.0 - r)), slopes))
-        return rules
-
-    def _corner_rule(self, c0: float, c1: float) -> list[Rule]:
-        """Return the rule of the corner where a widening cone ends."""
-        if self.taper.turn > 0 or c0 >= 1.0:
-            return []
-        edges, values, above = self._edges
-        cells = self._cells(c0, c1)
-        bore = values[cells[0] : cells[-1] + 2]
-        least, most = float(bore.min()), float(bore.max())
-        if least <= 0.0:
-            return []
-        slopes = np.diff(bore) / np.diff(edges[cells[0] : cells[-1] + 2])
-        low, high = float(slopes.min()), float(slopes.max())
-        low, high = low / (most if low > 0.0 else least), high / (least if high > 0.0 else most)
-        at = float(np.interp(0.5 * (c0 + c1), edges, values))
-        return [Rule(math.log(at) + float(above[cells].max()) / least, (0.0, 0.0, low, high))]
-
-    def stiff(self, r: float, c: float) -> float:
-        """Return the maximum size under the deflection limit, possibly above the outer diameter in unloaded
-        sections."""
-        p = self.program
-        bent = self._places[(p.bending != 0.0) | (p.shear != 0.0)]
-        widest_bent = float(np.max(1.0 - (1.0 - r) * self.taper.lost(bent, c), initial=0.0))
-        if p.limit is None or widest_bent <= 0.0:
-            return math.inf
-        return self._greatest(r, c, np.full_like(self._bore, math.inf), 1.0 / widest_bent)
+    Sixteen directions; the step doubles on success and is halved otherwise. Sizes and the last step are finer than the
+    relative ``gap``.
+    """
+    gain, r, c, step, fine = -1.0, 0.0, c_low, _FIRST_STEP, FINE * gap
+    for r1 in rs:
+        for c1 in cs:
+            trial = bore_volume(bar, turn, r1, c1, fine, work)
+            if trial > gain:
+                gain, r, c = trial, r1, c1
+    while step > _LAST_STEP * gap:
+        better = False
+        # If the cone occupies the whole half, only two directions exist.
+        for way in range(0, _DIRECTIONS, 1 if c_low < 1.0 else _DIRECTIONS // 2):
+            angle = 2.0 * math.pi * way / _DIRECTIONS
+            r1 = min(max(r + step * math.cos(angle), 0.0), 1.0)
+            c1 = min(max(c + step * math.sin(angle), c_low), 1.0)
+            trial = bore_volume(bar, turn, r1, c1, fine, work)
+            if trial > gain:
+                gain, r, c, better = trial, r1, c1, True
+                break
+        step *= 2.0 if better else 0.5
+    return gain, r, c

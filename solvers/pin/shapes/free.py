@@ -9,7 +9,9 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.dual_bound import least_walls_bound
+from solvers.errors import InvalidInput
+from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.dual_bound import dual_bound, least_walls_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
@@ -72,7 +74,11 @@ class Free:
             and program.limit is not None
             and program.deflection(low) > program.limit
         ):
-            return sought.coupled(program, low, self.drillable, gap)
+            if sought.kappa >= 0.0:
+                raise InvalidInput(
+                    "limits.max_slope", "stands beside a deflection limit that shapes the bushing", "one of the two"
+                )
+            return sloped(program, low, self.drillable, gap)
         weighed = weigh(program, low, self.drillable)
         if weighed is None:
             return None
@@ -80,7 +86,7 @@ class Free:
             proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
             price, u = weighed.multiplier, weighed.solidity
-            proof, method = partial(sought.dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
+            proof, method = partial(dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program, rising
 from solvers.pin.shapes.break_points.half import Half, at_stations, corners_of
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
@@ -55,7 +56,8 @@ class Stepped:
         if program.limit is not None:
             reached = Half(program).sums.upto(np.concatenate([[0.0], found.places]))
             pulls = np.maximum(np.diff(reached, axis=1), 0.0, order="C")
-            bent = program.sought.densities(walls.levels, pulls[0], pulls[1], program.law)
+            law = program.law
+            bent = densities(walls.levels, pulls[0], pulls[1], program.sought.kappa, law.a, law.b)
             evidence["deflection_as_constrained_um"] = 1e6 * program.limit * float(bent.sum())
         places = found.places * 0.5 * length
         return Found(

@@ -15,10 +15,11 @@ from solvers.pin.effects import Physics
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.load.macaulay import MacaulayTerm
 from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.dual_bound import dual_bound
 from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.outside_bound import bound
-from solvers.pin.section.outside_wall import least_gap, outside_constraints, utilisation
-from solvers.pin.section.tube import shearing
+from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
+from solvers.pin.section.outside_wall import least_gap, outside_uses
+from solvers.pin.section.strength import strength_constraints
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
@@ -52,8 +53,8 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 )  # fmt: skip
 def test_the_least_wall_in_fifty_digits(bore, loads):
     """The textbook's stresses with D as the unknown, bisected; the solver's unknown is D - d."""
-    (pull,) = outside_constraints(forces(**loads), PAPER, STEEL)
-    found = least_gap(pull, bore)[0]
+    pulls = strength_constraints(PAPER, [forces(**loads)], 1.0, STEEL)
+    found = least_gap(pulls, bore, 0.0, 1)[0]
     with mp.workdps(60):
         d, sigma = mp.mpf(bore), mp.mpf(150e6)
         m, q, n, t = (mp.mpf(loads.get(name, 0.0)) for name in ("moment", "shear", "axial", "torque"))
@@ -77,10 +78,10 @@ def test_the_bound_on_how_fast_the_use_falls():
     t = np.logspace(-12, 6, 2000)
     for law in ("tresca_paper", "saint_venant"):
         for loads in ({"moment": 1.0}, {"shear": 1.0}, {"axial": 1.0}, {"torque": 1.0}):
-            for pull in outside_constraints(forces(**loads), pin.CRITERIA[law], STEEL):
-                if not pull.parts.any():
+            for pull in strength_constraints(pin.CRITERIA[law], [forces(**loads)], 1.0, STEEL):
+                g = np.array([outside_uses([pull], 1.0, np.array([s]))[0, 0] for s in t])
+                if not g.any():
                     continue
-                g = np.array([utilisation(pull, 1.0, np.array([s]))[0] for s in t])
                 fall = -np.diff(np.log(g)) / np.diff(np.log(t))
                 assert np.all((fall > 1 - 1e-9) & (fall < 3 + 1e-9))
 
@@ -119,12 +120,12 @@ def test_flexibilities_are_the_tubes():
     for D in (1.01, 1.5, 4.0):
         m, y = 1 / D, D * D - 1
         k = 6 * 1.3 * (1 + m**2) ** 2 / ((7 + 1.8) * (1 + m**2) ** 2 + (20 + 3.6) * m**2)
-        assert shearing(y, 1.0, a, b)[0] == pytest.approx(1 / (k * y), rel=1e-13)
+        assert flexibilities(y, 1.0, a, b) == pytest.approx((1 / (D**4 - 1), 1 / (k * y)), rel=1e-13)
         h = 1e-5 * y
-        values = [shearing(y + s * h, 1.0, a, b) for s in (-1, 0, 1)]
-        assert values[1][1] == pytest.approx((values[2][0] - values[0][0]) / (2 * h), rel=1e-7)
-        assert values[1][2] == pytest.approx((values[2][1] - values[0][1]) / (2 * h), rel=1e-7)
-        assert values[1][2] > 0
+        for of, derivative in ((flexibilities, slopes), (slopes, curvatures)):
+            change = np.subtract(of(y + h, 1.0, a, b), of(y - h, 1.0, a, b)) / (2 * h)
+            assert derivative(y, 1.0, a, b) == pytest.approx(change, rel=1e-7)
+        assert min(curvatures(y, 1.0, a, b)) > 0
 
 
 def dense(n=5_000, bore=14e-3):
@@ -228,7 +229,7 @@ def test_the_gap_is_closed_from_a_giant_to_no_limit(monotone, share, stations):
     assert program.deflection(found.solidity) <= limit * (1 + 1e-12)
     volume = program.volume(found.solidity)
     for multiplier in (found.multiplier, 0.7 * found.multiplier, 1.5 * found.multiplier):
-        least = bound(program, low, multiplier, found.solidity, monotone)
+        least = dual_bound(program, low, multiplier, found.solidity, monotone)
         assert least <= volume * (1 + 1e-12)
         if multiplier == found.multiplier:
             assert (volume - least) / volume < 1e-9

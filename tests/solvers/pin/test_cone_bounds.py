@@ -10,16 +10,17 @@ import pytest
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.shapes.cone_bounds import second_order
-from solvers.pin.shapes.cone_sizes import Cones
-from solvers.pin.shapes.tapers import NARROWING, WIDENING
+from solvers.pin.shapes.cone_bounds import deflection_slopes, most_in_box
+from solvers.pin.shapes.cone_sizes import bar_of, bore_volume, stiffest, workspace
+from solvers.pin.shapes.tapers import NARROWING, WIDENING, hollow, hollow_slopes, relative_bores
+from solvers.pin.stations.lobatto_panels import NODES
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, VAZ
 
 
-def cones(deflection, slope=None, taper=NARROWING):
+def bar(deflection, slope=None, places=()):
     limits = pin.Limits(max_deflection=deflection, max_slope=slope)
-    return Cones(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ)), taper)
+    return bar_of(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ).cut(places)))
 
 
 def boxes(random, count):
@@ -32,30 +33,39 @@ def boxes(random, count):
 @pytest.mark.parametrize("taper", [NARROWING, WIDENING])
 @pytest.mark.parametrize(("deflection", "slope"), [(8.5e-6, None), (11e-6, None), (13e-6, None), (11e-6, 0.2)])
 def test_no_shape_of_a_box_holds_more_than_its_bound(deflection, slope, taper):
-    random, some = np.random.default_rng(7), cones(deflection, slope, taper)
+    random, some = np.random.default_rng(7), bar(deflection, slope)
+    work = workspace(some)
     for box in boxes(random, 60):
-        bound = min(second_order(some.taper, box, some._rules(box)), some.most(box))
+        bound, _ = most_in_box(some, taper, *box, 1e-15, work)
         shapes = random.uniform((box[0], box[2]), (box[1], box[3]), (30, 2)).tolist()
         shapes += [(r, c) for r in box[:2] for c in box[2:]]
-        assert max(some.gain(r, c) for r, c in shapes) <= bound * (1.0 + 1e-13)
+        assert max(bore_volume(some, taper, r, c, 0.0, work) for r, c in shapes) <= bound * (1.0 + 1e-13)
 
 
 @pytest.mark.parametrize("taper", [NARROWING, WIDENING])
-def test_each_rules_slopes_hold_every_difference_in_the_box(taper):
-    random, some = np.random.default_rng(11), cones(11e-6, taper=taper)
+def test_the_deflections_slopes_hold_every_difference_in_the_box(taper):
+    random, some = np.random.default_rng(11), bar(11e-6)
+    work = workspace(some)
+
+    def stiff(r, c):
+        return stiffest(some, taper, r, c, 0.0, work)[0]
+
     for box in boxes(random, 60):
-        deflection = some._rules(box)[-1]
+        r0, r1, c0, c1 = box
+        near, far = (c0, c1) if taper == NARROWING else (c1, c0)
+        slopes = deflection_slopes(some, taper, *box, stiff(r1, far), stiff(r0, near) * (1.0 + 1e-14), work)
         for _ in range(10):
             r, c = random.uniform((box[0], box[2]), (box[1], box[3]))
             for side, (dr, dc) in ((0, (box[1] - r, 0.0)), (2, (0.0, box[3] - c))):
                 step = dr + dc
-                change = np.log(some.stiff(r + dr, c + dc)) - np.log(some.stiff(r, c))
-                least, most = deflection.slopes[side : side + 2]
+                change = np.log(stiff(r + dr, c + dc)) - np.log(stiff(r, c))
+                least, most = slopes[side : side + 2]
                 assert least * step - 1e-13 <= change <= most * step + 1e-13
 
 
 def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
-    some = cones(11e-6)
+    some = bar(11e-6)
+    work = workspace(some)
     rows = np.linspace(0.41, 0.43, 401)
     # Along the ridge the full diameter is just what the deflection allows.
     ridge = []
@@ -63,13 +73,13 @@ def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
         low, high = 0.7, 1.0
         for _ in range(50):
             c = 0.5 * (low + high)
-            low, high = (c, high) if some.stiff(r, c) >= 1.0 else (low, c)
-        ridge.append((NARROWING.hollow(r, low), r, low))
+            low, high = (c, high) if stiffest(some, NARROWING, r, c, 0.0, work)[0] >= 1.0 else (low, c)
+        ridge.append((hollow(NARROWING, r, low), r, low))
     best, r, c = max(ridge)
     lost = []
     for half in (4e-3, 1e-3):
         box = (r - half, r + half, c - half, c + half)
-        lost.append(second_order(some.taper, box, some._rules(box)) / best - 1.0)
+        lost.append(most_in_box(some, NARROWING, *box, 1e-15, work)[0] / best - 1.0)
     assert 0.0 <= lost[1] < lost[0] / 8.0
 
 
@@ -104,13 +114,13 @@ def test_cones_of_unlike_sides_are_proven(geometry, force, criterion):
 def test_the_volume_of_a_shape_and_its_slopes(taper):
     t = (np.arange(200_000) + 0.5) / 200_000
     for r, c in ((0.0, 0.3), (0.4, 0.7), (0.9, 1.0)):
-        assert taper.hollow(r, c) == pytest.approx(np.mean((1 - (1 - r) * taper.lost(t, c)) ** 2), rel=1e-9)
+        assert hollow(taper, r, c) == pytest.approx(np.mean(relative_bores(taper, r, c, t) ** 2), rel=1e-9)
     random = np.random.default_rng(3)
     for box in boxes(random, 200):
         r, c = random.uniform((box[0], box[2]), (box[1], box[3]))
-        slopes = taper.hollow_slopes(box)
+        slopes = hollow_slopes(taper, *box)
         for side, (dr, dc) in ((0, (box[1] - r, 0.0)), (2, (0.0, box[3] - c))):
-            change = np.log(taper.hollow(r + dr, c + dc) / taper.hollow(r, c))
+            change = np.log(hollow(taper, r + dr, c + dc) / hollow(taper, r, c))
             assert slopes[side] * (dr + dc) - 1e-15 <= change <= slopes[side + 1] * (dr + dc) + 1e-15
 
 
@@ -138,12 +148,11 @@ def test_a_short_pin_is_lighter_with_cones_that_widen_toward_the_middle(allowabl
 @pytest.mark.parametrize("taper", [NARROWING, WIDENING], ids=["narrowing", "widening"])
 @pytest.mark.parametrize("c", [0.605, 0.68, 0.74, 0.93])
 def test_a_cone_may_end_anywhere_in_a_panel(taper, c):
-    whole = cones(11e-6, taper=taper).program
-    place = 0.5 * c * whole.scene.geometry.length
-    cut = assemble(whole.scene, whole.limits, whole.criterion, whole.physics, whole.stations.cut((place,)), whole.law)
-    assert cut.stations.left.size == whole.stations.left.size + 1
+    whole, cut = bar(11e-6), bar(11e-6, places=(0.5 * c * VAZ.geometry.length,))
+    assert cut.x.size == whole.x.size + NODES
     # The stations that the cut adds carry strength too: only the deflection is compared.
-    assert Cones(whole, taper).stiff(0.5, c) == pytest.approx(Cones(cut, taper).stiff(0.5, c), rel=1e-13)
+    sizes = [stiffest(own, taper, 0.5, c, 0.0, workspace(own))[0] for own in (whole, cut)]
+    assert sizes[0] == pytest.approx(sizes[1], rel=1e-13)
 
 
 def test_a_cone_that_ends_between_stations_is_the_lightest_of_its_like():

@@ -12,11 +12,11 @@ from solvers.pin.ring import ovalization
 from solvers.pin.section.flexibility import (
     chord,
     cowper,
+    curvatures,
+    flexibilities,
     inflection,
     line_from,
-    phi,
-    phi_curvature,
-    phi_slope,
+    slopes,
 )
 from tests.solvers.pin.pins import flexibility_values
 
@@ -31,7 +31,7 @@ def test_shear_flexibility_is_cowpers_coefficient(poisson):
     u = 1 - m**2
     assert flexibility_values(u, cowper(poisson))[1] == pytest.approx(1 / (k * u), rel=1e-12)
     solid = 6 * (1 + poisson) / (7 + 6 * poisson)
-    assert phi(1.0, cowper(poisson).a, cowper(poisson).b) == pytest.approx(1 / solid, rel=1e-15)
+    assert flexibilities(1.0, -1.0, cowper(poisson).a, cowper(poisson).b)[1] == pytest.approx(1 / solid, rel=1e-15)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
@@ -48,14 +48,13 @@ def test_derivatives_are_those_of_the_function():
     law = cowper(POISSON)
     for u in (0.1, 0.5, 0.89, 0.95, 0.999):
         h = 1e-6
-        args = (law.a, law.b)
-        assert phi_slope(u, *args) == pytest.approx((phi(u + h, *args) - phi(u - h, *args)) / (2 * h), rel=1e-6)
-        assert phi_curvature(u, *args) == pytest.approx(
-            (phi_slope(u + h, *args) - phi_slope(u - h, *args)) / (2 * h), rel=1e-6, abs=1e-6
-        )
+        args = (-1.0, law.a, law.b)
+        for of, derivative in ((flexibilities, slopes), (slopes, curvatures)):
+            for own, above, below in zip(derivative(u, *args), of(u + h, *args), of(u - h, *args), strict=True):
+                assert own == pytest.approx((above - below) / (2 * h), rel=1e-6, abs=1e-6)
         for bend in (0.0, 0.7):
-            fall = bend / (u * (2 - u)) + phi(u, *args) - bend - phi(1.0, *args)
-            assert chord(u, bend, 1.0, *args) == pytest.approx(fall / (1 - u), rel=1e-9)
+            fall = bend / (u * (2 - u)) + flexibilities(u, *args)[1] - bend - flexibilities(1.0, *args)[1]
+            assert chord(u, bend, 1.0, law.a, law.b) == pytest.approx(fall / (1 - u), rel=1e-9)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.2, 1.0, 1.8, 5.0])

@@ -84,7 +84,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
-    demands = strength_constraints(pin.CRITERIA[criterion], forces(**loads), GEOMETRY.outer_diameter, STEEL)
+    demands = strength_constraints(pin.CRITERIA[criterion], [forces(**loads)], GEOMETRY.outer_diameter, STEEL)
     return max(float(d.stress * uses([d], wall).max()) for d in demands)
 
 

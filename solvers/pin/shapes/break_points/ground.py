@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.one_station import slopes
+from solvers.pin.section.flexibility import slopes
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.half import Half, Walls
 from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, greatest_dual, trace

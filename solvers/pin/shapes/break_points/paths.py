@@ -34,7 +34,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import curvatures, flexibilities, place_below
+from solvers.pin.optimum.one_station import place_below
+from solvers.pin.section.flexibility import curvatures, flexibilities
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]

@@ -32,7 +32,8 @@ from solvers.pin.optimum.slope_limit import gentle
 
 Array = NDArray[np.float64]
 _MAX_ROUNDS = 12
-_TOLERANCE = 1e-10
+_TOLERANCE, _TOLERANCE_FRACTION = 1e-10, 1e-3
+"""Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""
 _MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
 """Stopping criteria: relative progress of the gap per round, and the same as a fraction of the requested gap."""
 
@@ -60,7 +61,7 @@ def _sum_of_reciprocals(denominator: Any, weight: Array, constraints: list[Any])
     return cp.sum(t)
 
 
-def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Solution | None:
+def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: float) -> _Solution | None:
     import cvxpy as cp
 
     share, law = program.share, program.law
@@ -104,7 +105,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool) -> _Solutio
             # An inaccurate solution is assessed by the independent bound like any other.
             warnings.simplefilter("ignore")
             problem.solve(
-                solver=cp.CLARABEL, tol_gap_abs=_TOLERANCE, tol_gap_rel=_TOLERANCE, tol_feas=_TOLERANCE, max_iter=200
+                solver=cp.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance, tol_feas=tolerance, max_iter=200
             )
     except cp.SolverError:
         return None
@@ -159,7 +160,7 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
     at, found, bound, status, rounds = first, solid, 0.0, "", 0
     for rounds in range(1, _MAX_ROUNDS + 1):
         before = program.volume(found) - bound
-        answer = _solve(program, low, at, drillable)
+        answer = _solve(program, low, at, drillable, max(_TOLERANCE, _TOLERANCE_FRACTION * gap))
         if answer is None:
             break
         status = answer.status

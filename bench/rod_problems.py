@@ -19,7 +19,7 @@ import json
 import math
 import time
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -126,12 +126,16 @@ class Solved:
         return math.nan if certificate is None else certificate.gap
 
 
-def solved(seeds: Iterable[int], effects: rod.EffectSelection = rod.AUTO) -> Iterator[Solved]:
+def solved(
+    seeds: Iterable[int],
+    effects: rod.EffectSelection = rod.AUTO,
+    of: Callable[[int], rod.RodProblem] = problem,
+) -> Iterator[Solved]:
     """Solve the designs one after the other."""
     for warm in range(_WARM, _WARM + 6):
-        rod.design(problem(warm), effects)
+        rod.design(of(warm), effects)
     for seed in seeds:
-        asked, started, outcome, trouble = problem(seed), time.process_time(), None, ""
+        asked, started, outcome, trouble = of(seed), time.process_time(), None, ""
         try:
             outcome = rod.design(asked, effects)
         except (InvalidInput, ArithmeticError, ValueError, RuntimeError) as error:

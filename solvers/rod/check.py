@@ -35,7 +35,8 @@ from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 
-_HALF = 0.5
+_HALF, _GAIN = 0.5, 0.7
+"""A turn sampled to more than that share of the tolerance before is not worth its time."""
 _COARSEST = 1e-2
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
@@ -202,15 +203,21 @@ def _with_corrections(
         refined = cycle.refinement_error
         if contact and refined:
             refined = max(refined, _guide_error(cycle, told, power))
-        # Errors that the corrections could not reduce on request are not reduced by a finer discretisation either.
-        finer_turn = error > _HALF * accuracy and tolerance > ROUNDING
+        # Errors that the corrections could not reduce on request are not reduced by a finer discretisation either, and
+        # beside them nothing else counts.
+        finer_turn = error > _HALF * max(accuracy, refined) and tolerance > ROUNDING
         finer_corrections = refined > _HALF * accuracy and cycle.refinement_error <= cycle.tolerance
         if error + refined <= accuracy or not (finer_turn or finer_corrections):
             break
         if finer_turn:
             tolerance = max(_HALF * tolerance * accuracy / error, ROUNDING)
+            if not finer_corrections and max(tolerance, 0.1 * cycle.refinement_error) > _GAIN * looked:
+                break
         if finer_corrections:
-            cycle = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+            finer = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+            if not finer.refinement_error < cycle.refinement_error:
+                break
+            cycle = finer
     error = max(found.error, error + refined)
     if found.pushed > 0.0:
         # Near buckling the rounding of load and strip is amplified in the stresses.

@@ -21,6 +21,7 @@ from solvers.outcome import (
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.infeasibility import diagnose
@@ -28,6 +29,7 @@ from solvers.rod.optimum.answer.sensitivities import stationarity
 from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.core_optimum import Polished
+from solvers.rod.optimum.corrections import stands
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
 from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
@@ -40,14 +42,17 @@ from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
-_CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
+_INERTIA = "reciprocating_inertia"
+_CORE = frozenset({_INERTIA, "beam_column", "friction"})
 _MAX_SELECTIONS = 3
 """Maximum number of effect selections at the optimum."""
 _GUARD, _MIN_GAIN = 0.05, 0.1
 """Fractions of the accuracy: safety distance of the answer from its limits, and the gain not worth another step."""
-_COARSE_GAP = 1e-3
-"""Gap of a preliminary search that only decides whether the piston's mass is relevant."""
+_COARSE_GAP, _SHARE = 1e-3, 0.1
+"""Gap of the core's first search, and of its last one as a share of what effects beyond the core may change."""
 _CORRECTIONS = 6
+_MOST_UNKNOWN = 1e-3
+"""So much of it at the most counts."""
 _MAX_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_STRIPS = 100
@@ -108,30 +113,42 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen: frozenset[str] = frozenset()
-        moving = False
-        if self.problem.scene.piston.reciprocating_mass:
-            # The relevance of inertia is evaluated at a strip, which itself depends on it: start with a coarse search.
-            chosen |= self.chosen_at(self.core_search(moving, _COARSE_GAP)[2])
-            moving = "reciprocating_inertia" in chosen
-        proof, excess, strip = self.core_search(moving)
-        chosen |= self.chosen_at(strip)
+        chosen, proof, excess, strip = self.proven(frozenset())
         for _ in range(_MAX_SELECTIONS):
             outcome, strip = self.solved(chosen, proof, excess, strip)
             further = self.chosen_at(strip) - chosen
             if not further or self.out_of_time:
                 break
             chosen |= further
-            if "reciprocating_inertia" in further:
-                proof, excess, strip = self.core_search(True)
+            if _INERTIA in further:
+                chosen, proof, excess, strip = self.proven(chosen)
         return replace(outcome, effects=self.manifest(strip, chosen))
 
-    def core_search(self, moving: bool, gap: float | None = None) -> tuple[Proof, float, Dimensions]:
+    def proven(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
+        """The core's optimum as ``core_search`` has it, after the effects ``chosen``, with those that it needs.
+
+        Where effects go beyond the core, its bound is widened by their influence, and is sought to a share of that.
+        """
+        gap, proof = max(_COARSE_GAP, self.accuracy), None
+        while True:
+            moving = _INERTIA in chosen
+            proof, excess, strip = self.core_search(moving, gap, proof)
+            chosen |= self.chosen_at(strip)
+            if moving != (_INERTIA in chosen):
+                # The relevance of inertia is evaluated at a strip, which itself depends on it.
+                proof = None
+                continue
+            enough = max(_SHARE * self.influence(strip, _beyond(chosen)), self.accuracy)
+            if gap <= enough or proof.best is None:
+                return chosen, proof, excess, strip
+            gap = max(0.5 * enough, self.accuracy)
+
+    def core_search(self, moving: bool, gap: float, before: Proof | None) -> tuple[Proof, float, Dimensions]:
         """The core's optimum; if infeasible, the excess over the limits and the strip with the least excess."""
         p = self.problem
         mass = p.scene.piston.reciprocating_mass if moving else 0.0
         self.cycle = core_cycle(p.scene, self.criterion, mass)
-        proof = search(self.cycle, p.objective, self.limits, self.sizes, gap or self.accuracy, BOXES)
+        proof = search(self.cycle, p.objective, self.limits, self.sizes, gap, BOXES, before)
         if proof.best is not None:
             return proof, 0.0, proof.best.dimensions
         b = p.bounds
@@ -158,7 +175,15 @@ class _Design:
             for report in self.choice_at(strip).manifest
         )
 
-    def context(self, chosen: frozenset[str]) -> Context:
+    def unknown(self, model: FullModel, strip: Dimensions) -> float:
+        """What a check leaves unknown beyond the accuracy where a table's points set the strip ringing: a gain of less
+        is not worth a step."""
+        if not model.textured or not stands(Cycle(self.problem.scene, strip, model.composition)):
+            return 0.0
+        accuracy = model.check(strip).accuracy
+        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MOST_UNKNOWN)
+
+    def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
@@ -166,7 +191,8 @@ class _Design:
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
         )
-        guard, enough = _GUARD * self.accuracy, _MIN_GAIN * self.accuracy
+        guard = _GUARD * self.accuracy
+        enough = max(_MIN_GAIN * self.accuracy, self.unknown(model, strip))
         task = Task(p.objective, p.requirements, self.limits, guard, enough)
         context = Context(p, self.cycle, model, task, self.sizes)
 
@@ -185,8 +211,8 @@ class _Design:
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
     ) -> tuple[Outcome[RodDesign], Dimensions]:
         """The answer with these effects, without its manifest, and the strip at which effects are to be selected."""
-        context = self.context(chosen)
-        beyond = tuple(sorted(chosen - _CORE))
+        context = self.context(chosen, strip)
+        beyond = _beyond(chosen)
         if not beyond:
             return self.on_core(context, proof, strip)
         # Infeasible unless the effects changed the results by more than three times their bound.
@@ -267,16 +293,21 @@ class _Design:
             optimum.conditions = conditions_at(context, best, context.bounds, narrow)
         active = () if optimum.conditions is None else optimum.conditions.active
         widened, influence = certificate.widened_bound(
-            self.cycle, p.objective, self.limits, self.sizes, result.dimensions, lambda d: self.influence(d, beyond)
-        )
+            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
+            lambda d: self.influence(d, beyond),
+        )  # fmt: skip
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
         # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
         short = max(optimum.local.gain, context.task.enough)
-        short += optimum.ripple + (0.0 if optimum.second_order is None else optimum.second_order.gain)
+        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
         short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
+        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        if context.model.ripples and not held:
+            # Of narrow valleys side by side others may be deeper.
+            estimated = math.inf
         if not math.isfinite(estimated):
             # Only the distance from the bound is known.
             estimated = min(told.gap, 1.0)
@@ -320,6 +351,11 @@ class _Design:
         """The time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
+
+
+def _beyond(chosen: frozenset[str]) -> tuple[str, ...]:
+    """Those effects that go beyond the core."""
+    return tuple(sorted(chosen - _CORE))
 
 
 def _any_strip(problem: RodProblem) -> Dimensions:

@@ -50,7 +50,8 @@ class SampledCycle:
         of the results, starting from the panels of an earlier sampling if given."""
         strip, load, d = cycle.strip, cycle.scene.load, cycle.dimensions
         sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
-        edges, rule = begin or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy))
+        rings = any(refinement.ringing is not None for refinement in cycle.refinements)
+        edges, rule = begin or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy, rings))
         sampler = _Sampler(cycle, rule)
         panels, rows, _ = resolve(sampler, edges, rule, CHECKED, tolerance, MOST_PANELS)
         states = rows[CHECKED : CHECKED + ROWS]

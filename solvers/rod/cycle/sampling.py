@@ -35,11 +35,11 @@ more and very many."""
 _SOME, _MANY = (24, 8), (256, 6)
 
 
-def rule_for(load: Load, accuracy: float) -> Rule:
-    """The quadrature rule of the panels."""
+def rule_for(load: Load, accuracy: float, rings: bool = False) -> Rule:
+    """The quadrature rule of the panels; where the strip ``rings`` there is more to follow in very many pieces."""
     pieces = max(load.curve().breaks.size - 1, load.sharp_angles().size)
     if pieces > _SOME[0]:
-        return rule_of((_MANY if pieces > _MANY[0] else _SOME)[1])
+        return rule_of((_MANY if pieces > _MANY[0] and not rings else _SOME)[1])
     return rule_of(next(points for least, points in _POINTS if accuracy >= least))
 
 

@@ -25,6 +25,8 @@ _SAME_END = 0.05
 """In ln b, ln h, ln l: up to there two ends are one."""
 _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""
+_CLOSE = 10.0
+"""Of the accuracy of rough searches: an excess below that may be none."""
 
 
 def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[float, Dimensions] | None:
@@ -65,12 +67,30 @@ def least_violating(context: Context, start: Dimensions, hopeless: bool = False)
     """The end of local searches for an admissible strip on the full model, from ``start`` and from spread strips.
 
     The best admissible one, or the least violating; None where every strip tried buckles. Where it is ``hopeless``,
-    ``start`` is checked and nothing else.
+    ``start`` is checked and nothing else. Where a table's points set the strip ringing all but the end is done roughly.
     """
     if hopeless:
         at = checked_only(context, start)
         return None if at is None else Local(at, math.inf, 0)
-    context.search_from(start, context.bounds)
+    if not context.model.textured:
+        return _least_violating(context, start)
+    if context.rough is None:
+        context.explored()
+    rough = context.rough
+    best = _least_violating(rough, start)
+    if best is None or best.found is not None:
+        return best
+    strip = best.best.outcome.value.dimensions
+    if best.best.excess < _CLOSE * rough.model.accuracy:
+        return context.search_from(strip, context.bounds)
+    at = checked_only(context, strip)
+    return best if at is None else Local(at, math.inf, best.rounds)
+
+
+def _least_violating(context: Context, start: Dimensions) -> Local | None:
+    """The same by searches of one accuracy."""
+    if not (context.model.textured and context.ends):
+        context.search_from(start, context.bounds)
     best = context.best()
     if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
         return best

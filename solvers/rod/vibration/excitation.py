@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.panels import resolve, rule_of, split
-from solvers.numerics.radau import radau
+from solvers.numerics.radau import Radau, radau
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
@@ -38,6 +38,8 @@ _SAME_CORNER, _WIDENED = 0.3, 0.5
 _MOST_CORNERS = 1000
 """More are no corners to a motion, but texture."""
 _MOST_ELEMENTS = 2000
+MANY = 128
+"""So many pieces of a load, or elements, are narrow."""
 _ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
 
 
@@ -67,8 +69,9 @@ class Excitation:
         def checked(angle: Array) -> Array:
             return states_at(drive, strip, angle)[[FORCE, SIDE, MOMENT]]
 
-        rule = rule_of(RULE.points.size)
-        edges = resolve(checked, split(anchors, _WIDEST), rule, 3, wanted, _MOST_ELEMENTS)[0].edges
+        edges = split(anchors, _WIDEST)
+        if corners.size < MANY:
+            edges = resolve(checked, edges, rule_of(RULE.points.size), 3, wanted, _MOST_ELEMENTS)[0].edges
         states = states_at(drive, strip, points(edges))
         return Excitation(strip, drive, _inertia(cycle), corners, anchors, edges, states)
 
@@ -92,11 +95,11 @@ class Excitation:
         edges = split(self.edges, parts)
         return replace(self, edges=edges, states=states_at(self.drive, self.strip, points(edges)))
 
-    def states_on(self, edges: Array) -> Array:
-        """The states at all points of elements between other edges."""
-        if np.array_equal(edges, self.edges):
+    def states_on(self, edges: Array, rule: Radau) -> Array:
+        """The states at all points of a rule in elements between other edges."""
+        if rule is RULE and np.array_equal(edges, self.edges):
             return self.states
-        return states_at(self.drive, self.strip, points(edges))
+        return states_at(self.drive, self.strip, points(edges, rule))
 
     def panels(self, edges: Array) -> NDArray[np.int64]:
         """The first elements behind the corners; without corners the first one of the turn."""
@@ -118,7 +121,14 @@ class Excitation:
         rho = ratio ** (-1.0 / (RULE.points.size - 2))
         # In a narrow element, coefficients at rounding tell nothing of what lies farther away than it is wide.
         told = (ratio > _ROUNDED * _ROUGH) | (widths > _NARROW)
+        # In one that lies between two corners, whatever is not followed is what its series and polynomials leave out.
+        told &= ~np.isin(self.edges[:-1], self.corners) | ~np.isin(self.edges[1:], np.append(self.corners, self.last))
         return np.where(told, 0.25 * widths * (rho - 1.0 / rho), np.inf)
+
+    @property
+    def last(self) -> float:
+        """The turn's end [rad]."""
+        return float(self.edges[-1])
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
@@ -128,9 +138,9 @@ def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
     return states
 
 
-def points(edges: Array) -> Array:
+def points(edges: Array, rule: Radau = RULE) -> Array:
     """Angles of all elements' points, one element after the other."""
-    return (edges[:-1, None] + np.diff(edges)[:, None] * RULE.points).ravel()
+    return (edges[:-1, None] + np.diff(edges)[:, None] * rule.points).ravel()
 
 
 def _anchors(cycle: Cycle) -> tuple[Array, Array]:
@@ -152,9 +162,10 @@ def _inertia(cycle: Cycle) -> float:
 
 def _corners(drive: Drive, strip: Strip) -> Array:
     """Angles in [0, 2 pi), rising: where the load's pieces end, and where the piston begins or ceases to bear on both
-    walls if friction acts back."""
+    walls if friction acts back. Among many pieces the latter, where far less changes, are left to narrow elements: they
+    would come and go from strip to strip."""
     found = np.mod(drive.breaks, TURN)
-    if strip.friction:
+    if strip.friction and found.size < MANY:
         found = np.concatenate([found, friction_corners(drive, strip, np.unique(np.concatenate([_GRID, found])))])
     found = np.unique(np.mod(found, TURN))
     return found[np.diff(found, prepend=found[-1:] - TURN) > _APART]

@@ -9,13 +9,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.radau import Radau, shares_of
+from solvers.numerics.radau import Radau, radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation, split
+from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
-from solvers.rod.vibration.ringing import FreeModes, chosen, closing, kicks
+from solvers.rod.vibration.ringing import FreeModes, chosen, closing, phases, rung
 from solvers.rod.vibration.turn import Turn, with_one
 
 Array = NDArray[np.float64]
@@ -28,6 +28,8 @@ _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
+_RULES, _DEARER = ((RULE, 1.0), (radau(7), 0.3), (radau(5), 0.13)), 1.5
+"""Rules of elements, with their share of the longest step, and how an element's time grows with its points."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +71,14 @@ class Errors:
 
 @dataclass(frozen=True)
 class Motion:
-    """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges``, and ringing;
+    """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges`` at the points
+    of a ``rule``, and ringing;
     ``amplification`` is by which closing the turn enlarges what one turn misses. So many modes are ``slow``, and the
     phases of those that ring were to be as good as ``phases`` (ringing,) on every element."""
 
     strip: Strip
     basis: StripBasis
+    rule: Radau
     edges: Array
     samples: Array
     ringing: Ripple
@@ -86,45 +90,45 @@ class Motion:
     @property
     def quiet(self) -> Motion:
         """The same without what rings: it jumps at corners."""
-        return replace(self, ringing=no_ripple(self.samples.shape[2], RULE))
+        return replace(self, ringing=no_ripple(self.samples.shape[2], self.rule))
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
         angle = np.ascontiguousarray(angle)
-        return amplitudes(self.edges, self.samples, RULE, angle) + parts_at(self.ringing, angle)
+        return amplitudes(self.edges, self.samples, self.rule, angle) + parts_at(self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
     """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
     ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
     m, modes = slow, equation.slowness.size
-    edges = excitation.edges
-    if m:
-        most = equation.swing(excitation.states).reshape(-1, RULE.points.size).max(axis=1)
-        edges = split(edges, step / equation.fastest(m, most))
-    states = excitation.states_on(edges)
-    turn = Turn.of(equation, states, edges, excitation.panels(edges), m, wanted)
+    rule, edges = _elements(equation, excitation, m, step)
+    states = excitation.states_on(edges, rule)
+    turn = Turn.of(equation, rule, states, edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = turn.closed()
 
     static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-    ringing, omitted, missed, enlarged, enough = no_ripple(modes, RULE), 0.0, 0.0, 1.0, np.empty(0)
+    ringing, omitted, missed, enlarged, enough = no_ripple(modes, rule), 0.0, 0.0, 1.0, np.empty(0)
     if excitation.corners.size:
         lefts, rights = turn.sides
         here = with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
         jump[:, : 2 * m] = 0.0
-        enlarged = closing(equation, excitation, m)
-        kicked = kicks(equation, turn.swing[turn.first, 0], jump, static)[m:]
-        count, omitted = chosen(kicked * enlarged, m, MOST_RINGING, wanted)
+        phase = phases(equation, excitation, m)
+        enlarged = closing(equation, phase, m)
+        shares, given = rung(equation, excitation, phase, m, jump, static)
+        count, omitted = chosen(shares, m, MOST_RINGING, wanted)
         if count:
-            enough = 1e-1 * wanted / np.maximum(kicked * enlarged**2, 1e-300)[:count] / turn.widths.size
+            enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
-            coarse = excitation.edges
-            free = FreeModes.of(equation, coarse, excitation.panels(coarse), excitation.states, m, enough)
-            begun, rung, amplification = turn.closed(free)
-            (ringing,) = free.ringing(equation, rung)
+            coarse, few = excitation.edges, rule_of_ringing(excitation)
+            free = FreeModes.of(
+                equation, few, coarse, excitation.panels(coarse), excitation.states_on(coarse, few), m, enough
+            )
+            begun, ringed, amplification = turn.closed(free)
+            (ringing,) = free.ringing(equation, ringed)
             share = np.max(np.abs(equation.clamp[:, m : m + count]) / static[:, None], axis=0)
-            missed = float(np.abs(rung).max(axis=0) * share @ free.missed) * max(float(amplification), 1.0)
+            missed = float(np.abs(ringed).max(axis=0) * share @ free.missed) * max(float(amplification), 1.0)
 
     begin = turn.begin(begun)
     whole, speed = turn.amplitudes(begin), turn.fast_speeds(begin)
@@ -132,7 +136,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     seen = d @ equation.clamp.T
     greatest = np.stack([states[MOMENT], -states[SIDE]], axis=1) / equation.strip.stiffness + seen.reshape(-1, 2)
     greatest = np.maximum(np.abs(greatest).max(axis=0), 1e-300)
-    left = np.max(left_by_series(np.einsum("tp,epq->teq", RULE.tail, seen)) / greatest, axis=1)
+    left = np.max(left_by_series(np.einsum("tp,epq->teq", rule.tail, seen)) / greatest, axis=1)
     changed = np.abs(np.einsum("ec,epcq->epq", begin, turn.change)).max(axis=(0, 1)) / greatest
     parted = _parted(whole, speed) * np.max(np.abs(equation.clamp[:, m:]) / greatest[:, None], axis=0)
     if excitation.corners.size:
@@ -152,7 +156,26 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         closing=_ROUNDING * float(amplification),
     )
     samples, strip = np.ascontiguousarray(d @ equation.modes.T), equation.strip
-    return Motion(strip, equation.basis, edges, samples, ringing, errors, float(amplification), m, enough)
+    return Motion(strip, equation.basis, rule, edges, samples, ringing, errors, float(amplification), m, enough)
+
+
+def _elements(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> tuple[Radau, Array]:
+    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: of many
+    narrow elements one of fewer points, and of smaller steps, where that takes less time."""
+    few = excitation.edges.size - 1 < MANY
+    widths = step / _fastest(equation, excitation, slow) if slow else np.full(excitation.edges.size - 1, np.inf)
+    ways = [(rule, split(excitation.edges, share * widths)) for rule, share in (_RULES[:1] if few else _RULES)]
+    return min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER)
+
+
+def rule_of_ringing(excitation: Excitation) -> Radau:
+    """For phases and shapes of what rings, which change with the force alone: little in a narrow element."""
+    return RULE if excitation.edges.size - 1 < MANY else _RULES[-1][0]
+
+
+def _fastest(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
+    """The greatest frequency [1/rad] of the last slow mode in every element."""
+    return equation.fastest(slow, equation.swing(excitation.states).reshape(-1, RULE.points.size).max(axis=1))
 
 
 def motions_beside(
@@ -162,19 +185,21 @@ def motions_beside(
     many modes, on elements that go with the corners (``Excitation.beside``). What they leave unknown is taken to be the
     same."""
     strips = Strip(*np.array([one.strip for one in beside]).T)
-    coarse, states = np.stack([one.edges for one in beside]), np.stack([one.states for one in beside], axis=1)
+    rule, coarse = found.rule, np.stack([one.edges for one in beside])
     inertia, mean = np.array([one.inertia for one in beside]), np.array([one.mean for one in beside])
     equation = StripEquation.of(strips, inertia, mean, found.basis.polynomials, loss)
     edges = np.stack([np.interp(found.edges, around.anchors, one.anchors) for one in beside])
-    fine = [one.states_on(own) for one, own in zip(beside, edges, strict=True)]
-    turn = Turn.of(equation, np.stack(fine, axis=1), edges, around.panels(found.edges), found.slow, wanted)
+    fine = np.stack([one.states_on(own, rule) for one, own in zip(beside, edges, strict=True)], axis=1)
+    turn = Turn.of(equation, rule, fine, edges, around.panels(found.edges), found.slow, wanted)
     free = None
     if found.phases.size:
-        free = FreeModes.of(equation, coarse, around.panels(around.edges), states, found.slow, found.phases)
-    begun, rung, amplification = turn.closed(free)
+        few = rule_of_ringing(around)
+        states = np.stack([one.states_on(one.edges, few) for one in beside], axis=1)
+        free = FreeModes.of(equation, few, coarse, around.panels(around.edges), states, found.slow, found.phases)
+    begun, ringed, amplification = turn.closed(free)
     d = turn.amplitudes(turn.begin(begun)) - turn.still
     samples = np.ascontiguousarray(d @ equation.modes[..., None, :, :].mT)
-    ringing = [found.ringing] * len(beside) if free is None else free.ringing(equation, rung)
+    ringing = [found.ringing] * len(beside) if free is None else free.ringing(equation, ringed)
     return [
         replace(
             found,

@@ -13,6 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
+from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.vibration.equation import StripEquation, each
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
@@ -31,37 +33,74 @@ _MARGIN = 2.0
 """On the ringing of what is left out."""
 
 
-def kicks(equation: StripEquation, swing: Array, jump: Array, greatest: Array) -> Array:
-    """What rings in every mode of the strip as it is at the corners, as a share of V'' or V''' at the clamp, whichever
-    suffers more, all corners added up: (modes,).
-
-    From forces beside the mean there (corners,), jumps of the states of all modes (corners, 2 modes), amplitude and
-    speed by turns, and the greatest V'' and V'''.
-    """
-    root = np.sqrt(equation.slowness)
-    stiffness = np.eye(root.size) + swing[:, None, None] * equation.coupling
-    square, own = np.linalg.eigh(stiffness / np.outer(root, root))
-    share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
-    amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
-    speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
-    return np.sum(share * np.hypot(amplitude, speed), axis=0)
-
-
-def closing(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
-    """By which closing the turn enlarges what every fast mode rings with, from its phase to the leading order."""
-    swing, count = equation.swing(excitation.states)[:, None, None], equation.slowness.size - slow
-    own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, equation.slowness.size))
+def phases(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
+    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes)."""
+    swing, count = equation.swing(excitation.states)[:, None, None], equation.slowness.size
+    own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, count))
     stiffness = 1.0 + swing[:, 0] * own[n]
     # What the other modes do in step with one, as they are by themselves.
     away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
     away[:, np.arange(n.size), n] = np.inf
     stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
-    weights = np.outer(np.diff(excitation.edges), RULE.integral[-1]).ravel()
-    phase = weights @ np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n])
-    out = np.full(count, _CLOSING)
+    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(excitation.edges)
+    return np.einsum("e,p,epn->en", widths, RULE.integral[-1], rate.reshape(widths.size, RULE.points.size, n.size))
+
+
+def closing(equation: StripEquation, phase: Array, slow: int) -> Array:
+    """By which closing the turn enlarges what every fast mode rings with, from its ``phases``."""
+    n = np.arange(slow, slow + phase.shape[1])
+    out = np.full(equation.slowness.size - slow, _CLOSING)
     kept = np.exp(-0.5 * TURN * equation.damping[n] / equation.slowness[n])
-    left = np.hypot(1.0 - kept, 2.0 * np.sqrt(kept) * np.sin(0.5 * phase))
+    left = np.hypot(1.0 - kept, 2.0 * np.sqrt(kept) * np.sin(0.5 * phase.sum(axis=0)))
     out[: n.size] = 1.0 / np.clip(left, 1e-300, 1.0)
+    return out
+
+
+def rung(
+    equation: StripEquation, excitation: Excitation, phase: Array, slow: int, jump: Array, greatest: Array
+) -> tuple[Array, Array]:
+    """What every fast mode rings with, and what it is given by all corners together, as shares of V'' or V''' at the
+    clamp, whichever suffers more: (fast,) each.
+
+    At a corner a mode of the strip as it is there is given what differs between the two sides; on its way to the next
+    one it turns and is damped. Modes whose ``phases`` are not known are taken to ring in step with every corner. From
+    jumps of the states of all modes (corners, 2 modes), amplitude and speed by turns, and the greatest V'' and V'''.
+    """
+    panels, phased = excitation.panels(excitation.edges), phase.shape[1]
+    swing = equation.swing(excitation.states)[panels * RULE.points.size]
+    root, n = np.sqrt(equation.slowness), np.arange(slow, equation.slowness.size)
+    stiffness = np.eye(root.size) + swing[:, None, None] * equation.coupling
+    square, own = np.linalg.eigh(stiffness / np.outer(root, root))
+    # A mode has the same sign at every corner.
+    own *= np.sign(np.einsum("cnn->cn", own))[:, None]
+    share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
+    amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
+    speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
+    given, share = (amplitude - 1j * speed)[:, slow:], share[:, slow:]
+    total = np.sum(np.abs(given) * share, axis=0)
+    given[:, phased:] = np.abs(given[:, phased:])
+    rate = np.outer(np.diff(excitation.edges), -0.5 * equation.damping[n] / equation.slowness[n]).astype(np.complex128)
+    rate[:, :phased] += 1j * phase
+    amplitudes = _repeating(given, np.exp(np.add.reduceat(rate, panels)))
+    return np.max(amplitudes * share, axis=0), total
+
+
+@kernel
+def _repeating(given: Complex, kept: Complex) -> Array:
+    """The greater of the amplitudes before and behind every corner of a turn, (corners, modes), that repeat themselves,
+    from what is given there and by which factor it goes on to the next corner."""
+    count, modes = given.shape
+    out = np.empty((count, modes))
+    for n in range(modes):
+        total, left = 0.0j, 1.0 + 0.0j
+        for k in range(count):
+            total = (total + given[k, n]) * kept[k, n]
+            left *= kept[k, n]
+        missing = 1.0 - left
+        total = total / (missing if abs(missing) > 1e-300 else 1e-300 + 0.0j)
+        for k in range(count):
+            out[k, n] = max(abs(total), abs(total + given[k, n]))
+            total = (total + given[k, n]) * kept[k, n]
     return out
 
 
@@ -88,8 +127,9 @@ class FreeModes:
     of ``panels`` lie behind corners: ``shape`` and ``rate`` (..., modes, elements, points, all modes) of a and a' in a
     free motion that grows as exp(``phase``) (..., modes, elements, points) from the element's first end, and by
     ``since`` (..., modes, elements) from the last corner to there; ``missed`` (..., modes) are errors of the phase over
-    the turn [rad]."""
+    the turn [rad]. Points are those of the ``rule``."""
 
+    rule: Radau
     first: int
     edges: Array
     panels: NDArray[np.int64]
@@ -101,7 +141,13 @@ class FreeModes:
 
     @staticmethod
     def of(
-        equation: StripEquation, edges: Array, panels: NDArray[np.int64], states: Array, first: int, enough: Array
+        equation: StripEquation,
+        rule: Radau,
+        edges: Array,
+        panels: NDArray[np.int64],
+        states: Array,
+        first: int,
+        enough: Array,
     ) -> FreeModes:
         """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, ..., elements
         points)."""
@@ -109,7 +155,7 @@ class FreeModes:
         swing = equation.swing(states).reshape(*widths.shape, -1)
 
         def of_one(*own: Array) -> tuple[Array, ...]:
-            found = [free_mode(first + k, *own, RULE, phase, _MOST_TIMES) for k, phase in enumerate(enough.tolist())]
+            found = [free_mode(first + k, *own, rule, phase, _MOST_TIMES) for k, phase in enumerate(enough.tolist())]
             return tuple(np.stack(part) for part in zip(*found, strict=True))
 
         shape, rate, phase, missed = each(
@@ -117,7 +163,7 @@ class FreeModes:
         )
         gone = np.cumsum(phase[..., -1], axis=-1) - phase[..., -1]
         gone -= np.repeat(gone[..., panels], np.diff(np.append(panels, widths.shape[-1])), axis=-1)
-        return FreeModes(first, edges, panels, shape, rate, phase, np.exp(gone), missed.sum(axis=-1))
+        return FreeModes(rule, first, edges, panels, shape, rate, phase, np.exp(gone), missed.sum(axis=-1))
 
     @property
     def _lasting(self) -> NDArray[np.int64]:
@@ -154,4 +200,4 @@ class FreeModes:
             part.reshape(-1, *part.shape[part.ndim - own :])
             for part, own in ((self.edges, 1), (start, 2), (self.phase.swapaxes(-3, -2), 3), (shape, 4))
         ]
-        return [ripple_of(*one, RULE) for one in zip(*strips, strict=True)]
+        return [ripple_of(*one, self.rule) for one in zip(*strips, strict=True)]

@@ -28,8 +28,8 @@ from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import TURN, Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Motion, excited, motion, motions_beside
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.motion import MOST_RINGING, Errors, Motion, excited, motion, motions_beside
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -42,6 +42,12 @@ modes have to be known."""
 
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
+
+FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _ROUGHLY = 32, 1_850_000, 500_000, 1e-6
+"""Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
+that."""
+_FALLS = 4.0
+"""Behind them, what faster modes ring with falls about like this power of the number of those that are known."""
 
 _MOST_TRIES, _MOST_VAIN = 8, 2
 _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
@@ -138,7 +144,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
     wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
     best = _resolved(cycle, wanted)
-    while best.error > _MISSED * wanted and wanted < _LOOSEST:
+    while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= FEW_CORNERS:
         wanted *= _LOOSER
         other = _resolved(cycle, wanted)
         if other.error >= best.error:
@@ -182,33 +188,50 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         # Better fewer polynomials than fewer modes followed.
         rung -= 1
         equation = _equation(cycle, excitation, rung)
+    many = excitation.corners.size > FEW_CORNERS
+    enough = (_ENOUGH_WORK_ROUGHLY if wanted > _ROUGHLY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
         found = motion(equation, excitation, slow, step, wanted)
         errors, vain = found.errors, vain + 1
-        spent += _work(found.edges.size - 1, slow, equation.slowness.size)
+        spent += _work_behind(found, rung) if many else _work(found.edges.size - 1, slow, equation.slowness.size)
         if best is None or errors.total < best.error:
             best, vain = _vibration_of(found, excitation, float(equation.pace[0])), 0
-        if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > ENOUGH_WORK:
+        if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > enough:
             break
         rest = max(errors.series, errors.phase, errors.excited)
         if max(errors.space, errors.omitted) > max(errors.elements, rest):
             full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
             if full or rung == len(LADDER) - 1:
                 break
-            rung = min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
+            rung = _enough_polynomials(rung, errors, wanted) if many else _more_polynomials(rung, errors, wanted)
+            if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):
+                break
             equation = _equation(cycle, excitation, rung)
             continue
         worst = _worst_elements(equation, excitation, slow, found)
         # Halving elements did help the time before, if there was one.
         if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
             before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
-        elif spent + _work_of(equation, excitation, slow + 1, step) > ENOUGH_WORK:
+        elif spent + _work_of(equation, excitation, slow + 1, step) > enough:
             break
         else:
             slow, before = slow + 1, np.inf
     return best
+
+
+def _more_polynomials(rung: int, errors: Errors, wanted: float) -> int:
+    """The next rung of the ladder, or the one after it."""
+    return min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
+
+
+def _enough_polynomials(rung: int, errors: Errors, wanted: float) -> int:
+    """The rung that is enough by how errors fall; beyond the ladder where none is, as noise may have it: what it leaves
+    unknown is not worth the time of any other."""
+    known = lambda one: (LADDER[one] - 1) // 2 - 1  # noqa: E731
+    called_for = known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / _FALLS)
+    return next((one for one in range(rung + 1, len(LADDER)) if known(one) >= called_for), len(LADDER))
 
 
 def _step(excitation: Excitation, wanted: float) -> float:
@@ -253,6 +276,14 @@ def _work_of(equation: StripEquation, excitation: Excitation, slow: int, step: f
     pace = equation.pace[min(slow, equation.slowness.size) - 1]
     elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * pace / step))
     return _work(elements, slow, equation.slowness.size)
+
+
+def _work_behind(found: Motion, rung: int) -> float:
+    """What a motion behind many corners takes with so many polynomials, where much of it rings."""
+    modes, slow, ringing = LADDER[rung] - 1, found.slow, found.ringing
+    followed = found.rule.points.size * (2 * slow + 1) * (found.edges.size - 1)
+    rung_by = ringing.points.size * max(ringing.modes, modes // 2 - 1 - slow) * (ringing.edges.size - 1)
+    return (followed + rung_by) / RULE.points.size * (modes + 5 * slow) ** 2
 
 
 def _work(elements: float, slow: int, modes: int) -> float:

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.radau import Radau
 from solvers.rod.vibration.equation import StripEquation, each
-from solvers.rod.vibration.excitation import RULE
 from solvers.rod.vibration.ringing import FreeModes
 from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
 
@@ -58,24 +58,30 @@ class Turn:
 
     @staticmethod
     def of(
-        equation: StripEquation, states: Array, edges: Array, first: NDArray[np.int64], slow: int, wanted: float
+        equation: StripEquation,
+        rule: Radau,
+        states: Array,
+        edges: Array,
+        first: NDArray[np.int64],
+        slow: int,
+        wanted: float,
     ) -> Turn:
-        """From states (rows, ..., elements points) on elements between edges (..., elements + 1); series that could
-        give more than ``wanted`` are not asked to."""
-        widths, modes, p = np.diff(edges), equation.slowness.shape[-1], RULE.points.size
+        """From states (rows, ..., elements points) at a rule's points of elements between edges (..., elements + 1);
+        series that could give more than ``wanted`` are not asked to."""
+        widths, modes, p = np.diff(edges), equation.slowness.shape[-1], rule.points.size
         shape, count = (*widths.shape, p), widths.shape[-1]
         swing, still = equation.swing(states).reshape(shape), equation.still(states)
         right = equation.right(states, still).reshape(*shape, modes)
         still = still.reshape(*shape, modes)
         if equation.loss:
             # What follows the force is not damped.
-            moved = (RULE.first @ still) / widths[..., None, None]
+            moved = (rule.first @ still) / widths[..., None, None]
             right += equation.damping[..., None, None, :] * moved
         parts, turned = _parts(equation, slow)
         strips = equation.mean.shape
         columns, last, speeds, change, fell = each(
             strips,
-            lambda w, s, r, *own: slow_motion(w, s, r, Parts(*own), RULE, min(wanted, _LOOSEST), _TERMS),
+            lambda w, s, r, *own: slow_motion(w, s, r, Parts(*own), rule, min(wanted, _LOOSEST), _TERMS),
             widths,
             swing,
             right @ turned[..., None, :, :],

@@ -28,7 +28,7 @@ from pathlib import Path
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.kind import Mode
 
-CONNECTIONS, REQUESTS, ROUNDS = 32, 1500, 3
+CONNECTIONS, REQUESTS, ROUNDS = 32, 800, 3
 WAYS = {
     "without_database": "the same app, nothing stored",
     "durable": "durable: one writer, group commit, FULL",

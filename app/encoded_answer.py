@@ -72,5 +72,12 @@ def offered(
 
 
 def _finite(text: bytes | None, value: Any) -> bool:
-    """Whether a value and its JSON have only finite numbers; the words may stand in a text, too."""
-    return text is None or not (b"NaN" in text or b"Infinity" in text) or finite(value)
+    """Whether a value and its JSON have only finite numbers; the words may stand in a text, too.
+
+    A letter is found thirty times as fast as a word, and long results have hardly any.
+    """
+    return text is None or not (_has(text, b"N", b"NaN") or _has(text, b"I", b"Infinity")) or finite(value)
+
+
+def _has(text: bytes, letter: bytes, word: bytes) -> bool:
+    return letter in text and word in text

@@ -28,7 +28,7 @@ from pathlib import Path
 from app.designs.flexible_rod.kind import FLEXIBLE_ROD
 from app.designs.kind import Mode
 
-CONNECTIONS, REQUESTS, ROUNDS = 32, 1500, 5
+CONNECTIONS, REQUESTS, ROUNDS = 32, 1500, 3
 WAYS = {
     "without_database": "the same app, nothing stored",
     "durable": "durable: one writer, group commit, FULL",
@@ -66,15 +66,19 @@ def process(*command: str, **environment: str) -> Iterator[subprocess.Popen]:
 
 
 def post(port: int, body: bytes, path: str = _PATH, **headers: str) -> bytes | None:
-    """A POST, by default of a check; None while nothing listens."""
+    """A POST, by default of a check; None while nothing listens or the service is busy. Raises HTTPError."""
     request = urllib.request.Request(
         f"http://127.0.0.1:{port}{path}", body, {"content-type": "application/json", **headers}, method="POST"
     )
     try:
         with urllib.request.urlopen(request, timeout=60) as response:
             return response.read()
+    except urllib.error.HTTPError as refused:
+        if refused.code not in (429, 503):  # it would be refused for ever
+            raise
     except (urllib.error.URLError, ConnectionError):
-        return None
+        pass
+    return None
 
 
 def wait_for_answer(port: int, body: bytes, most: float = 120.0) -> float:

@@ -27,6 +27,7 @@ from app.store.engine import WRITE, make_engine
 from app.store.migrate import upgrade
 from app.store.record import RunRecord, StoredResponse
 from app.store.repository import RunStore
+from app.store.rows import RUN_FIELDS
 from app.submission import Service
 
 
@@ -105,8 +106,8 @@ def orm_in_threads(settings: Settings) -> FastAPI:
 
     def submit(request: CheckRequest, opened: Session = Depends(session)) -> dict:  # noqa: B008
         run = runs.answered(runs.queued("flexible-rod", "check", request), ready, 0.0)
-        row = {name: getattr(run, name) for name in run.__dataclass_fields__ if name != "source_run_ids"}
-        opened.add(Run(**row, source_run_ids=None, row_hash="0" * 64))
+        row = {name: getattr(run, name) for name in RUN_FIELDS} | {"source_run_ids": None}
+        opened.add(Run(**row, row_hash="0" * 64))
         opened.commit()
         return json.loads(runs.run_json(run))
 

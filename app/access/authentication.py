@@ -17,6 +17,7 @@ from app.store.viewer import Viewer, viewer
 
 _BEARER = b"bearer "
 NO_RUNS = Viewer("nobody", everything=False)
+_ALL_SCOPES = frozenset(Scope)
 
 
 class Authentication:
@@ -49,7 +50,7 @@ class Authentication:
             who, sees = Caller(key.id, address, scopes), Viewer(key.id, Scope.ADMIN in scopes)
         else:
             # Without keys, every run is visible; public paths see none.
-            who = Caller(name_of_address(address), address, frozenset(Scope))
+            who = Caller(name_of_address(address), address, _ALL_SCOPES)
             sees = Viewer() if required is not None else NO_RUNS
         tokens = caller.set(who), viewer.set(sees), session.set(found)
         try:

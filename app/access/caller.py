@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextvars import ContextVar
 from dataclasses import dataclass
+from functools import lru_cache
 from ipaddress import IPv6Address, ip_address
 
 _IPV6_PREFIX = 64
@@ -23,6 +24,7 @@ caller: ContextVar[Caller] = ContextVar("caller", default=Caller())  # noqa: B03
 """The caller of the current task and of the tasks it creates."""
 
 
+@lru_cache(1024)
 def name_of_address(address: str) -> str:
     """A common name for all addresses available to one subscriber."""
     try:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Coroutine
-from typing import Annotated, Any
+from typing import Annotated
 
 from fastapi import APIRouter, Header, Request, Response
 from fastapi.routing import APIRoute
+from starlette.types import Receive, Scope, Send
 
 from app.access.csrf import check_csrf
 from app.api.bodies import parse_in_turn, read_body
@@ -50,18 +50,20 @@ def answer(response: StoredResponse) -> Response:
 
 class _DirectRoute(APIRoute):
     """A route that hands its endpoint the two headers itself: FastAPI's resolution of parameters, which still documents
-    them, takes a tenth of what a small request costs."""
+    them, and its stacks for dependencies, of which there are none, take a tenth of what a small request costs."""
 
-    def get_route_handler(self) -> Callable[[Request], Coroutine[Any, Any, Response]]:
-        async def handle(request: Request) -> Response:
-            await check_csrf(request)
-            key = request.headers.get(_KEY)
-            if key is not None and len(key) > _MAX_KEY_LENGTH:
-                found = entry(f"/{_KEY}", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
-                raise Problem(422, INVALID, "1 field cannot be accepted", [found])
-            return await self.endpoint(request, key, request.headers.get("prefer"))
-
-        return handle
+    async def handle(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["method"] not in self.methods:
+            await super().handle(scope, receive, send)
+            return
+        request = Request(scope, receive, send)
+        await check_csrf(request)
+        key = request.headers.get(_KEY)
+        if key is not None and len(key) > _MAX_KEY_LENGTH:
+            found = entry(f"/{_KEY}", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
+            raise Problem(422, INVALID, "1 field cannot be accepted", [found])
+        response = await self.endpoint(request, key, request.headers.get("prefer"))
+        await response(scope, receive, send)
 
 
 def _route(kind: Kind, mode: Mode) -> None:

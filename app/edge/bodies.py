@@ -54,8 +54,6 @@ class BodyLimiter:
             # The application was told that the client disconnected, and may have failed because of that.
             if body.problem is None:
                 raise
-        finally:
-            body.cancel_read()
         if body.problem is not None and not body.responding:
             await refuse(scope, receive, send, body.problem)
 
@@ -68,7 +66,6 @@ class _Body:
     ) -> None:
         self._receive, self._send, self._limits, self.limit, self._stopping = receive, send, limits, limit, stopping
         self._waited_s, self._size, self._complete = 0.0, 0, False
-        self._pending: asyncio.Future[Message] | None = None
         self.problem: Problem | None = None
         self.responding = False
         """Whether the application has started to respond."""
@@ -92,28 +89,36 @@ class _Body:
         return message
 
     async def _part(self) -> Message | None:
-        """The next message; None if the body is refused."""
-        self._pending = asyncio.ensure_future(self._receive())
+        """The next message; None if the body is refused.
+
+        The server's ``receive`` loses nothing if it is cancelled: it takes what has arrived in one step.
+        """
         began = time.monotonic()
-        ends = began + self._limits.idle_s
-        while not (await asyncio.wait({self._pending}, timeout=min(_POLL_INTERVAL_S, ends - time.monotonic())))[0]:
-            now = time.monotonic()
-            if self._stopping():
-                self.problem = Problem(
-                    503, "The service stops", "the request did not arrive in time",
-                    headers=CLOSE | {"Retry-After": "5"},
-                )  # fmt: skip
-            elif now >= ends or self._trickles(now - began):
-                self.problem = Problem(408, "The request came too slowly", "its body did not arrive in time",
-                                       headers=CLOSE)  # fmt: skip
-            if self.problem is not None:
-                return None
-        message = self._pending.result()
+        ends, message = began + self._limits.idle_s, None
+        while message is None:
+            try:
+                async with asyncio.timeout(min(_POLL_INTERVAL_S, ends - time.monotonic())):
+                    message = await self._receive()
+            except TimeoutError:
+                self.problem = self._refusal(began, ends)
+                if self.problem is not None:
+                    return None
         self._waited_s += time.monotonic() - began
         if message.get("more_body") and self._trickles():
             self.problem = Problem(408, "The request came too slowly", "its body trickled", headers=CLOSE)
             return None
         return message
+
+    def _refusal(self, began: float, ends: float) -> Problem | None:
+        """Why to wait no longer for a part."""
+        now = time.monotonic()
+        if self._stopping():
+            return Problem(
+                503, "The service stops", "the request did not arrive in time", headers=CLOSE | {"Retry-After": "5"}
+            )
+        if now >= ends or self._trickles(now - began):
+            return Problem(408, "The request came too slowly", "its body did not arrive in time", headers=CLOSE)
+        return None
 
     def _trickles(self, waiting_s: float = 0.0) -> bool:
         counted_s = self._waited_s + waiting_s - self._limits.grace_s
@@ -124,7 +129,3 @@ class _Body:
             return
         self.responding = True
         await self._send(message)
-
-    def cancel_read(self) -> None:
-        if self._pending is not None and not self._pending.done():
-            self._pending.cancel()

@@ -5,7 +5,9 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import pickle
 import resource
+import struct
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -25,6 +27,8 @@ Load = Callable[[str, str], None]
 _REPORT_INTERVAL_S = 0.2
 _IDLE_DELAY_S = 0.5
 """Idle time before a worker does background work."""
+LENGTH = struct.Struct("!i")
+"""What ``multiprocessing`` puts before a message."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +60,7 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     # Health checks and inline requests in the service process take precedence.
     os.nice(settings.niceness)
     memory = _MemoryLimit(settings.memory_bytes)
-    connection.send((Reply.READY, None))
+    _send(connection, (Reply.READY, None))
     idle_work: Iterator[None] | None = settings.idle_work()
     loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
@@ -71,11 +75,20 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
                 loaded.add(call[:2])
                 gc.freeze()  # kernels stay; later collections need not look through them
                 # From here on, time is the call's. A worker that has what a call needs begins it at once.
-                connection.send((Reply.ACCEPTED, None))
+                _send(connection, (Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))
-            connection.send((reply, content))
+            _send(connection, (reply, content))
             if reply is Reply.MEMORY:
                 return
+
+
+def _send(connection: Connection, message: tuple[Reply, Any]) -> None:
+    """Send a message as ``multiprocessing`` does, but in one piece: it writes the length of a large one separately,
+    which wakes the reader twice."""
+    data = memoryview(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+    sent = os.writev(connection.fileno(), (LENGTH.pack(len(data)), data)) - LENGTH.size
+    while sent < len(data):
+        sent += os.write(connection.fileno(), data[sent:])
 
 
 def _one_step(steps: Iterator[None]) -> Iterator[None] | None:
@@ -105,7 +118,7 @@ def _throttled(connection: Connection) -> Report:
     def report(progress: Progress) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            connection.send((Reply.PROGRESS, progress))
+            _send(connection, (Reply.PROGRESS, progress))
             due = time.monotonic() + _REPORT_INTERVAL_S
 
     return report

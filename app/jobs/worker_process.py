@@ -6,7 +6,6 @@ import asyncio
 import os
 import pickle
 import socket
-import struct
 from collections.abc import Callable
 from concurrent.futures import Future
 from dataclasses import dataclass
@@ -15,15 +14,13 @@ from typing import Any, Self
 from app.designs.progress import Report, ignore_progress
 from app.jobs.errors import BudgetExceeded, MemoryExceeded, SolveFailed, WorkerCrashed
 from app.jobs.fork_server import START_TIMEOUT_S, Child, ForkServer
-from app.jobs.worker import Reply, WorkerSettings, serve
+from app.jobs.worker import LENGTH, Reply, WorkerSettings, serve
 
 LOAD_TIMEOUT_S = 120.0
 """Time limit for loading or compiling what a call needs; not counted in the call's own budget."""
 _READ_BYTES = 1 << 18
 _LARGE_BYTES = 1 << 18
 """Size of a message that is decoded in a thread, where it does not hold up other requests."""
-_LENGTH = struct.Struct("!i")
-"""What ``multiprocessing`` puts before a message."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +36,16 @@ class Call:
 
 class Worker:
     """A live worker process and its pipe, which the event loop reads and writes itself: a thread between them would be
-    woken twice for every request."""
+    woken twice for every request. The loop watches the pipe as long as the worker lives, since to begin and to end that
+    for every message costs it ten system calls."""
 
     def __init__(self, child: Child, reap: Callable[[Child], int | None]) -> None:
         self._child, self._reap = child, reap
         self._socket = socket.socket(fileno=os.dup(child.connection.fileno()))
         self._socket.setblocking(False)
-        self._received = bytearray()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._received, self._closed = bytearray(), False
+        self._arrived: asyncio.Future[None] | None = None
         self._loaded: set[tuple[str, str]] = set()
         self.usable = True
         """Whether it waits for a call: false during one, and for ever if that did not end with a reply."""
@@ -82,7 +82,13 @@ class Worker:
     def reap(self) -> None:
         """Kill it, free what it held, and set its exit code. Blocks until the fork server has answered."""
         self.kill()
-        self._socket.close()
+        try:
+            if self._loop is None:
+                self._socket.close()
+            else:  # only the loop may end its own watch, and the descriptor must stay until then
+                self._loop.call_soon_threadsafe(self._close)
+        except RuntimeError:  # the loop is closed
+            self._socket.close()
         self.exit_code.set_result(self._reap(self._child))
 
     async def solve(self, call: Call) -> Any:
@@ -92,6 +98,7 @@ class Worker:
         WorkerCrashed if it does not take the call. A worker that has not replied is no longer usable.
         """
         self.usable = self.accepted = False
+        self._watch()
         clock = asyncio.get_running_loop().time
         kind, content = (call.kind_slug, call.mode), None
         await self._send((*kind, call.payload))
@@ -119,49 +126,80 @@ class Worker:
         return content
 
     async def _send(self, message: tuple[str, str, bytes]) -> None:
-        data = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
-        async with asyncio.timeout(LOAD_TIMEOUT_S):
-            await asyncio.get_running_loop().sock_sendall(self._socket, _LENGTH.pack(len(data)) + data)
+        content = pickle.dumps(message, pickle.HIGHEST_PROTOCOL)
+        data = LENGTH.pack(len(content)) + content
+        try:
+            sent = self._socket.send(data)
+        except BlockingIOError:
+            sent = 0
+        if sent < len(data):
+            async with asyncio.timeout(LOAD_TIMEOUT_S):
+                await asyncio.get_running_loop().sock_sendall(self._socket, data[sent:])
 
     async def _receive(self, deadline: float) -> tuple[Reply, Any]:
         """The next message. Raises EOFError, and TimeoutError at the deadline [s] of the loop's clock."""
-        loop = asyncio.get_running_loop()
+        loop, late = asyncio.get_running_loop(), False
         while (data := self._message()) is None:
-            arrived = loop.create_future()
-            timer = loop.call_at(deadline, _wake, arrived)
-            loop.add_reader(self._socket, _wake, arrived)
+            if self._closed:
+                raise EOFError
+            if late:  # what is there counts, even if the loop itself was too late to look
+                if not self._read():
+                    raise TimeoutError
+                continue
+            self._arrived = loop.create_future()
+            timer = loop.call_at(deadline, _wake, self._arrived)
             try:
-                await arrived
+                await self._arrived
             finally:
-                loop.remove_reader(self._socket)
+                self._arrived = None
                 timer.cancel()
-            # What is there counts, even if the loop itself was too late to look.
-            if not self._read() and loop.time() >= deadline:
-                raise TimeoutError
+            late = loop.time() >= deadline
         return await asyncio.to_thread(pickle.loads, data) if len(data) > _LARGE_BYTES else pickle.loads(data)
 
+    def _watch(self) -> None:
+        """Have the running loop read the pipe."""
+        loop = asyncio.get_running_loop()
+        if self._loop is not loop:
+            loop.add_reader(self._socket, self._read)
+            self._loop = loop
+
+    def _close(self) -> None:
+        """End the watch of the loop, and close the pipe."""
+        if self._loop is not None:
+            self._loop.remove_reader(self._socket)
+            self._loop = None
+        self._socket.close()
+
     def _read(self) -> bool:
-        """Take in what has arrived; False if nothing has. Raises EOFError."""
+        """Take in what has arrived, and wake the call that waits for it as soon as it is a message; False if nothing
+        has."""
         try:
             part = self._socket.recv(_READ_BYTES)
         except BlockingIOError:
             return False
-        if not part:
-            raise EOFError
+        except OSError:
+            part = b""
         self._received += part
+        if not part:
+            self._closed = True
+            if self._loop is not None:
+                self._loop.remove_reader(self._socket)
+        if self._arrived is not None and (self._closed or self._end() <= len(self._received)):
+            _wake(self._arrived)
         return True
 
-    def _message(self) -> bytes | None:
+    def _end(self) -> int:
+        """Where the first message received ends, as far as is known."""
+        start = LENGTH.size
+        return start + (LENGTH.unpack_from(self._received)[0] if len(self._received) >= start else 0)
+
+    def _message(self) -> memoryview | None:
         """Remove and return the first complete message received."""
-        start = _LENGTH.size
-        if len(self._received) < start:
+        end, received = self._end(), self._received
+        if len(received) < end:
             return None
-        end = start + _LENGTH.unpack_from(self._received)[0]
-        if len(self._received) < end:
-            return None
-        data = bytes(memoryview(self._received)[start:end])
-        del self._received[:end]
-        return data
+        self._received = received[end:]
+        return memoryview(received)[LENGTH.size : end]
 
 
 def _wake(arrived: asyncio.Future[None]) -> None:

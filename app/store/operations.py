@@ -6,16 +6,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 
-from sqlalchemy import Connection, delete, insert, select, update
+from sqlalchemy import Connection, delete, select, update
 
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
+from app.store.insertion import Insertion
 from app.store.maintenance import lowest_id_at
 from app.store.models import idempotency_keys, promises, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
 from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
 
-INSERT_RUN = insert(runs)
-INSERT_RESPONSE = insert(idempotency_keys)
+INSERT_RUN, INSERT_RESPONSE = Insertion(runs), Insertion(idempotency_keys)
 
 
 @dataclass(frozen=True)
@@ -25,11 +25,11 @@ class Put:
     record: RunRecord
 
     def __call__(self, connection: Connection) -> None:
-        connection.execute(INSERT_RUN, run_to_row(self.record))
+        INSERT_RUN(connection, run_to_row(self.record))
 
     @staticmethod
     def together(connection: Connection, operations: Sequence[Put]) -> list[None]:
-        connection.execute(INSERT_RUN, [run_to_row(operation.record) for operation in operations])
+        INSERT_RUN.many(connection, [run_to_row(operation.record) for operation in operations])
         return [None] * len(operations)
 
 
@@ -51,8 +51,8 @@ class PutOnce:
             return first
         # an expired one is replaced
         connection.execute(delete(idempotency_keys).where(idempotency_keys.c.key == self.response.key))
-        connection.execute(INSERT_RUN, run_to_row(self.record))
-        connection.execute(INSERT_RESPONSE, response_to_row(self.response, self.record))
+        INSERT_RUN(connection, run_to_row(self.record))
+        INSERT_RESPONSE(connection, response_to_row(self.response, self.record))
         return None
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import asyncio
 import threading
 import time
-from collections import deque
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import groupby
+from queue import Empty, SimpleQueue
 from typing import Any
 
 from sqlalchemy import Connection, Engine
@@ -61,8 +61,8 @@ class GroupWriter:
         any."""
         self._engine, self._check, self._on_commit = engine, check, on_commit
         self._group_limit = group_limit
-        self._waiting: deque[_Submission] = deque()
-        self._wake = threading.Condition()
+        self._waiting: SimpleQueue[_Submission | None] = SimpleQueue()
+        self._closing = threading.Lock()
         self._closed = False
         self._connection: Connection | None = None
         self._slots = asyncio.Semaphore(capacity)
@@ -85,45 +85,60 @@ class GroupWriter:
 
     def close(self) -> None:
         """Refuse new writes, commit the waiting ones, and stop the thread."""
-        with self._wake:
+        with self._closing:
             self._closed = True
-            self._wake.notify()
+            self._waiting.put(None)
         self._thread.join()
 
     def _enqueue(self, submission: _Submission) -> None:
-        with self._wake:
+        with self._closing:  # nothing follows the None that ends the thread
             if self._closed:
                 raise StoreClosed("the store is closing")
-            self._waiting.append(submission)
-            self._wake.notify()
+            self._waiting.put(submission)
 
     def _run(self) -> None:
-        while True:
-            with self._wake:
-                while not self._waiting and not self._closed:
-                    self._wake.wait()
-                if not self._waiting:
-                    break
-                count = min(len(self._waiting), self._group_limit)
-                group = [self._waiting.popleft() for _ in range(count)]
-            began = time.monotonic()
-            self._write(group)
-            fault = _classify_errors(group)
-            if fault is not None and fault.kind in _TIMEOUT_KINDS:
-                # The timeout has passed once already: fail the writes queued meanwhile instead of letting each wait as
-                # long.
-                group += self._fail_waiting(fault)
-            self._on_commit(time.monotonic() - began, fault)
-            _deliver(group)
+        last = False
+        while not last:
+            group, last = self._take()
+            if group:
+                self._commit(group)
+            del group  # what was written is freed now, not with the next write
         if self._connection is not None:
             self._connection.close()
 
+    def _take(self) -> tuple[list[_Submission], bool]:
+        """Wait for submissions; those there are, up to the limit, and whether they are the last."""
+        group: list[_Submission] = []
+        following = self._waiting.get()
+        with suppress(Empty):
+            while following is not None:
+                group.append(following)
+                if len(group) == self._group_limit:
+                    return group, False
+                following = self._waiting.get_nowait()
+            return group, True
+        return group, False
+
+    def _commit(self, group: list[_Submission]) -> None:
+        began = time.monotonic()
+        self._write(group)
+        fault = _classify_errors(group)
+        if fault is not None and fault.kind in _TIMEOUT_KINDS:
+            # The timeout has passed once already: fail the writes queued meanwhile instead of letting each wait as
+            # long.
+            group += self._fail_waiting(fault)
+        self._on_commit(time.monotonic() - began, fault)
+        _deliver(group)
+
     def _fail_waiting(self, fault: StoreFault) -> list[_Submission]:
-        with self._wake:
-            late = list(self._waiting)
-            self._waiting.clear()
-        for submission in late:
-            submission.error = fault
+        late = []
+        for _ in range(self._waiting.qsize()):
+            submission = self._waiting.get()
+            if submission is None:
+                self._waiting.put(None)  # it was the last
+            else:
+                submission.error = fault
+                late.append(submission)
         return late
 
     def _write(self, group: list[_Submission]) -> None:

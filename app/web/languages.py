@@ -18,7 +18,8 @@ def preferred(headers: Headers) -> str:
     kept = _cookie_value(headers, COOKIE)
     if kept in LANGUAGES:
         return kept
-    asked = [_weighed(part) for part in headers.get("accept-language", "").split(",")[:20]]
+    given = headers.get("accept-language")
+    asked = [_weighed(part) for part in given.split(",")[:20]] if given else []
     known = [(weight, code) for weight, code in asked if code in LANGUAGES and weight > 0.0]
     return max(known, key=lambda pair: pair[0])[1] if known else "en"
 
@@ -30,8 +31,11 @@ def units_of(headers: Headers) -> System:
 
 
 def _cookie_value(headers: Headers, cookie: str) -> str:
+    given = headers.get("cookie")
+    if given is None:  # as from every program; a jar takes longer to make than to ask
+        return ""
     try:
-        kept = SimpleCookie(headers.get("cookie", "")).get(cookie)
+        kept = SimpleCookie(given).get(cookie)
     except CookieError:
         return ""
     return kept.value if kept is not None else ""

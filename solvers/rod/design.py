@@ -42,13 +42,14 @@ from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
-_CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
+_INERTIA = "reciprocating_inertia"
+_CORE = frozenset({_INERTIA, "beam_column", "friction"})
 _MAX_SELECTIONS = 3
 """Maximum number of effect selections at the optimum."""
 _GUARD, _MIN_GAIN = 0.05, 0.1
 """Fractions of the accuracy: safety distance of the answer from its limits, and the gain not worth another step."""
-_COARSE_GAP = 1e-3
-"""Gap of a preliminary search that only decides whether the piston's mass is relevant."""
+_COARSE_GAP, _SHARE = 1e-3, 0.1
+"""Gap of the core's first search, and of its last one as a share of what effects beyond the core may change."""
 _CORRECTIONS = 6
 _MOST_UNKNOWN = 1e-3
 """So much of it at the most counts."""
@@ -112,30 +113,42 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen: frozenset[str] = frozenset()
-        moving = False
-        if self.problem.scene.piston.reciprocating_mass:
-            # The relevance of inertia is evaluated at a strip, which itself depends on it: start with a coarse search.
-            chosen |= self.chosen_at(self.core_search(moving, _COARSE_GAP)[2])
-            moving = "reciprocating_inertia" in chosen
-        proof, excess, strip = self.core_search(moving)
-        chosen |= self.chosen_at(strip)
+        chosen, proof, excess, strip = self.proven(frozenset())
         for _ in range(_MAX_SELECTIONS):
             outcome, strip = self.solved(chosen, proof, excess, strip)
             further = self.chosen_at(strip) - chosen
             if not further or self.out_of_time:
                 break
             chosen |= further
-            if "reciprocating_inertia" in further:
-                proof, excess, strip = self.core_search(True)
+            if _INERTIA in further:
+                chosen, proof, excess, strip = self.proven(chosen)
         return replace(outcome, effects=self.manifest(strip, chosen))
 
-    def core_search(self, moving: bool, gap: float | None = None) -> tuple[Proof, float, Dimensions]:
+    def proven(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
+        """The core's optimum as ``core_search`` has it, after the effects ``chosen``, with those that it needs.
+
+        Where effects go beyond the core, its bound is widened by their influence, and is sought to a share of that.
+        """
+        gap, proof = max(_COARSE_GAP, self.accuracy), None
+        while True:
+            moving = _INERTIA in chosen
+            proof, excess, strip = self.core_search(moving, gap, proof)
+            chosen |= self.chosen_at(strip)
+            if moving != (_INERTIA in chosen):
+                # The relevance of inertia is evaluated at a strip, which itself depends on it.
+                proof = None
+                continue
+            enough = max(_SHARE * self.influence(strip, _beyond(chosen)), self.accuracy)
+            if gap <= enough or proof.best is None:
+                return chosen, proof, excess, strip
+            gap = max(0.5 * enough, self.accuracy)
+
+    def core_search(self, moving: bool, gap: float, before: Proof | None) -> tuple[Proof, float, Dimensions]:
         """The core's optimum; if infeasible, the excess over the limits and the strip with the least excess."""
         p = self.problem
         mass = p.scene.piston.reciprocating_mass if moving else 0.0
         self.cycle = core_cycle(p.scene, self.criterion, mass)
-        proof = search(self.cycle, p.objective, self.limits, self.sizes, gap or self.accuracy, BOXES)
+        proof = search(self.cycle, p.objective, self.limits, self.sizes, gap, BOXES, before)
         if proof.best is not None:
             return proof, 0.0, proof.best.dimensions
         b = p.bounds
@@ -199,7 +212,7 @@ class _Design:
     ) -> tuple[Outcome[RodDesign], Dimensions]:
         """The answer with these effects, without its manifest, and the strip at which effects are to be selected."""
         context = self.context(chosen, strip)
-        beyond = tuple(sorted(chosen - _CORE))
+        beyond = _beyond(chosen)
         if not beyond:
             return self.on_core(context, proof, strip)
         # Infeasible unless the effects changed the results by more than three times their bound.
@@ -280,16 +293,21 @@ class _Design:
             optimum.conditions = conditions_at(context, best, context.bounds, narrow)
         active = () if optimum.conditions is None else optimum.conditions.active
         widened, influence = certificate.widened_bound(
-            self.cycle, p.objective, self.limits, self.sizes, result.dimensions, lambda d: self.influence(d, beyond)
-        )
+            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
+            lambda d: self.influence(d, beyond),
+        )  # fmt: skip
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
         # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
         short = max(optimum.local.gain, context.task.enough)
-        short += optimum.ripple + (0.0 if optimum.second_order is None else optimum.second_order.gain)
+        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
         short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
         estimated = best.outcome.accuracy.estimated + short
+        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        if context.model.ripples and not held:
+            # Of narrow valleys side by side others may be deeper.
+            estimated = math.inf
         if not math.isfinite(estimated):
             # Only the distance from the bound is known.
             estimated = min(told.gap, 1.0)
@@ -333,6 +351,11 @@ class _Design:
         """The time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
+
+
+def _beyond(chosen: frozenset[str]) -> tuple[str, ...]:
+    """Those effects that go beyond the core."""
+    return tuple(sorted(chosen - _CORE))
 
 
 def _any_strip(problem: RodProblem) -> Dimensions:

@@ -154,7 +154,7 @@ def choose_for(
     demands: tuple[Demand, ...] = (),
 ) -> Choice[RodEffect]:
     """Select the effects for a scene with this strip (see ``solvers.effects.choose``)."""
-    return choose(EFFECTS, Situation(scene, dimensions), selection, tolerance, demands)
+    return choose(EFFECTS, Situation(scene, dimensions, selection.exclude), selection, tolerance, demands)
 
 
 def compose(choice: Choice[RodEffect]) -> Composition:

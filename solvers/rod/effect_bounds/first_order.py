@@ -22,7 +22,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, motion_of
+from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, SIGNED, motion_of
 from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING, Judged, Judging, change, judge
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
@@ -31,6 +31,10 @@ Array = NDArray[np.float64]
 
 _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
+
+_STILL_MARGIN, _STILL = 1.1, 0.01
+"""Margin on a change known in closed form if inertia has no influence; influence of inertia from which on the full
+margin holds."""
 
 _ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
@@ -51,7 +55,7 @@ _FEWER_NODES = 12
 _MAX_EXCITED = 25.0
 """Pace of the first mode, relative to the revolution's sharpness, above which smooth loads do not excite it."""
 
-_SERIES_RATIO = 1.5
+_SERIES_RATIO = 1.2
 """Factor on the first iterate's influence for the ratio of successive iterates of inertia."""
 
 _JUMP_EXCESS = 4.0
@@ -92,7 +96,7 @@ def friction_feedback(situation: Situation) -> float:
 
 
 def large_displacement(situation: Situation) -> float:
-    """Influence of the third order of the strip's slope; 0 if the strip buckles under the gas load alone."""
+    """Influence of the third order of the strip's slope; 0 if the strip buckles: it has no shape then."""
     turn, l = situation.upright, situation.dimensions.l
     if turn is None:
         return 0.0
@@ -117,15 +121,16 @@ def _change_in_large(j: Judging, strip: Strip, states: Array, judged: Judged, ta
 
 
 def rod_inertia(situation: Situation) -> float:
-    """Influence of the strip's own inertia; 0 if the strip buckles under the gas load alone."""
+    """Influence of the strip's own inertia; 0 if the strip buckles: it has no shape then."""
     return _by_inertia(situation)[0]
 
 
-def _by_inertia(situation: Situation) -> tuple[float, float, float]:
-    """The influence of the strip's inertia, its share of ringing, and the mean pace of the first mode."""
+def _by_inertia(situation: Situation) -> tuple[float, float, float, float]:
+    """The influence of the strip's inertia, its share of ringing, the mean pace of the first mode, and the change to
+    first order if the samples resolve the mode, otherwise 0."""
     turn = situation.upright
     if turn is None:
-        return 0.0, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0
     if "inertia" not in situation.known:
         d, m, material = situation.dimensions, situation.scene.mechanism, situation.scene.material
         line_mass = material.density * d.b * d.h * m.angular_speed**2
@@ -145,7 +150,8 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float]:
         change *= _MARGIN + (_RINGING_MARGIN - _MARGIN) * min(_RINGING_WEIGHT * share, 1.0)
         # After jumps ringing is overestimated, by enough to cover the iterates beyond the first.
         left = max(1.0 - change, 0.5) if situation.is_sharp and change < 1.0 else 1.0 - _SERIES_RATIO * change
-        situation.known["inertia"] = change / left if left > 0.0 else math.inf, share, pace
+        influence, resolved = change / left if left > 0.0 else math.inf, pace * TURN < SIGNED * turn.sampling.even
+        situation.known["inertia"] = influence, share, pace, change if turn.smooth and resolved else 0.0
     return situation.known["inertia"]
 
 
@@ -183,9 +189,9 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     A change that ``stiffens`` the strip shifts the phase of the ringing.
     """
     change = float(change)
-    if not change or not math.isfinite(change) or situation.upright is None:
+    if not change or not math.isfinite(change):
         return change
-    influence, share, pace = _by_inertia(situation)
+    influence, share, pace, alone = _by_inertia(situation)
     left = max(1.0 - situation.turn.compression / situation.critical, 1e-3)
     own = influence / (_JUMP_EXCESS if situation.is_sharp else 1.0)
     own = min(own, _MAX_AMPLIFYING + _NEAR_BUCKLING / left)
@@ -193,11 +199,15 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     phase = min(1.0, change * pace / max(1.0, _MEMORY * decay))
     lively, moved = _AMPLIFICATION * own, 0.0
     if math.isinf(influence):
+        # Results that inertia nearly cancels change by a larger share of themselves.
+        lively = max(_AMPLIFICATION, alone) * own
         # What a revolution leaves of a free motion; near resonance, next to all of it.
         lively /= min(1.0, max(abs(1.0 - cmath.exp(complex(-decay, TURN * pace))), _MIN_DETUNING))
     if stiffens:
         moved = own * share * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)
-    found = _MARGIN * change * (1.0 + lively) + moved
+    # Coupling, shear and forces are exact in closed form, large displacement is to first order.
+    margin = _STILL_MARGIN + (_MARGIN - _STILL_MARGIN) * min(own / _STILL, 1.0) if stiffens else _MARGIN
+    found = margin * change * (1.0 + lively) + moved
     if found <= 1.0 or not stiffens:
         return found
     # A change larger than the results themselves cannot be judged separately from the other effects.

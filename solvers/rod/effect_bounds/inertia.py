@@ -36,7 +36,7 @@ Array = NDArray[np.float64]
 NODES = 12
 """Legendre polynomials along the strip: boundary layers of 1/20 of it are resolved as well as an estimate requires."""
 
-_SIGNED, FOLLOWED = 0.5, 2.0
+SIGNED, FOLLOWED = 0.5, 2.0
 """First-mode phase [rad] per uniform step above which the steps may miss its maximum, and above which they do not
 resolve its excitation."""
 
@@ -94,7 +94,7 @@ def motion_of(
     rise = _quasi_static(states, per_force * softer, l, head, tables)
     rows, shape, greatest = _first_iterate(rise, states, per_force * softer, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
-    follows, fast = np.empty(even), pace.min() * step > _SIGNED
+    follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)

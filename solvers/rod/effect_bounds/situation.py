@@ -113,11 +113,15 @@ class Turn:
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its strip; derived quantities are computed on first use."""
+    """A scene with its strip; derived quantities are computed on first use.
+
+    ``excluded`` are the effects that are left out whatever their influence.
+    """
 
     scene: Scene
     dimensions: Dimensions
-    known: dict[str, tuple[float, float, float]] = field(default_factory=dict, repr=False, compare=False)
+    excluded: frozenset[str] = frozenset()
+    known: dict[str, tuple[float, float, float, float]] = field(default_factory=dict, repr=False, compare=False)
     """Cached influences that others depend on."""
 
     @cached_property
@@ -190,16 +194,15 @@ class Situation:
 
     @cached_property
     def upright(self) -> Turn | None:
-        """The revolution for judging shape corrections: if the strip buckles in ``turn``, without friction, or also
-        without inertia. None if it buckles under the gas load alone."""
+        """The revolution for judging shape corrections: if the strip buckles in ``turn``, without friction and mass if
+        they are excluded. None if it buckles all the same: then forces are all there is, and no correction of a shape
+        changes them."""
         if self.turn.stands:
             return self.turn
-        rubless = self.strip._replace(friction=0.0)
-        for drive in (self.drive, drive_of(self.scene, 0.0)):
-            turn = self._resolved(drive, rubless)
-            if turn.stands:
-                return turn
-        return None
+        drive = drive_of(self.scene, 0.0) if "reciprocating_inertia" in self.excluded else self.drive
+        strip = self.strip._replace(friction=0.0) if "friction_feedback" in self.excluded else self.strip
+        turn = self._resolved(drive, strip)
+        return turn if turn.stands else None
 
     @cached_property
     def without(self) -> Array:

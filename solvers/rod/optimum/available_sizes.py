@@ -23,7 +23,6 @@ from solvers.rod.optimum.full_optimum import Context, Optimum, at_full_accuracy,
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import Local, local_search
-from solvers.rod.optimum.ripples import RIPPLE_RADIUS, look_around
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -37,28 +36,20 @@ _SLICES = 6
 _SAME = 1e-9
 _STEPS = 2
 """So many steps to each side are next to a strip."""
-_RIPPLING_WRONG, _RIPPLING_STEPS = 1.0, 8
-"""The same of what ripples, where no size is free and a strip costs no more than its check; the steps of one size."""
 
 
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
     explored = context.explored()
-    if _among_gaps(context):
-        explored = explored.bent()
     optimum = _optimum(explored, start)
     if explored is context or optimum is None:
         return optimum
     context.ends = []
-    strip = optimum.local.best.outcome.value.dimensions
-    if _among_gaps(context):
-        local = at_full_accuracy(context, explored.ends, lambda d: _within(context, d))
-    else:
-        local = context.search_from(strip, _within(context, strip), RIPPLE_RADIUS)
+    local = at_full_accuracy(context, explored.ends, lambda d: _within(context, d))
     if local is None:
         return None
     conditions = None if local.found is None else _conditions(context, local)
-    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.ripple, optimum.followed)
+    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.left, optimum.followed)
 
 
 def _optimum(context: Context, start: Dimensions) -> Optimum | None:
@@ -83,24 +74,13 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
         return None
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
-    ripple, followed = 0.0, None
-    if _among_gaps(context):
+    left, followed = 0.0, None
+    if context.model.rings:
         _search_other_slices(context, tried)
-        ripple, followed = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
-    elif context.model.rings:
-        found = look_around(context.task, context.bounds, best.best, _conditions(context, best))
-        ripple = _uncovered(context, best, found.height)
-        for strip in found.promising:
-            if _key(context, strip) not in tried:
-                _at(context, strip, tried)
+        left, followed = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
     best = context.best()
     ends = len(context.ends)
-    return Optimum(best, _conditions(context, best), None, context.starts, ends, ripple, followed)
-
-
-def _among_gaps(context: Context) -> bool:
-    """Whether resonances are damped, so that there are gaps between them to be searched."""
-    return context.model.rings and not context.model.ripples
+    return Optimum(best, _conditions(context, best), None, context.starts, ends, left, followed)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
@@ -114,17 +94,6 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
         found = _at(context, start, tried)
         while found is not None and found is context.best() and _improved(context, found, found, tried):
             found = context.best()
-
-
-def _uncovered(context: Context, best: Local, height: float) -> float:
-    """The ripple between sizes that may be chosen at will, if what sizes next to a strip's may be wrong by is more than
-    that between all sizes; else that."""
-    strip = best.best.outcome.value.dimensions
-    apart = [float(np.max(np.abs(logarithms(beside) - best.best.x))) for beside in _neighbours(context, strip)]
-    if height > _WRONG * min((one for one in apart if one > _SAME), default=math.inf):
-        return height
-    within = _within(context, strip)
-    return min(height, look_around(context.task, within, best.best, _conditions(context, best)).height)
 
 
 def _conditions(context: Context, best: Local) -> Stationarity:
@@ -142,7 +111,7 @@ def _at(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> L
     """The end of a local search over what is free where a strip's other sizes are held."""
     tried.add(_key(context, strip))
     best = context.best()
-    known = best.best.log_cost if _among_gaps(context) and best is not None and best.found is not None else math.inf
+    known = best.best.log_cost if context.model.rings and best is not None and best.found is not None else math.inf
     return context.search_from(strip, _within(context, strip), known=known)
 
 
@@ -182,8 +151,7 @@ def _expected(
     context: Context, strip: Dimensions, around: Dimensions, limits: Limits
 ) -> tuple[float, Dimensions] | None:
     """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
-    wrong = _RIPPLING_WRONG if _all_ripples(context) else _WRONG
-    doubt = wrong * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
+    doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
     loose = {row: limit + doubt for row, limit in limits.items()}
     found = polish(context.cycle.coarse, context.problem.objective, loose, _within(context, strip), strip)
     if found is None:
@@ -216,23 +184,12 @@ def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
         heights = stock[max(at - _STEPS, 0) : at + _STEPS + 1]
     for width, height, length in product(widths, heights, lengths):
         yield Dimensions(width, height, length)
-    if _all_ripples(context):
-        for width in _steps(d.b, sizes.step_b, b.b, _RIPPLING_STEPS):
-            yield Dimensions(width, d.h, d.l)
-        for length in _steps(d.l, sizes.step_l, b.l, _RIPPLING_STEPS):
-            yield Dimensions(d.b, d.h, length)
 
 
-def _all_ripples(context: Context) -> bool:
-    """Whether results ripple and no size is free."""
-    sizes = context.sizes
-    return context.model.rings and None not in (sizes.stock_h, sizes.step_b, sizes.step_l)
-
-
-def _steps(size: float, step: float | None, within: tuple[float, float], most: int = _STEPS) -> list[float]:
+def _steps(size: float, step: float | None, within: tuple[float, float]) -> list[float]:
     if step is None:
         return [size]
     middle = round(size / step)
-    sizes = [n * step for n in range(middle - most, middle + most + 1)]
+    sizes = [n * step for n in range(middle - _STEPS, middle + _STEPS + 1)]
     low, high = within
     return [min(max(s, low), high) for s in sizes if low * (1 - 1e-12) <= s <= high * (1 + 1e-12)]

@@ -5,12 +5,12 @@ expanded about the centre of a stencil, in y = U (x - centre), x = ln(b, h, l), 
 
     added(x) = added(centre) + slopes . y + y' curvatures y/2
 
-Near a damped resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which
-ln Omega changes, and curvatures mixed with the others are small. Among undamped resonances no curvature is to be had,
-and all differences are to one side, along the axes. Where sizes come in steps, the first directions are of those that
-may be chosen at will, and strips aside of them are solved only if they are asked for. A stencil serves all strips close
-to its centre: at the one in question the polynomial is shifted to what was solved there. All its strips have the
-centre's resolution.
+Near a resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which ln Omega
+changes, and curvatures mixed with the others are small. Where nothing rings, and where a first admissible strip is
+looked for, no curvature is needed, and all differences are to one side, along the axes. Where sizes come in steps, the
+first directions are of those that may be chosen at will, and strips aside of them are solved only if they are asked
+for. A stencil serves all strips close to its centre: at the one in question the polynomial is shifted to what was
+solved there. All its strips have the centre's resolution.
 """
 
 from __future__ import annotations

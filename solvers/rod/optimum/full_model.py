@@ -29,25 +29,23 @@ from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
 
-_STEP, _CORRECTION_STEP = 1e-6, 2e-3
-"""Of differences in ln b, ln h, ln l: of closed forms, and of corrections, whose time meshes change between strips."""
+_STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4
+"""Of differences in ln b, ln h, ln l: of closed forms, of corrections, whose time meshes change between strips, and of
+these where the last digits count: long ones lead past small valleys, short ones to the bottom of one."""
 _CHECKED, _CLOSEST_CHECK = 0.7, 1e-12
 """Share of the accuracy that is asked of a check, as the rest is for what a search leaves; the least that may be."""
 _LOOSER = 5.0
 """Times the accuracy of checks: the rows of a strip, which its check corrects."""
-_FINE_LOOSER, _FINE_STEP, _CLOSEST = 0.5, 2e-4, 1e-5
-"""The same for a closer look at ripples, and the radius that no trust is left in then."""
-_ROUGH_CURVED_STEP, _CURVED_STEP, _LAST_CURVED_STEP = 2e-3, 1e-3, 1e-4
-"""Of differences to both sides, where what corrections add is taken as quadratic: the long ones lead past small
-valleys, the last to the bottom of one."""
+_FINE_LOOSER = 0.5
+"""The same where the last digits count."""
 _BESIDE = 0.1
 """In ln b, ln h, ln l: so near strips the same resolution is enough, roughly."""
 _DAMPED = 0.003
-"""Loss factor from which on results are smooth between strips that a search can tell apart."""
+"""Loss factor from which on results are smooth between resonances."""
 _FINE_ANGLE_STEP = 1e-3
-_RIPPLE, _RIPPLE_CURVED, _SMOOTH = 2e-3, 5e-4, 1e-7
-"""Radii that no trust is left in where results ripple, where they do and corrections are taken as quadratic, and where
-they do not."""
+_SMOOTH, _RINGING, _FINE = 1e-7, 5e-4, 1e-5
+"""Radii that no trust is left in: where results are smooth, between resonances, and there where the last digits
+count."""
 _KEPT, _STENCILS = 16, 3
 """Strips and stencils that are remembered."""
 _CONTACT = frozenset({"friction"})
@@ -66,8 +64,8 @@ class FullModel:
 
     ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
     counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
-    as quadratic where the model is ``curved``: so damped resonances are followed closely, over the shortest steps where
-    it is the ``last``. ``watch`` is called before each strip and check and may raise OutOfTime.
+    as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
+    is ``fine``. ``watch`` is called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -81,7 +79,6 @@ class FullModel:
     watch: Watch = no_watch
     fine: bool = False
     curved: bool = False
-    last: bool = False
     strips: int = 0
     checks: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
@@ -103,8 +100,7 @@ class FullModel:
 
     @property
     def ripples(self) -> bool:
-        """Whether results ripple from strip to strip more closely than a search can follow: what rings is not damped,
-        or hardly."""
+        """Whether hardly anything damps what rings, so that narrow valleys lie side by side between resonances."""
         return self.rings and self.scene.material.loss_factor < _DAMPED
 
     @property
@@ -112,13 +108,11 @@ class FullModel:
         """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
         if not self.rings:
             return _SMOOTH
-        return _CLOSEST if self.fine else _RIPPLE_CURVED if self.curved else _RIPPLE
+        return _FINE if self.fine else _RINGING
 
     @property
     def correction_step(self) -> float:
         """Of differences of corrections, in ln b, ln h, ln l."""
-        if self.curved:
-            return _LAST_CURVED_STEP if self.last else _CURVED_STEP if self.fine else _ROUGH_CURVED_STEP
         return _FINE_STEP if self.fine else _CORRECTION_STEP
 
     @property
@@ -128,23 +122,17 @@ class FullModel:
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def rougher(self, accuracy: float) -> FullModel:
-        """The same, less accurate; its checks are its own, without contact and friction power where nobody looks at
-        them: to resolve these takes twice the time of the rest."""
+        """The same, less accurate, with corrections to second order; its checks are its own, without contact and
+        friction power where nobody looks at them: to resolve these takes twice the time of the rest."""
         looks, chosen = self.wanted.reactions or self.wanted.power, self.effects
         effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        return replace(self._anew(), accuracy=max(self.accuracy, accuracy), effects=effects, _checks={})
+        accuracy = max(self.accuracy, accuracy)
+        return replace(self._anew(), accuracy=accuracy, effects=effects, curved=True, _checks={})
 
     def finer(self) -> FullModel:
-        """The same with rows as good as checks, for steps among ripples; its checks are the same."""
-        return replace(self._anew(), fine=True, curved=not self.ripples)
-
-    def closest(self) -> FullModel:
-        """The same with differences over the shortest steps; its strips and its checks are the same."""
-        return replace(self, last=True, _stencils=[])
-
-    def bent(self) -> FullModel:
-        """The same with corrections to second order; its checks are the same."""
-        return replace(self._anew(), curved=True)
+        """The same with corrections to second order over short steps and rows as good as checks; its checks are the
+        same."""
+        return replace(self._anew(), fine=True, curved=True)
 
     def _anew(self) -> FullModel:
         """The same without its strips."""
@@ -173,7 +161,7 @@ class FullModel:
         one: what that leaves unknown is hardly more."""
         within = tolerance_of(max(_CHECKED * self.accuracy, _CLOSEST_CHECK))
         sought = Cycle(self.scene, d, self.composition, min(tolerance, within))
-        if self.fine or self.ripples or not self.rings or not stands(sought):
+        if self.fine or not self.rings or not stands(sought):
             return sought
         x = logarithms(d)
         for known in self._sought:

@@ -21,20 +21,11 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.corrections import log_frequency_ratio
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import Gaps
 from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.ripples import (
-    FINE_RADIUS,
-    RIPPLE_RADIUS,
-    RIPPLE_ROUNDS,
-    Ripple,
-    look_around,
-    rises_all_around,
-)
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -42,32 +33,26 @@ BOXES = 20_000
 _SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
 _ELSEWHERE, _SAME, _CLOSE_BY = 0.02, 2e-3, 0.1
 """In ln b, ln h, ln l: from where on a strip is another start, up to where two ends are one, or close to each other."""
-_SAME_VALLEY, _SAME_SIZE = 0.1, 1e-9
-"""Of the distance of resonances, in ln b, ln h, ln l, from where on a search between them goes to the same end; what is
-the same size."""
 _APART = 0.02
 """To each side of a strip its curvature is measured."""
 _FARTHEST = 0.1
 """A step along the limits, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_STARTS, _GAP_FAILURES, _BENT_RADIUS, _GAP_RADIUS = 12, 4, 0.03, 0.01
-"""Searches from other gaps at most, and in turn without a better strip; the first radius, in ln b, ln h, ln l, of the
-search from where rough ones have come, and of these."""
-_LAST_SEARCHES = 2
-"""To the bottom of a valley between damped resonances: a second one where the first has not come to its end."""
-_SHORT_ROUNDS = 4
-"""Of the search before these, which leads past small valleys."""
-_LAST_RADIUS = 5e-4
-"""The first radius of these, in ln b, ln h, ln l."""
+_GAP_STARTS, _GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
+"""Searches from other gaps at most, and in turn without a better strip; their first radius, in ln b, ln h, ln l."""
+_ROUGH_ROUNDS = 6
+"""Of the first searches between resonances, which others follow."""
+_FINE_RADIUS = 2e-3
+"""The first radius of searches at full accuracy, in ln b, ln h, ln l."""
+_LAST_SEARCHES = 3
+"""To the bottom of a valley between resonances: further ones where the first has not come to its end."""
 _CONTENDERS = 3
 """So many ends of rough searches are led on at full accuracy."""
-_LAST_ROUNDS = 2
-"""At full accuracy, of a strip that limits do not hold among ripples: what ripples leave unknown is far more."""
 _ENOUGH = 0.1
 """Of the accuracy: a gain not worth another step."""
-_ROUGH, _CLOSER = 1e-4, 1e-5
-"""The accuracy of searches among ripples but for their end, and of the closer one before that."""
+_ROUGH = 1e-4
+"""The accuracy of searches between resonances but for the last."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +75,8 @@ class Optimum:
     second_order: SecondOrder | None = None
     starts: int = 0
     ends: int = 0
-    ripple: float = 0.0
-    """What may be missed among several optima close to each other, in ln objective: how high results ripple."""
+    left: float = 0.0
+    """What may be left to gain in other gaps between resonances, in ln objective, where there is no time for all."""
     followed: tuple[float, float] | None = None
     """The least and greatest frequency ratio between which other gaps were looked into, if strips ring."""
 
@@ -108,7 +93,7 @@ class Context:
     ends: list[Local] = field(default_factory=list)
     started: list[Array] = field(default_factory=list)
     rough: Context | None = None
-    """The same, less exact: among ripples all searches but the last are made there."""
+    """The same, less exact: between resonances all searches but the last are made there."""
 
     @property
     def starts(self) -> int:
@@ -124,52 +109,30 @@ class Context:
     def search_from(
         self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS, known: float = math.inf
     ) -> Local | None:
-        """One local search, kept among the ends; one that must come below a ``known`` ln objective is over, too, where
-        it is going to end at one of them."""
+        """One local search, kept among the ends; it is given up where it is not going to come below a ``known`` ln
+        objective."""
         self.started.append(logarithms(start))
-        ends, apart = ([], 0.0) if math.isinf(known) else self._ends_within(bounds)
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends, apart)
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known)
         if local is not None:
             self.ends.append(local)
         return local
 
-    def _ends_within(self, bounds: Bounds) -> tuple[list[Local], float]:
-        """The ends that lie within bounds, and how close to one a search is in its valley: to a share of a gap."""
-        low, high = np.log([bounds.b, bounds.h, bounds.l]).T
-        found = [
-            end for end in self.ends if np.all((low - _SAME_SIZE <= end.best.x) & (end.best.x <= high + _SAME_SIZE))
-        ]
-        if not found or not self.model.rings:
-            return [], 0.0
-        return found, _SAME_VALLEY * math.exp(-log_frequency_ratio(found[0].best.memory.active.home_cycle)[0])
-
     def explored(self) -> Context:
-        """Where searches are made: among ripples roughly, as nothing finer is worth its time before the last steps."""
+        """Where searches are made: between resonances roughly, as nothing finer is worth its time before the last
+        steps."""
         if not self.model.rings:
             return self
-        self.rough = self.rougher(_ROUGH)
-        return self.rough
-
-    def rougher(self, accuracy: float) -> Context:
-        """The same, less accurate; its ends are its own."""
-        model = self.model.rougher(accuracy)
+        model = self.model.rougher(_ROUGH)
         looser = model.accuracy / self.model.accuracy
         # Where more than the accuracy is left unknown, what is enough need not grow with it.
         enough = max(min(looser * self.task.enough, _ENOUGH * model.accuracy), self.task.enough)
         task = replace(self.task, guard=looser * self.task.guard, enough=enough)
-        return replace(self, model=model, task=task, ends=[])
+        self.rough = replace(self, model=model, task=task, ends=[])
+        return self.rough
 
     def finer(self) -> Context:
         """The same with smaller steps and rows as good as checks."""
         return replace(self, model=self.model.finer(), ends=[])
-
-    def closest(self) -> Context:
-        """The same with the smallest steps."""
-        return replace(self, model=self.model.closest(), ends=[])
-
-    def bent(self) -> Context:
-        """The same with corrections to second order."""
-        return replace(self, model=self.model.bent(), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -230,20 +193,8 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     local = explored.best()
     if local is None or local.found is None:
         return None if local is None else Optimum(local, starts=context.starts, ends=1)
-    if explored is not context and not context.model.ripples:
-        return _among_gaps(context, explored)
     if explored is not context:
-        ripple = look_around(
-            explored.task,
-            context.bounds,
-            local.best,
-            conditions_at(explored, local.best, context.bounds, context.bounds),
-        )
-        if max(ripple.height, _next_best(local, explored.ends)) > context.task.enough:
-            return _rippled(context, explored, ripple)
-        local = context.search_from(local.best.outcome.value.dimensions, context.bounds, RIPPLE_RADIUS)
-        if local is None or local.found is None:
-            return None if local is None else Optimum(local, starts=context.starts, ends=1)
+        return _among_gaps(context, explored)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
         conditions = conditions_at(context, local.best, context.bounds, context.bounds)
@@ -261,7 +212,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
 
 def _search_everywhere(context: Context, start: Dimensions) -> None:
     """From the core's optimum, and from where the core has it with its limits shifted."""
-    rounds = RIPPLE_ROUNDS if context.model.rings else ROUNDS
+    rounds = _ROUGH_ROUNDS if context.model.rings else ROUNDS
     context.search_from(start, context.bounds, rounds=rounds)
     for _ in range(_SHIFTS):
         other, known = _other_start(context), len(context.ends)
@@ -273,13 +224,10 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
 
 
 def _among_gaps(context: Context, explored: Context) -> Optimum | None:
-    """The best of the optima between damped resonances: of every gap a rough one, of the best an exact one."""
-    rough = explored.bent()
-    rough.search_from(explored.best().best.outcome.value.dimensions, context.bounds, _BENT_RADIUS)
-    left, followed = search_other_gaps(rough, context.bounds)
-    known = rough.ends or explored.ends
-    best = at_full_accuracy(context, known, lambda _: context.bounds)
-    ends = _different(known)
+    """The best of the optima between resonances: of every gap a rough one, of the best an exact one."""
+    left, followed = search_other_gaps(explored, context.bounds)
+    best = at_full_accuracy(context, explored.ends, lambda _: context.bounds)
+    ends = _different(explored.ends)
     if best is None or best.found is None:
         return None if best is None else Optimum(best, starts=context.starts, ends=ends)
     conditions = conditions_at(context, best.best, context.bounds, context.bounds)
@@ -289,20 +237,18 @@ def _among_gaps(context: Context, explored: Context) -> Optimum | None:
 def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
     """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
     those that are dearer by less than they, and it, may be wrong or still gain."""
-    finer, closest = context.rougher(_CLOSER).finer(), context.finer().closest()
+    finer = context.finer()
     for end in _contenders(ends):
-        best, strip = closest.best(), end.best.outcome.value.dimensions
+        best, strip = finer.best(), end.best.outcome.value.dimensions
         known = math.inf if best is None or best.found is None else best.best.log_cost
-        led = finer.search_from(strip, within(strip), FINE_RADIUS, _SHORT_ROUNDS, known)
         for _ in range(_LAST_SEARCHES):
+            led = finer.search_from(strip, within(strip), _FINE_RADIUS, known=known)
             if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
                 break
-            strip = led.best.outcome.value.dimensions
-            led = closest.search_from(strip, within(strip), _LAST_RADIUS)
-            enough = max(context.model.accuracy, context.task.enough)
-            if led is None or led.gain <= enough or led.best.outcome.value.dimensions == strip:
+            before, strip = strip, led.best.outcome.value.dimensions
+            if led.gain <= max(context.model.accuracy, context.task.enough) or strip == before:
                 break
-    return closest.best() or finer.best()
+    return finer.best()
 
 
 def _contenders(ends: list[Local]) -> list[Local]:
@@ -322,7 +268,7 @@ def _contenders(ends: list[Local]) -> list[Local]:
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
-    """Searches from other gaps between damped resonances than the best strip's, until several in turn find nothing
+    """Searches from other gaps between resonances than the best strip's, until several in turn find nothing
     better: what may be left to gain in ln objective where there is no time for all, and the least and greatest
     frequency ratio of what was looked into."""
     gaps, left, failed = Gaps(context.task, bounds), 0.0, 0
@@ -339,36 +285,6 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
         left = best.best.log_cost - context.best().best.log_cost
         failed = 0 if left > context.task.enough else failed + 1
     return left, gaps.range
-
-
-def _rippled(context: Context, explored: Context, ripple: Ripple) -> Optimum | None:
-    """The best of several optima close to each other: curvatures mean nothing there."""
-    for strip in ripple.promising:
-        explored.search_from(strip, context.bounds, RIPPLE_RADIUS, RIPPLE_ROUNDS)
-    best, ends = explored.best(), _different(explored.ends)
-    closer, last = context.rougher(_CLOSER).finer(), context.finer()
-    for room, rounds in ((closer, RIPPLE_ROUNDS), (last, _LAST_ROUNDS), (last, RIPPLE_ROUNDS)):
-        best = room.search_from(best.best.outcome.value.dimensions, context.bounds, FINE_RADIUS, rounds)
-        if best is None or best.found is None:
-            return None if best is None else Optimum(best, starts=context.starts, ends=ends)
-        conditions = conditions_at(context, best.best, context.bounds, context.bounds)
-        if room is last and (best.gain <= context.task.enough or len(conditions.tangent)):
-            break
-    if best.gain <= context.task.enough and rises_all_around(context.task, context.bounds, best.best, conditions):
-        return Optimum(best, conditions, None, context.starts, ends)
-    height = max(ripple.height, _next_best(best, explored.ends))
-    # What the rows still promise there has been tried over steps as small as can be made.
-    return Optimum(replace(best, gain=0.0), conditions, None, context.starts, ends, height)
-
-
-def _next_best(best: Local, ends: list[Local]) -> float:
-    """By how much the best of the other admissible ends close by is worse."""
-    near = [
-        end.best.log_cost - best.best.log_cost
-        for end in ends
-        if end.found is not None and _SAME < float(np.max(np.abs(end.best.x - best.best.x))) < _CLOSE_BY
-    ]
-    return min(near, default=0.0)
 
 
 def _other_start(context: Context) -> Dimensions | None:

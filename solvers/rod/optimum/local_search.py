@@ -8,7 +8,6 @@ within a trust region. The search ends at a strip that the exact check admits an
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -96,13 +95,10 @@ def local_search(
     radius: float = _FIRST_RADIUS,
     rounds: int = ROUNDS,
     known: float = math.inf,
-    ends: Sequence[Local] = (),
-    apart: float = 0.0,
 ) -> Local | None:
     """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up.
 
-    A search that is not going to come below a ``known`` ln objective is given up, and so is one, without an end, that
-    has come to less than ``apart`` from one of the ``ends`` of others, which it is going to end at.
+    A search that is not going to come below a ``known`` ln objective is given up.
     """
     box = np.log([bounds.b, bounds.h, bounds.l])
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
@@ -119,8 +115,6 @@ def local_search(
             break
         if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
             break
-        if any(end.best.log_cost < at.log_cost and np.max(np.abs(end.best.x - at.x)) < apart for end in ends):
-            return None
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < model.least_radius:
             break

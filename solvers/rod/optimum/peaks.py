@@ -1,7 +1,8 @@
 """Where a strip's results peak: the sections, and the crank angles at which their stresses and the reactions do.
 
-Stresses are tabulated on a coarse grid of angles and sections; from the greatest ones peaks are climbed on finer grids.
-What is asked for is one strip at any angles and sections (``Response``), whatever physics it has.
+Stresses are tabulated on a coarse grid of angles and sections; next to the greatest ones peaks are looked for on a
+finer grid, which tells apart those 0.02 rad from each other. What is asked for is one strip at any angles and sections
+(``Response``), whatever physics it has.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ ANGLES = 96
 
 _TRIPLE = np.array([-1.0, 0.0, 1.0])
 _SECTIONS = 41
-_FINE = 21
+_FINER = 8
 _ZOOM = 17
 _SECTION_SPAN = 0.04
 _HUMP = 0.8
@@ -107,8 +108,7 @@ def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted) -> Peaks:
         chosen += _apart(_inner_peaks(np.maximum(high, -low), eta))
     columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
     rows = table[:, columns].reshape(-1, angle.size)
-    start = angle[np.flatnonzero(_humps(rows) | _humps(-rows))]
-    angles = _climb(strip, start, np.array([1.0, *chosen]))
+    angles = _climb(strip, _near_the_top(rows) | _near_the_top(-rows), np.array([1.0, *chosen]))
     sections = _apart([_zoom(strip, section, angles, diagram, n >= by_use) for n, section in enumerate(chosen)])
     reactions = reaction_peaks(strip) if wanted.reactions else np.empty(0)
     return Peaks(angles, np.array(sections), reactions)
@@ -126,41 +126,36 @@ def reaction_peaks(strip: Response) -> Array:
 
 def _refined_peaks(rows: Callable[[Array], Array]) -> Array:
     """The angles of the peaks of any of several functions, given as rows, that are not far below its greatest."""
-    angle = periodic.grid(ANGLES)
-    span = 2.0 * np.pi / ANGLES
-    values = rows(angle)
-    humps = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1))
-    row, at = np.nonzero(humps & (values >= _HUMP * values.max(axis=1, keepdims=True)))
-    offsets = span * np.linspace(-1.25, 1.25, _FINE)
-    around = angle[at][:, None] + offsets
-    values = rows(around.ravel()).reshape(-1, at.size, _FINE)[row, np.arange(at.size)]
-    j = np.clip(values.argmax(axis=1), 1, _FINE - 2)
-    left, here, right = (values[np.arange(j.size), j + shift] for shift in (-1, 0, 1))
-    bend = 2.0 * here - left - right
-    shift = np.clip(0.5 * (right - left) / np.where(bend > 0, bend, np.inf), -1.0, 1.0)
-    return np.unique(np.round(angle[at] + offsets[j] + shift * (offsets[1] - offsets[0]), 6))
+    values = rows(periodic.grid(ANGLES))
+    most = values.max(axis=1, keepdims=True)
+    humps = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)) & (values >= _HUMP * most)
+    angle, values = _closely(rows, np.any(humps | (values >= (1.0 - _SAMPLED) * most), axis=0))
+    return _tops(angle, values, 1.0 - _HUMP)
 
 
-def _climb(strip: Response, start: Array, eta: Array) -> Array:
-    """The angles of the stresses' extremes at the sections, near those given."""
-    span = 2.0 * np.pi / ANGLES
-    around = start[:, None] + span * np.linspace(-1.25, 1.25, _FINE)
-    table = strip.stresses(around.ravel(), eta).reshape(2 * eta.size, start.size, _FINE)
-    step = 2.5 * span / (_FINE - 1)
-    found = set()
-    for values in (table, -table):
-        # A window that has the peak at its very end only says on which side it lies.
-        tops = values[:, :, 1:-1].max(axis=2)
-        level = tops.max(axis=1, keepdims=True)
-        for row, which in np.argwhere(tops >= level - _TIED * np.abs(level)):
-            here = values[row, which]
-            at = 1 + int(here[1:-1].argmax())
-            if not here[at - 1] <= here[at] >= here[at + 1] and tops[row, which] < level[row, 0]:
-                continue
-            bend = 2.0 * here[at] - here[at - 1] - here[at + 1]
-            shift = 0.5 * (here[at + 1] - here[at - 1]) / bend if bend > 0 else 0.0
-            found.add(round(float(around[which, at] + step * min(max(shift, -1.0), 1.0)), 5))
-    return np.array(sorted(found))
+def _climb(strip: Response, near: NDArray[np.bool_], eta: Array) -> Array:
+    """The angles of the stresses' extremes at the sections, next to angles of the coarse grid that are ``near``."""
+    angle, values = _closely(lambda angle: strip.stresses(angle, eta).reshape(2 * eta.size, -1), near)
+    return np.unique(np.concatenate([_tops(angle, values, _TIED), _tops(angle, -values, _TIED)]))
+
+
+def _closely(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """A finer grid of angles, and rows of values there; nan more than a coarse step away from the angles ``near``."""
+    angle, seen = periodic.grid(ANGLES * _FINER), np.repeat(near | np.roll(near, -1), _FINER)
+    found = rows(angle[seen])
+    values = np.full((found.shape[0], angle.size), np.nan)
+    values[:, seen] = found
+    return angle, values
+
+
+def _tops(angle: Array, values: Array, below: float) -> Array:
+    """The angles of the peaks of rows of values that lie below their row's greatest by no greater share."""
+    left, right = np.roll(values, 1, axis=1), np.roll(values, -1, axis=1)
+    level = np.nanmax(values, axis=1, keepdims=True)
+    peaks = (values >= left) & (values >= right) & (values >= level - below * np.abs(level))
+    bend, slope = (2.0 * values - left - right)[peaks], 0.5 * (right - left)[peaks]
+    shift = slope / np.where(bend > 0.0, bend, np.inf)
+    return np.unique(np.round(angle[np.nonzero(peaks)[1]] + shift * angle[1], 5))
 
 
 def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:
@@ -180,11 +175,10 @@ def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_s
     return float(eta[j] + (0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0) * (eta[1] - eta[0]))
 
 
-def _humps(values: Array) -> NDArray[np.bool_]:
-    """The angles at which any row of values has a peak that may be its greatest once it is looked at closely."""
+def _near_the_top(values: Array) -> NDArray[np.bool_]:
+    """The angles at which any row of values may be at its greatest once it is looked at closely."""
     level = values.max(axis=1, keepdims=True)
-    near = values >= level - _SAMPLED * (level - values.min(axis=1, keepdims=True))
-    return np.any(near & (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)), axis=0)
+    return np.any(values >= level - _SAMPLED * (level - values.min(axis=1, keepdims=True)), axis=0)
 
 
 def _apart(sections: list[float]) -> list[float]:

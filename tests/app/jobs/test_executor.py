@@ -129,6 +129,37 @@ def test_a_worker_killed_while_idle_is_replaced_unnoticed(single: ProcessPool, n
     assert second["payload"] == 2 and second["pid"] != first
 
 
+def test_killed_workers_leave_no_descriptor_behind(pool: ProcessPool) -> None:
+    """Neither those killed while idle nor those killed during a call, although the loop watches their pipes."""
+
+    def held() -> int:
+        return len(os.listdir("/proc/self/fd"))
+
+    async def worker() -> int:
+        return (await ask(pool, "echo", 0))["pid"]
+
+    async def kill_some() -> tuple[int, int]:
+        await asyncio.gather(*(worker() for _ in range(8)))
+        before = held()
+        for _ in range(5):
+            os.kill(await worker(), signal.SIGKILL)
+            asked = asyncio.create_task(ask(pool, "sleep", 60))
+            await asyncio.sleep(0.1)
+            for pid in pool.worker_pids:
+                os.kill(pid, signal.SIGKILL)
+            with pytest.raises(WorkerCrashed):
+                await asked
+            await asyncio.gather(*(worker() for _ in range(4)))
+        for _ in range(500):
+            if len(pool.worker_pids) == 2 and held() <= before:
+                break
+            await asyncio.sleep(0.02)
+        return before, held()
+
+    before, after = asyncio.run(kill_some())
+    assert after == before
+
+
 def test_memory_is_bounded(pool: ProcessPool) -> None:
     async def hog():
         with pytest.raises(MemoryExceeded):

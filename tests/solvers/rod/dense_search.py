@@ -16,6 +16,8 @@ from solvers import rod
 MISSED = 4e-3
 COUNTS = (4, 14, 8)
 CRITICAL = np.linspace(0.0, 4.4934094579, 20001)[1:]
+TERMS = (np.sin(CRITICAL) - CRITICAL * np.cos(CRITICAL), CRITICAL**2 * np.sin(CRITICAL))
+"""What the buckling equation has on that grid, whatever beta is."""
 
 
 def critical_phase(beta):
@@ -24,7 +26,7 @@ def critical_phase(beta):
     def value(x, b):
         return b * b * (np.sin(x) - x * np.cos(x)) + (1 - b) * x * x * np.sin(x)
 
-    low = np.array([CRITICAL[np.flatnonzero(value(CRITICAL, b) > 0)[-1]] for b in beta])
+    low = np.array([CRITICAL[np.flatnonzero(b * b * TERMS[0] + (1 - b) * TERMS[1] > 0)[-1]] for b in beta])
     high = np.minimum(low + CRITICAL[0], CRITICAL[-1])
     for _ in range(45):
         middle = 0.5 * (low + high)

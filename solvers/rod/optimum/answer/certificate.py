@@ -25,7 +25,7 @@ FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of it
 _PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy"
 _MAX_INFLUENCE = 0.9
 """Influence above which no bound is given."""
-_GAP, _READINGS = 3e-3, 3
+_GAP, _READINGS, _AHEAD = 3e-3, 8, 0.5
 
 Evidence = dict[str, float | int | str]
 Influence = Callable[[Dimensions], float]
@@ -99,8 +99,6 @@ def full_certificate(
             f"local: the best of the valleys found between resonances, at frequency ratios from {low:.3g} to "
             f"{high:.3g}; another may be deeper, which accuracy.estimated does not count"
         )
-    if 0.0 < optimum.ripple < math.inf:
-        evidence["ripple"] = optimum.ripple
     if math.isfinite(optimum.local.gain):
         evidence["gain_still_promised"] = optimum.local.gain
     bound, gap = _bound(objective, value, widened, shown)
@@ -108,9 +106,12 @@ def full_certificate(
 
 
 def widened_bound(
-    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, answer: Dimensions, influence: Influence
-) -> tuple[float | None, float]:
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, proof: Proof, answer: Dimensions,
+    influence: Influence,
+) -> tuple[float | None, float]:  # fmt: skip
     """Lower bound of ln objective on the full model, None if there is none, and the influence on which it relies.
+
+    ``proof`` is that of the limits as they are: what it found is admissible under wider ones, too.
 
     ``influence`` bounds, at a strip, the relative change of any result by the effects beyond the core. The maximum over
     the answer and the optima of the relaxed search is used.
@@ -123,13 +124,14 @@ def widened_bound(
         wide = {row: limit + width for row, limit in limits.items()}
         if wide[rows.STABILITY] >= -1e-9:
             return None, greatest
-        proof = search(cycle, objective, wide, sizes, _GAP, BOXES)
+        proof = search(cycle, objective, wide, sizes, _GAP, BOXES, proof)
         lower = proof.log_bound - (0.0 if objective.per_density else width)
         there = influence(proof.best.dimensions) if proof.best is not None else 0.0
         if there <= greatest:
             return lower, greatest
-        greatest = there
-    return lower, greatest
+        # Wider limits lead to strips that are changed by more: by a share of the rise so far.
+        greatest = there + _AHEAD * (there - greatest)
+    return None, greatest
 
 
 def _bound(
@@ -148,6 +150,6 @@ def _proof(proof: Proof) -> Evidence:
     return {
         "boxes": proof.boxes,
         "rounds": proof.rounds,
-        "angles": proof.angles,
+        "angles": len(proof.view.angles),
         "rests_on": _PROOF_RESTS_ON,
     }

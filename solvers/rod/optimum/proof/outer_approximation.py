@@ -86,22 +86,8 @@ def _to_step(value: float, step: float, within: tuple[float, float]) -> float:
     return min(max(min(max(round(value / step), first), last) * step, within[0]), within[1])
 
 
-@dataclass(frozen=True)
-class Proof:
-    """The best strip found, a lower bound of ln objective over all admissible strips, and the search statistics.
-
-    ``best`` is None if none was found; the bound is then inf if infeasibility is proven.
-    """
-
-    best: Polished | None
-    log_bound: float
-    boxes: int
-    rounds: int
-    angles: int
-
-
 @dataclass
-class _View:
+class View:
     """The angles and sections of a relaxation; extended in each iteration."""
 
     angles: list[float]
@@ -114,18 +100,38 @@ class _View:
                     known.append(value)
 
 
-def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int) -> Proof:
+@dataclass(frozen=True)
+class Proof:
+    """The best strip found, a lower bound of ln objective over all admissible strips, and the search statistics.
+
+    ``best`` is None if none was found; the bound is then inf if infeasibility is proven.
+    """
+
+    best: Polished | None
+    log_bound: float
+    boxes: int
+    rounds: int
+    view: View
+
+
+def search(
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int,
+    before: Proof | None = None,
+) -> Proof:  # fmt: skip
     """Global optimum with its bound: to ``gap`` (in ln objective), or as far as ``boxes`` boxes suffice.
 
+    It goes on from what a search to a greater gap has found ``before``.
     Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
     the width of its best strip if the neighbouring available widths do not reach its bound.
     """
-    view = _View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS))
+    view, incumbent = View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
+    if before is not None:
+        view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best
     if sizes.step_b is None or sizes.stock_h is not None:
-        return _search(cycle, objective, limits, sizes, gap, boxes, view, None)
+        return _search(cycle, objective, limits, sizes, gap, boxes, view, incumbent)
     low, high = sizes.bounds.b
     first, last = math.ceil(low / sizes.step_b * (1 - 1e-12)), math.floor(high / sizes.step_b * (1 + 1e-12))
-    ranges, bound, looked, rounds, incumbent = [(first, last)], math.inf, 0, 0, None
+    ranges, bound, looked, rounds = [(first, last)], math.inf, 0, 0
     while ranges:
         first, last = ranges.pop()
         ends = min(max(first * sizes.step_b, low), high), min(max(last * sizes.step_b, low), high)
@@ -149,13 +155,11 @@ def search(cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes,
             bound = min(bound, proof.log_bound)
             continue
         ranges += sorted([(first, below), (above, last)], key=lambda one: one[1] - one[0], reverse=True)
-    return Proof(
-        incumbent, bound if incumbent is None else min(bound, incumbent.log_cost), looked, rounds, len(view.angles)
-    )
+    return Proof(incumbent, bound if incumbent is None else min(bound, incumbent.log_cost), looked, rounds, view)
 
 
 def _search(
-    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, view: _View,
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, view: View,
     incumbent: Polished | None,
 ) -> Proof:  # fmt: skip
     """``search`` over all widths within the bounds; ``incumbent`` if it is optimal within ``gap``."""
@@ -184,7 +188,7 @@ def _search(
             if left == 0 or incumbent is not None:
                 break
             # Node limit reached before an admissible centre was found: no starting point.
-            return Proof(None, bound, looked, turn + 1, len(view.angles))
+            return Proof(None, bound, looked, turn + 1, view)
         if incumbent is not None and best[0] >= known - gap:
             break
         if coarse and not enough and incumbent is not None and best[0] >= known - _COARSE_ERROR_FACTOR * COARSE_ERROR:
@@ -196,7 +200,7 @@ def _search(
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0 or len(view.angles) > _MAX_ANGLES:
-                view = _View([0.0, cycle.hardest], [1.0])
+                view = View([0.0, cycle.hardest], [1.0])
         if looked >= boxes or (key in tried and found is None):
             break
         tried.add(key)
@@ -207,7 +211,7 @@ def _search(
         view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
-    return Proof(incumbent, bound, looked, turn + 1, len(view.angles))
+    return Proof(incumbent, bound, looked, turn + 1, view)
 
 
 def _polished(
@@ -261,7 +265,7 @@ def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
 
 
 def _relaxation(
-    cycle: CoreCycle, objective: Objective, limits: Limits, view: _View, coarse: bool = False, first: bool = True
+    cycle: CoreCycle, objective: Objective, limits: Limits, view: View, coarse: bool = False, first: bool = True
 ) -> Relaxation:
     """The problem at the view's angles and sections; ``coarse`` with power reduced by the error of few angles."""
     angles = np.array(view.angles)

@@ -44,8 +44,8 @@ def change_without(scene, strip, name, accuracy=1e-6):
     return max(abs(found[key] / x - 1.0) for key, x in exact.items())
 
 
-def influence(scene, strip, name):
-    return getattr(first_order, name)(Situation(scene, strip))
+def influence(scene, strip, name, excluded=frozenset()):
+    return getattr(first_order, name)(Situation(scene, strip, excluded))
 
 
 def test_main_results_are_the_checks():
@@ -137,8 +137,14 @@ def test_where_friction_buckles_the_strip_it_cannot_be_left_out():
     thin = replace(STRIP, h=0.38e-3)
     assert checked(rough, thin, NAMES - {"rod_inertia"}).value.stresses is None
     assert influence(rough, thin, "friction_feedback") == math.inf
-    # Without friction the strip stands, and what corrects its shape is judged there.
-    assert 0.0 < influence(rough, thin, "large_displacement") < math.inf
+    # It has no shape that could be corrected, unless friction is left out on request: then it stands.
+    without = frozenset({"friction_feedback"})
+    assert influence(rough, thin, "large_displacement") == influence(rough, thin, "rod_inertia") == 0.0
+    assert 0.0 < influence(rough, thin, "large_displacement", without) < math.inf
+    assert influence(rough, thin, "rod_inertia", without) > 0.0
+    choice = choose_for(rough, thin, rod.EffectSelection(exclude=without), tolerance=1e-6)
+    assert choice.has("large_displacement")
+    assert not choose_for(rough, thin, tolerance=1e-6).has("large_displacement")
 
 
 def test_nothing_corrects_a_strip_that_gas_buckles():
@@ -270,3 +276,35 @@ KICKED = (
 def test_the_strips_inertia_is_not_underrated(scene, strip, sharp):
     truth = change_without(scene, strip, "rod_inertia")
     assert truth <= influence(scene, strip, "rod_inertia") <= sharp * truth
+
+
+CANCELLED = (
+    campaign_scene(
+        rod.ConstantLoad(13225.11),
+        (0.7441239, 176.9641837, 146.3573517),
+        (59.2118861, 142.2925746, 5.3874446, 0.2220337),
+        (124.2149896, 5416.7740421, 0.1405912),
+        loss=0.01,
+    ),
+    rod.Dimensions(15.3327005e-3, 0.811553975e-3, 48.7427685e-3),
+)
+"""The clamp moment is a twentieth of what it is without the strip's inertia."""
+RESONANT = (
+    campaign_scene(
+        rod.SchmidtLoad(0.7305808528e6, 0.03830928640, 0.5780778393),
+        (0.2632233263, 468.2574431, 53.2309883572),
+        (90.5148382884, 105.9147050271, 45.2190778559, 0.0358157745),
+        (136.1297069, 4402.7415240791, 0.1799500596),
+        loss=0.01,
+    ),
+    rod.Dimensions(22.397751148e-3, 3.002310229e-3, 430.286489748e-3),
+)
+
+
+@pytest.mark.parametrize(
+    ("scene", "strip", "sharp"), [(*CANCELLED, 20.0), (*RESONANT, math.inf)], ids=["cancelled", "resonant"]
+)
+def test_inertia_that_changes_everything_lets_other_effects_change_more(scene, strip, sharp):
+    truth = change_without(scene, strip, "friction_feedback")
+    assert 5.0 * Situation(scene, strip).without[first_order.FRICTION] < truth
+    assert truth <= influence(scene, strip, "friction_feedback") <= sharp * truth

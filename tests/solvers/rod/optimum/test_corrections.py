@@ -48,7 +48,7 @@ def test_what_corrections_add_is_followed(rows):
 
 
 def test_a_stencil_serves_strips_close_to_its_centre(rows):
-    model, near = rows.model, dimensions_of(logarithms(rows.home) + 5e-4, rows.model.scene)
+    model, near = rows.model, dimensions_of(logarithms(rows.home) + 5e-5, rows.model.scene)
     beside = model.following(model.peaks(near), near)
     assert beside.stencil is rows.stencil
     x = logarithms(near)

@@ -31,7 +31,7 @@ def limited(fatigue, stability, stress=None, pressure=None, power=None):
 
 def relaxed(objective, criterion=None, limits=None):
     cycle = core_cycle(PAPER, criterion or serensen(PAPER.material), 0.0)
-    view = certificate._View([*np.linspace(0, 2 * np.pi, 12, endpoint=False)], [1.0, 0.7, 0.4, 0.2])
+    view = certificate.View([*np.linspace(0, 2 * np.pi, 12, endpoint=False)], [1.0, 0.7, 0.4, 0.2])
     return certificate._relaxation(cycle, rod.OBJECTIVES[objective], limits or limited(2.3, 1.5), view)
 
 

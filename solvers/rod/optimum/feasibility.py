@@ -100,8 +100,8 @@ def _least_violating(context: Context, start: Dimensions) -> Local | None:
         best = context.best()
         if best is not None and best.found is not None:
             break
-        if end is not None and near(end.best.x, known, _SAME_END):
-            # Two ways led to the same strip.
+        if end is not None and near(end.best.x, known, _SAME_END) and not context.model.textured:
+            # Two ways led to the same strip, and no noise makes valleys of its own.
             break
     return best
 

@@ -23,6 +23,7 @@ _VIOLATION = 0.9e-9
 _SAFE_SIDE = 1e-9
 _STILL = 1e-4
 _ROUNDS = 12
+_ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
@@ -75,6 +76,12 @@ def polish(
 
 
 def within(bounds: Bounds, x: np.ndarray) -> Dimensions:
-    """The strip of the logarithms x, within the bounds to the last place."""
+    """The strip of the logarithms x, within the bounds; a size that differs from a bound by rounding is that bound."""
     ranges = (bounds.b, bounds.h, bounds.l)
-    return Dimensions(*(min(max(math.exp(v), low), high) for v, (low, high) in zip(x, ranges, strict=True)))
+    return Dimensions(*(_held(math.exp(v), low, high) for v, (low, high) in zip(x, ranges, strict=True)))
+
+
+def _held(size: float, low: float, high: float) -> float:
+    if size <= low * (1.0 + _ROUNDING):
+        return low
+    return high if size >= high * (1.0 - _ROUNDING) else size

@@ -76,7 +76,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.equation._static_shape", "f f f f1"),
         ("solvers.rod.vibration.free_modes.free_mode", "i f1 f2 f1 f1 f2 solvers.numerics.radau.Radau f i"),
         ("solvers.rod.vibration.motion.amplitudes", "f1 f3 solvers.numerics.radau.Radau f1"),
-        ("solvers.rod.vibration.ringing._repeating", "c2A c2"),
+        ("solvers.rod.vibration.ringing._repeating", "c2 c2"),
         ("solvers.rod.vibration.slow_modes.carried", "f3 b1"),
         ("solvers.rod.vibration.slow_modes.slow_motion", "f1 f2 f3 solvers.rod.vibration.slow_modes.Parts solvers.numerics.radau.Radau f i"),
     ),

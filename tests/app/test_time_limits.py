@@ -166,11 +166,14 @@ def status_of_body(monkeypatch, pauses: list[float], size: int) -> int:
     """The status for a body sent in parts of ``size`` bytes after each pause."""
 
     async def story() -> int:
-        loop, left, statuses = asyncio.get_running_loop(), list(pauses), []
+        loop, left, due, statuses = asyncio.get_running_loop(), list(pauses), [], []
         monkeypatch.setattr(bodies, "time", SimpleNamespace(monotonic=loop.time))
 
         async def receive() -> dict:
-            await asyncio.sleep(left.pop(0))
+            """As the server's: a part whose wait is cancelled arrives when it would have."""
+            due[:] = due or [loop.time() + left.pop(0)]
+            await asyncio.sleep(due[0] - loop.time())
+            due.clear()
             return {"type": "http.request", "body": b"x" * size, "more_body": bool(left)}
 
         async def send(message: dict) -> None:

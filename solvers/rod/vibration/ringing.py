@@ -76,7 +76,7 @@ def rung(
     share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
     amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
     speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
-    given, share = (amplitude - 1j * speed)[:, slow:], share[:, slow:]
+    given, share = amplitude[:, slow:] - 1j * speed[:, slow:], share[:, slow:]
     total = np.sum(np.abs(given) * share, axis=0)
     given[:, phased:] = np.abs(given[:, phased:])
     rate = np.outer(np.diff(excitation.edges), -0.5 * equation.damping[n] / equation.slowness[n]).astype(np.complex128)

@@ -5,11 +5,6 @@
 - The size of a type: LLVM parses a module for each question.
 - Which variables are alive in each block of a function: determined anew after nine passes, but only the last result is
   used, for the places where variables are released.
-- Which declarations are new: two hundred of them are imported and looked through for each function that is called.
-- Which settings a function is compiled with: compared one by one for each call of a function.
-- Which variables a statement names, by the rules of each of its parts.
-
-Nor does anything listen to what is announced before and after each call of LLVM.
 
 This relies on numba's internals; what differs from what is expected is left to numba.
 """
@@ -17,8 +12,7 @@ This relies on numba's internals; what differs from what is expected is left to 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
-from functools import cache
+from contextlib import contextmanager
 from typing import Any
 
 _FOUND: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
@@ -33,10 +27,7 @@ _SIZES: dict[str, int] = {}
 @contextmanager
 def findings() -> Iterator[None]:
     """All of the below within the block."""
-    with ExitStack() as stack:
-        for finding in (types_of_operators, sizes_of_types, last_lifetimes, new_declarations, settings, variables,
-                        silence):  # fmt: skip
-            stack.enter_context(finding())
+    with types_of_operators(), sizes_of_types(), last_lifetimes():
         yield
 
 
@@ -128,106 +119,3 @@ def _is_plain(type_: Any) -> bool:
     if isinstance(type_, types.BaseTuple):
         return all(map(_is_plain, type_))
     return isinstance(type_, (types.Number, types.Boolean, types.Array, types.SliceType))
-
-
-@contextmanager
-def _replaced(owner: Any, **attributes: Any) -> Iterator[None]:
-    """Other attributes of a class or module within the block; nothing if it does not have all of them itself."""
-    before = {name: vars(owner)[name] for name in attributes if name in vars(owner)}
-    if len(before) < len(attributes):
-        yield
-        return
-    for name, attribute in attributes.items():
-        setattr(owner, name, attribute)
-    try:
-        yield
-    finally:
-        for name, attribute in before.items():
-            setattr(owner, name, attribute)
-
-
-@contextmanager
-def new_declarations() -> Iterator[None]:
-    """Within the block, contexts look for new declarations only if there are more than before."""
-    from numba.core import base
-    from numba.core.typing import context
-
-    with _refreshed_when_longer(base.BaseContext), _refreshed_when_longer(context.BaseContext):
-        yield
-
-
-@contextmanager
-def _refreshed_when_longer(owner: Any) -> Iterator[None]:
-    refresh, known = owner.refresh, dict[int, tuple[int, list[Any]]]()
-
-    def refresh_if_longer(self: Any) -> None:
-        length, lists = known.get(id(self), (-1, []))
-        if not lists or sum(map(len, lists)) != length:
-            refresh(self)
-            lists = [getattr(each, name) for each, own in self._registries.items() for name in own.registry_items]
-            known[id(self)] = sum(map(len, lists)), lists
-
-    with _replaced(owner, refresh=refresh_if_longer):
-        yield
-
-
-@contextmanager
-def settings() -> Iterator[None]:
-    """Within the block, equal settings are found equal without filling in the others."""
-    from numba.core import base
-    from numba.core.targetconfig import TargetConfig
-
-    equal = TargetConfig.__eq__
-
-    def __eq__(self: Any, other: Any) -> bool:
-        return (type(self) is type(other) and self._values == other._values) or equal(self, other)
-
-    with _replaced(TargetConfig, __eq__=__eq__), _replaced(base, _has_loc=cache(base._has_loc)):
-        yield
-
-
-@contextmanager
-def variables() -> Iterator[None]:
-    """Within the block, the variables of a statement are listed by a table of its parts' types."""
-    from numba.core.ir import Inst, Var
-
-    kinds: dict[type, int] = {}
-
-    def kind(type_: type) -> int:
-        found = [issubclass(type_, classes) for classes in (Var, Inst, (dict, list, tuple))]
-        kinds[type_] = found.index(True) if any(found) else len(found)
-        return kinds[type_]
-
-    def listed(self: Any, part: Any) -> list[Any]:
-        found: list[Any] = []
-        for each in part.values() if isinstance(part, dict) else part if isinstance(part, (list, tuple)) else (part,):
-            own = kinds.get(type(each))
-            own = kind(type(each)) if own is None else own
-            if own == 0:
-                found.append(each)
-            elif own == 1:
-                found += each.list_vars()
-            elif own == 2:
-                found += listed(self, each)
-        return found
-
-    with _replaced(Inst, _rec_list_vars=listed):
-        yield
-
-
-@contextmanager
-def silence() -> Iterator[None]:
-    """Within the block, calls of LLVM are not announced."""
-    from llvmlite.binding import ffi
-    from numba.core import event
-
-    lock = getattr(ffi.lib, "_lock", None)
-    announced = getattr(lock, "_cblist", None)
-    if not isinstance(announced, list) or len(announced) != 1 or event._registered.get("numba:llvm_lock"):
-        yield
-        return
-    lock._cblist = []
-    try:
-        yield
-    finally:
-        lock._cblist = announced

@@ -10,14 +10,9 @@ from typing import Any
 import numba
 import numpy as np
 import pytest
-from llvmlite.binding import ffi
-from numba.core import base, ir, postproc, types
-from numba.core.compiler import Flags, run_frontend
+from numba.core import postproc, types
 from numba.core.registry import cpu_target
-from numba.core.targetconfig import TargetConfig
 from numba.core.types.functions import BaseFunction, Function
-from numba.core.typing import context as typing_context
-from numba.extending import overload
 
 from solvers.numerics import remembering
 
@@ -83,16 +78,12 @@ def test_code_is_the_same() -> None:
 
 
 def test_numba_is_left_as_it_was() -> None:
-    def replaced() -> list[Any]:
-        refresh = base.BaseContext.refresh, typing_context.BaseContext.refresh
-        return [Function.get_call_type, postproc.PostProcessor.run, set(vars(cpu_target.target_context)), *refresh,
-                TargetConfig.__eq__, base._has_loc, ir.Inst._rec_list_vars, [*ffi.lib._lock._cblist]]  # fmt: skip
-
-    before = replaced()
+    context = cpu_target.target_context
+    before = Function.get_call_type, postproc.PostProcessor.run, set(vars(context))
     with pytest.raises(ZeroDivisionError), remembering.findings():
-        assert all(within != own for within, own in zip(replaced(), before, strict=True))
+        assert postproc.PostProcessor.run is not before[1]
         raise ZeroDivisionError
-    assert replaced() == before
+    assert (Function.get_call_type, postproc.PostProcessor.run, set(vars(context))) == before
 
 
 def test_sizes_are_those_of_numba() -> None:
@@ -102,37 +93,3 @@ def test_sizes_are_those_of_numba() -> None:
     own = [context.get_abi_sizeof(kind) for kind in kinds]
     with remembering.sizes_of_types():
         assert [context.get_abi_sizeof(kind) for kind in kinds * 2] == own * 2
-
-
-def test_variables_of_statements_are_those_that_numba_lists() -> None:
-    code = run_frontend(mean_of_marked)
-    statements = [statement for block in code.blocks.values() for statement in block.body]
-    own = [statement.list_vars() for statement in statements]
-    with remembering.variables():
-        assert [statement.list_vars() for statement in statements] == own
-    assert sum(map(len, own)) > len(own)
-
-
-def test_settings_are_equal_as_they_were() -> None:
-    default, stated, other = Flags(), Flags(), Flags()
-    stated.nrt, other.nrt = default.nrt, not default.nrt
-    with remembering.settings():
-        assert default == stated == default
-        assert default != other
-        assert default != "settings"
-
-
-def thrice(x: float) -> float:
-    """What a later declaration tells numba to compile."""
-    raise NotImplementedError
-
-
-def test_a_later_declaration_is_found() -> None:
-    with remembering.new_declarations():
-        cpu_target.target_context.refresh()
-
-        @overload(thrice)
-        def of_numbers(x):  # type: ignore[no-untyped-def]
-            return lambda x: 3.0 * x
-
-        assert numba.njit(lambda x: thrice(x))(2.0) == 6.0

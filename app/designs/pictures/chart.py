@@ -209,22 +209,27 @@ class Chart:
         )
 
     def mark(self, x: float, y: float, words: str = "", color: str = BLUE) -> None:
-        """Add a marker with a label on the side that has room."""
-        left = not self._has_room(x, words)
-        at = self._across(x) + (-12 if left else 12)
+        """Add a marker with a label beside it, or above it where neither side has room."""
+        across, up = self._across(x), self._up(y)
+        beside, side = self._beside(across, words, 12.0)
+        label_up = up + 4 if side else up - 10
         self._layers.append(
-            f'<circle cx="{self._across(x):.1f}" cy="{self._up(y):.1f}" r="5" fill="{color}"/>'
-            + _words(f"{at:.1f}", f"{self._up(y) + 4:.1f}", words, "end" if left else "start", color)
+            f'<circle cx="{across:.1f}" cy="{up:.1f}" r="5" fill="{color}"/>'
+            + _words(f"{beside:.1f}", f"{label_up:.1f}", words, side or "end", color)
         )
 
     def words(self, x: float, y: float, words: str, color: str = GREY) -> None:
         """Add text on the side that has room."""
-        side = "start" if self._has_room(x, words) else "end"
-        self._layers.append(_words(f"{self._across(x):.1f}", f"{self._up(y) - 5:.1f}", words, side, color))
+        beside, side = self._beside(self._across(x), words, 0.0)
+        self._layers.append(_words(f"{beside:.1f}", f"{self._up(y) - 5:.1f}", words, side or "end", color))
 
-    def _has_room(self, x: float, words: str) -> bool:
-        """Whether words fit to the right of a value."""
-        return self._across(x) + 12 + _LETTER * len(words) < WIDTH
+    def _beside(self, across: float, words: str, gap: float) -> tuple[float, str]:
+        """Where a label starts or ends at a gap from a place, and its anchor; none where neither side has room, and the
+        label then ends at the picture's edge."""
+        length = gap + _LETTER * len(words)
+        if across + length < WIDTH:
+            return across + gap, "start"
+        return (across - gap, "end") if across > length else (WIDTH - 4.0, "")
 
     def svg(self) -> str:
         """The chart as SVG."""

@@ -38,6 +38,19 @@ def test_a_mark_stands_where_the_scales_say(x, y):
     assert up == pytest.approx(HEIGHT - BOTTOM - y * (HEIGHT - TOP - BOTTOM), abs=0.06)
 
 
+@pytest.mark.parametrize("length", [5, 20, 38, 50])
+@pytest.mark.parametrize("x", [0.0, 2.0, 4.0, 5.0, 6.0, 8.0, 10.0])
+def test_a_label_stays_within_its_picture(x, length):
+    chart = Chart("t", Linear(0, 10), Linear(0, 1), "x", "y")
+    chart.mark(x, 0.5, "m" * length)
+    chart.words(x, 0.2, "m" * length)
+    labels = re.findall(r'<text x="([\d.]+)" y="[\d.]+" text-anchor="(start|end)"[^>]*>m+<', chart.svg())
+    assert len(labels) == 2
+    for at, side in labels:
+        begin = float(at) - (7.2 * length if side == "end" else 0.0)
+        assert begin >= 0.0 and begin + 7.2 * length <= WIDTH
+
+
 def test_decades_are_equally_long():
     scale = Logarithmic(1e-8, 1e4)
     assert scale.place(1e-2) == pytest.approx(0.5)

@@ -68,7 +68,7 @@ class BoreSought:
         return m.elastic_modulus * g.inertia, m.shear_modulus * g.area
 
     def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
-        return uses(constraints, walls)
+        return uses(constraints, 1.0 - walls, walls)
 
     def solidity_of(self, walls: Array) -> Array:
         return solidity_of(walls)

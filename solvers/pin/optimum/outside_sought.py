@@ -19,8 +19,8 @@ from solvers.pin.limits import Limits
 from solvers.pin.optimum.program import Program
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
-from solvers.pin.section.outside_wall import least_gap, outside_uses
-from solvers.pin.section.strength import StrengthConstraint
+from solvers.pin.section.outside_wall import least_gap
+from solvers.pin.section.strength import StrengthConstraint, uses
 
 Array = NDArray[np.float64]
 
@@ -70,7 +70,7 @@ class OutsideSought:
         return m.elastic_modulus * math.pi * unit**4 / 64.0, m.shear_modulus * math.pi * unit**2 / 4.0
 
     def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
-        return outside_uses(constraints, self.bore, walls)
+        return uses(constraints, np.full_like(walls, self.bore), walls)
 
     def solidity_of(self, walls: Array) -> Array:
         """y = t (2d + t)/l^2."""

@@ -31,7 +31,7 @@ _CALL, _STEP, _PAIR = 20_000, 10, 4
 @dataclass(frozen=True)
 class Around:
     """The multiplier of the greatest bound over point layers, the bound, and the cheapest paths just below and above
-    it, (3, steps): break points, the last being 1, walls, and rows of the table."""
+    it, (2, steps): break points, the last being 1, and walls."""
 
     multiplier: float
     value: float
@@ -43,12 +43,11 @@ class Around:
 @dataclass(frozen=True)
 class Through:
     """Bound of layers of cells at one multiplier: the cost of the cheapest path, that of the cheapest one through
-    every cell of every layer, its break points, the last being 1, and its cells, one of each layer."""
+    every cell of every layer, and its break points, the last being 1."""
 
     total: float
     each: list[Array]
     path: Array
-    cells: list[int]
     work: int
 
 
@@ -105,12 +104,11 @@ class Ground:
         chain, costs = self._chain(layers, price, least, most)
         sought = forward(multiplier, chain, costs)
         backward(chain, costs)
-        path = np.empty((3, most.size))
+        path = np.empty((2, most.size))
         trace(multiplier, chain, costs, path)
         each = np.split((costs.ahead + costs.rest).min(axis=1), chain.starts[1:-1])[1:-1]
         work = _CALL + _STEP * sought + _PAIR * len(costs.step)
-        rows = path[2, :-1].astype(int) - chain.starts[1:-2]
-        return Through(float(costs.ahead[-1, 0]), each, path[0], rows.tolist(), work)
+        return Through(float(costs.ahead[-1, 0]), each, path[0], work)
 
     def around(
         self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, start: float, tolerance: float,
@@ -118,7 +116,7 @@ class Ground:
     ) -> Around:  # fmt: skip
         """Return the greatest bound over the multiplier (see ``greatest_dual``); the layers are points."""
         chain, costs = self._chain(layers, price, least, most)
-        soft, stiff = np.empty((2, 3, most.size))
+        soft, stiff = np.empty((2, 2, most.size))
         multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
         return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
 

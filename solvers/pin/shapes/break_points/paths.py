@@ -201,8 +201,7 @@ def backward(layers: Layers, costs: Costs) -> None:
 
 @kernel
 def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
-    """Write the cheapest path's break points, walls and rows of the table into ``path`` (3, steps); return its
-    relative deflection."""
+    """Write the cheapest path's break points and walls into ``path`` (2, steps); return its relative deflection."""
     kappa, a, b = layers.law
     at, total = 2 * (layers.starts[-1] - 1), 0.0
     for k in range(path.shape[1] - 1, -1, -1):
@@ -215,7 +214,7 @@ def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
             u = place_below(lam, width, bend, shear, u, layers.most[k], 0.5, kappa, a, b)
             beta, phi = flexibilities(max(u, 1e-300), kappa, a, b)
             total += bend * beta + shear * phi
-        path[0, k], path[1, k], path[2, k] = after[AT + f], u, j
+        path[0, k], path[1, k] = after[AT + f], u
         at = before
     return total
 
@@ -227,7 +226,7 @@ def greatest_dual(
     """Return the multiplier of the greatest bound, from ``start``, that bound, and the work as in ``forward``.
 
     All layers are points. Ends where the bound is known to ``tolerance`` or has reached ``enough``. ``soft`` and
-    ``stiff`` (3, steps) receive the cheapest paths on either side (or the same one), as in ``trace``.
+    ``stiff`` (2, steps) receive the cheapest paths on either side (or the same one), as in ``trace``.
     """
     low, low_value, low_slope, high, high_value, high_slope = 0.0, 0.0, 0.0, np.inf, 0.0, 0.0
     lam, best, value, work = start, start, -np.inf, 0
@@ -239,7 +238,7 @@ def greatest_dual(
         if own > value:
             best, value = lam, own
         to_soft = slope > 0.0
-        for i in range(3):
+        for i in range(2):
             for k in range(path.shape[1]):
                 if to_soft or low == 0.0:
                     soft[i, k] = path[i, k]

@@ -125,7 +125,7 @@ class Prepared:
 
 def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
     """Return whether a profile is symmetric about the middle, to rounding of its walls."""
-    return whole.is_symmetric(scene.geometry.length, sought_in(scene).points(np.array(whole.bore)))
+    return whole.is_symmetric(scene.geometry.length, sought_in(scene).thickness(np.array(whole.bore)))
 
 
 def on_profile(
@@ -142,10 +142,10 @@ def on_profile(
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
     """
     stations = opening_stations(scene, whole.places)
-    points = sought_in(scene).points(np.array(whole.bore))
+    points = sought_in(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
-        walls = program.sought.relative(whole.between(points, stations.x, stations.side))
+        walls = whole.between(points, stations.x, stations.side) / program.sought.unit_diameter
         doubt = deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
         rise = risen(stations, program.uses(walls))
@@ -177,10 +177,9 @@ def assess(
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = program.forces
     worst = int(np.argmax(equivalent))
-    sizes = sought.sizes(walls)
-    bore, outer = sought.diameters(sizes)
+    bore, outer = sought.diameters(walls)
     deflection = program.deflection(sought.solidity_of(walls))
-    found_ring = ring_of(scene, sought, sizes) if physics.ovalization else None
+    found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
     middle = 0.5 * scene.geometry.length
     return PinCheck(
         mass=mass,
@@ -192,7 +191,7 @@ def assess(
         bore_mid=float(np.interp(middle, x, bore)),
         max_outer=float(outer.max()),
         outer_mid=float(np.interp(middle, x, outer)),
-        least_wall=0.5 * sought.thickness(float(walls.min())),
+        least_wall=0.5 * sought.unit_diameter * float(walls.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=finite(equivalent[worst]),
@@ -214,7 +213,7 @@ def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) 
     """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
     scene, forces = program.scene, program.forces
     equivalent = scene.material.allowable_stress * program.uses(walls)[0]
-    bore, outer = program.sought.diameters(program.sought.sizes(walls))
+    bore, outer = program.sought.diameters(walls)
     table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)
 
@@ -226,7 +225,7 @@ def _warnings(
     over = where_over(x, use)
     if over is not None:
         messages.append(exceeded(program.scene, over, float(use.max())))
-    messages += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
+    messages += shape_warnings(limits, 0.5 * program.sought.unit_diameter * float(walls.min()), deflection)
     if found is not None:
         messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)
     return tuple(messages)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.limits import Limits
-from solvers.pin.optimum.program import Sought
+from solvers.pin.optimum.sought import Sought
 from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import Scene
 

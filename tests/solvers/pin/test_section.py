@@ -11,9 +11,9 @@ import pytest
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.optimum.bore_sought import BoreSought
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
 from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
-from solvers.pin.section.variables import wall_of
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
@@ -75,7 +75,7 @@ def test_walls_of_materials_keep_their_digits():
     for wall in (1e-15, 1e-8, 0.3, 1.0):
         with mp.workdps(50):
             u = 1 - (1 - mp.mpf(wall)) ** 2
-            assert relative(wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
+            assert relative(BoreSought(1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
 
 
 def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):

@@ -9,7 +9,8 @@ The bound holds for every multiplier lambda >= 0, and the greatest is sought ove
 below the incumbent's mass (a duality gap), the cheapest paths on either side of the best multiplier differ: one is
 too soft, the other too stiff. The part is divided between them, in the break point on which they differ most, or in
 a step's wall: near the solid section, where the flexibility is concave, the cheapest wall jumps at fixed break
-points. Both parts continue with their own multipliers, lowest bound first.
+points. Where such a path's walls fall toward the middle, which they must not, the wall between them divides the part.
+Both parts continue with their own multipliers, lowest bound first.
 
 Steps that would decrease toward the middle are priced: with m >= 0 along the bar, 0 at both ends, the bound adds
 sum u_k (m(t_k) - m(t_{k-1})), which is not positive where u increases.
@@ -44,7 +45,7 @@ _MOST_PAIRS = 1_600_000
 _MOST_POINTS = 65
 """Maximum points of a break point in the search for the multiplier."""
 _POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
-_MOST_WORK = 3_000_000
+_MOST_WORK = 4_000_000
 """Maximum work per step in cost evaluations, ten for one that requires a minimisation: 30 ms. Of 150 random problems
 those that closed did so within it; the others' gaps were nearly as wide after ten times as much."""
 _WEIGHING_WORK = 100_000

@@ -178,9 +178,9 @@ def assess(
     forces = program.forces
     worst = int(np.argmax(equivalent))
     bore, outer = sought.diameters(walls)
+    middle = x.size - 1 if scene.symmetric else program.anchor
     deflection = program.deflection(sought.solidity_of(walls))
     found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
-    middle = 0.5 * scene.geometry.length
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
@@ -188,9 +188,9 @@ def assess(
         capacity=partial(force_limit_of, program) if is_pin else _none,
         sections=partial(sections_of, program, walls, places),
         min_bore=float(bore.min()),
-        bore_mid=float(np.interp(middle, x, bore)),
+        bore_mid=float(bore[middle]),
         max_outer=float(outer.max()),
-        outer_mid=float(np.interp(middle, x, outer)),
+        outer_mid=float(outer[middle]),
         least_wall=0.5 * sought.unit_diameter * float(walls.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),

@@ -147,7 +147,7 @@ def _feasible_design(
             return None
         made = _as_made(problem, physics, found[0], found[1], accuracy)
         shown, walls, _, _ = made
-        if float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
+        if found[1].corners is None or float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
             break
     return found, made
 

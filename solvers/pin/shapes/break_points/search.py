@@ -11,9 +11,6 @@ too soft, the other too stiff. The part is divided between them, in the break po
 a step's wall: near the solid section, where the flexibility is concave, the cheapest wall jumps at fixed break
 points. Where such a path's walls fall toward the middle, which they must not, the wall between them divides the part.
 Both parts continue with their own multipliers, lowest bound first.
-
-Steps that would decrease toward the middle are priced: with m >= 0 along the bar, 0 at both ends, the bound adds
-sum u_k (m(t_k) - m(t_{k-1})), which is not positive where u increases.
 """
 
 from __future__ import annotations
@@ -50,10 +47,11 @@ _MOST_WORK = 4_000_000
 those that closed did so within it; the others' gaps were nearly as wide after ten times as much."""
 _WEIGHING_WORK = 100_000
 """Work counted for the walls of one path."""
-_INITIAL_ITERATIONS = 4
 _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
 """Tolerance of the greatest bound as a fraction of the gap that is sought or expected next, and the latter as a
 fraction of the part's present gap."""
+_BREAK_POINT_TOLERANCE = 1e-2
+"""Break point tolerance as a fraction of the gap's square root; the mass, stationary there, converges to its square."""
 _ROUNDING = 1e-12
 """Relative rounding error of a bound."""
 
@@ -103,14 +101,12 @@ def lightest_steps(half: Half, steps: int, known: float = 0.0, gap: float = GAP)
 
 @dataclass(frozen=True)
 class _Part:
-    """A node of the search tree: cells of every break point, bounds of every step's wall, initial multiplier, price
-    of order."""
+    """A node of the search tree: cells of every break point, bounds of every step's wall, initial multiplier."""
 
     layers: list[Cells]
     least: tuple[float, ...]
     most: tuple[float, ...]
     multiplier: float
-    price: Array
 
     @property
     def width(self) -> float:
@@ -137,9 +133,9 @@ class _Search:
         first = _undominated(cells(self.half, edges[:-1], np.diff(edges), self.ground.sums))
         whole = _Part(
             [first] * (self.steps - 1), (0.0,) * self.steps, (1.0 if self._capped else math.inf,) * self.steps,
-            0.5 if self.limited else 0.0, np.array([[0.0, 1.0], [0.0, 0.0]]),
+            0.5 if self.limited else 0.0,
         )  # fmt: skip
-        queue, done, count = [(known, 0, whole)], math.inf, 0
+        queue, done, count, width = [(known, 0, whole)], math.inf, 0, whole.width
         while queue:
             bound, _, part = heapq.heappop(queue)
             if self.walls is not None and (self._is_closed(bound) or self.work > _MOST_WORK * self.steps):
@@ -165,10 +161,10 @@ class _Search:
                     # The remaining cells of a break are dominated by breaks elsewhere, which have their own bounds.
                     continue
                 count += 1
+                width = min(width, smaller.width)
                 heapq.heappush(queue, (bound, count, smaller))
+        self._settle(width, _BREAK_POINT_TOLERANCE * math.sqrt(self.gap))
         bound = min([done, self.walls.volume, *(entry[0] for entry in queue)])
-        if not self._is_closed(bound):
-            self._polish()
         return Steps(self.places, self.walls, bound, count + 1, self.work)
 
     def _is_closed(self, bound: float) -> bool:
@@ -176,7 +172,7 @@ class _Search:
 
     def _bounded(self, part: _Part, bound: float) -> tuple[Through, float]:
         """Return the cheapest paths through the part's cells, and the part's bound; weigh the cheapest."""
-        found = self.ground.through(part.layers, part.price, part.least, np.array(part.most), part.multiplier)
+        found = self.ground.through(part.layers, part.least, np.array(part.most), part.multiplier)
         self.work += found.work
         if (np.diff(found.path) >= 0.0).all():
             self._take(found.path)
@@ -189,47 +185,33 @@ class _Search:
         return replace(part, layers=kept)
 
     def _improve(self, part: _Part, bound: float) -> tuple[Around | None, _Part]:
-        """Update the incumbent from paths through the cells' ends, and the part's multiplier and price of order.
-
-        On the first call repeated while that price changes.
-        """
+        """Update the incumbent from paths through the cells' ends, and the part's multiplier."""
         distinct = {id(layer): layer for layer in part.layers}
         places = [_spread(np.unique(layer.table[:, :2])) for layer in distinct.values()]
         own = dict(zip(distinct, self.ground.points(places), strict=True)) if places else {}
         ends, most = [own[id(layer)] for layer in part.layers], np.array(part.most)
         if not self.limited:
-            found = self.ground.through(ends, part.price, part.least, most, 0.0)
+            found = self.ground.through(ends, part.least, most, 0.0)
             self.work += found.work
             self._take(found.path)
             return None, part
-        for _ in range(_INITIAL_ITERATIONS if self.walls is None else 1):
-            volume = math.inf if self.walls is None else self.walls.volume
-            size = volume if self.walls is not None else max(1.0, bound)
-            tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
-            around = self.ground.around(ends, part.price, part.least, most, part.multiplier, tolerance, volume)
-            self.work += around.work
-            here = None
-            if math.isfinite(around.value):
-                for places in {tuple(path[0]): path[0] for path in (around.stiff, around.soft)}.values():
-                    here = self._take(places, here)
-            if here is None:
-                return around, part
-            price = self.ground.price_of_order(*here)
-            changed = not np.array_equal(price, part.price)
-            part = replace(part, multiplier=around.multiplier, price=price)
-            if not changed:
-                break
+        volume = math.inf if self.walls is None else self.walls.volume
+        size = volume if self.walls is not None else max(1.0, bound)
+        tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
+        around = self.ground.around(ends, part.least, most, part.multiplier, tolerance, volume)
+        self.work += around.work
+        if math.isfinite(around.value):
+            self._take(around.stiff[0])
+            self._take(around.soft[0])
+            part = replace(part, multiplier=around.multiplier)
         return around, part
 
-    def _take(self, places: Array, other: tuple[Array, Walls] | None = None) -> tuple[Array, Walls] | None:
-        """Weigh steps, keep them if they are the lightest yet; return them or the other ones if those are lighter."""
+    def _take(self, places: Array) -> None:
+        """Weigh steps, and keep them if they are the lightest yet."""
         self.work += _WEIGHING_WORK
         walls = self.ground.walls(places)
-        if walls is None:
-            return other
-        if self.walls is None or walls.volume < self.walls.volume:
+        if walls is not None and (self.walls is None or walls.volume < self.walls.volume):
             self.places, self.walls = places, walls
-        return (places, walls) if other is None or walls.volume < other[1].volume else other
 
     def _divided(self, kept: _Part, around: Around | None, bound: float) -> list[_Part]:
         """Return the kept cells refined, or divided where a duality gap dominates."""
@@ -282,13 +264,12 @@ class _Search:
             return [thick]
         return [replace(thin, layers=layers), thick]
 
-    def _polish(self) -> None:
-        """Improve all break points jointly on successively narrower grids."""
-        price, reach = self.ground.price_of_order(self.places, self.walls), float(np.diff(self.ground.edges).max())
+    def _settle(self, reach: float, least: float) -> None:
+        """Polish all break points jointly on successively narrower grids."""
         free = (0.0,) * self.steps, np.full(self.steps, 1.0 if self._capped else math.inf)
-        while reach > self.gap and math.isfinite(self.walls.multiplier):
+        while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
-            self._take(self.ground.through(self.ground.points(grids), price, *free, self.walls.multiplier).path)
+            self._take(self.ground.through(self.ground.points(grids), *free, self.walls.multiplier).path)
             reach *= 0.25
 
 

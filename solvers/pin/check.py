@@ -53,28 +53,42 @@ def check(
     ``limits`` do not change a result; violations are reported as warnings. Raises InvalidInput for an invalid
     request, EffectConflict if an excluded effect is required by a limit.
     """
-    started = time.perf_counter()
-    prepared = prepare(scene, profile, criterion, limits, effects, effect_tolerance, accuracy)
-    if prepared.stepped is None:
-        return prepared.on_stations()
-    results = evaluate_all([prepared.stepped])
-    return prepared.in_closed_form(results, 0, time.perf_counter() - started)
+    return Case(scene, profile, criterion, limits, effects, effect_tolerance, accuracy).alone()
 
 
-def prepare(
-    scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, effects: EffectSelection,
-    effect_tolerance: float, accuracy: float,
-) -> Prepared:  # fmt: skip
-    """Validate a check and select its effects. Raises as ``check`` does."""
-    require_accuracy(accuracy)
-    profile.require_inside(scene.geometry)
-    choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
-    whole = profile.along(scene.geometry.length)
-    if not halves_alike(scene, whole):
-        scene = replace(scene, mirrored=False)
-    physics = compose(choice)
-    pin = stepped(scene, profile, criterion, limits, physics)
-    return Prepared(scene, whole, criterion, limits, physics, accuracy, choice, pin)
+@dataclass(frozen=True)
+class Case:
+    """The arguments of one ``check``."""
+
+    scene: Scene
+    profile: Profile
+    criterion: Criterion = CRITERIA["tresca_paper"]
+    limits: Limits = NO_LIMITS
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+
+    def prepared(self) -> Prepared:
+        """Return the check with its effects selected. Raises as ``check`` does."""
+        require_accuracy(self.accuracy)
+        scene, profile, limits = self.scene, self.profile, self.limits
+        profile.require_inside(scene.geometry)
+        choice = choose_for(scene, self.effects, self.effect_tolerance, demands_of(limits))
+        whole = profile.along(scene.geometry.length)
+        if not halves_alike(scene, whole):
+            scene = replace(scene, mirrored=False)
+        physics = compose(choice)
+        pin = stepped(scene, profile, self.criterion, limits, physics)
+        return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
+
+    def alone(self) -> Outcome[PinCheck]:
+        """Run this check on its own."""
+        started = time.perf_counter()
+        prepared = self.prepared()
+        if prepared.stepped is None:
+            return prepared.on_stations()
+        results = evaluate_all([prepared.stepped])
+        return prepared.in_closed_form(results, 0, time.perf_counter() - started)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -61,6 +62,12 @@ class FourBar:
     def swing(self) -> float:
         """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0."""
         return float(swing(self.kind, self.ratios))
+
+    @cached_property
+    def middle_transmission_angle(self) -> float:
+        """``transmission_angle`` at half a turn [rad]: tan(nu/2) = lambda0/sqrt(M); pi for M <= 0."""
+        base, margin = float(self.ratios.base), float(self.coefficients[4])
+        return 2.0 * math.atan2(base, math.sqrt(max(margin, 0.0)))
 
     @property
     def longest(self) -> float:

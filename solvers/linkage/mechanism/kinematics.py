@@ -31,7 +31,7 @@ class FourBar:
     @cached_property
     def gain(self) -> float:
         """g = sqrt(lambda0 lambda2/lambda3)."""
-        return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
+        return math.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker)
 
     @cached_property
     def gain_less_one(self) -> float:

@@ -143,6 +143,8 @@ class _Pin:
         for n, x, from_end, words, reported in places:
             self._section(n, x, from_end, words, reported)
         c = self.chain
+        if "sigma_eq_w" not in c.known:
+            return
         c.step("k", "sigma_eq_w / sigma_adm", "use of the allowable stress")
         if self.material.allowable_shear is not None:
             c.given("tau_adm", "allowable shear stress", self.material.allowable_shear / MEGA, "MPa")

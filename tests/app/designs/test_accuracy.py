@@ -170,7 +170,7 @@ def test_quantities_with_a_flat_objective_are_not_judged():
 
 
 def test_a_rod_design_is_judged_by_what_does_not_jump():
-    """In the example's optimum two sections govern fatigue equally, one with a stress amplitude 5 % above the other's."""
+    """In the example's optimum two sections govern fatigue equally, with stress amplitudes that differ by 5 %."""
     kind = KINDS["flexible-rod"]
     job = kind.jobs[Mode.DESIGN]
 

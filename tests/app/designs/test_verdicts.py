@@ -216,7 +216,8 @@ def test_sentences(criteria, sentence):
 
 
 @pytest.mark.parametrize(
-    ("estimated", "told"), [(1.2343e-6, "1.2e-6"), (2.04e-5, "2e-5"), (0.0153, "0.015"), (1.0496, "1"), (18160.5, "18160")]
+    ("estimated", "told"),
+    [(1.2343e-6, "1.2e-6"), (2.04e-5, "2e-5"), (0.0153, "0.015"), (1.0496, "1"), (18160.5, "18160")],
 )
 def test_an_accuracy_barely_missed_differs_from_what_was_asked(estimated, told):
     sentence = said(at_least("n", 2.0, 4.0, SLACK), accuracy=Accuracy(1e-6, estimated))

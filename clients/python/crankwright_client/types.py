@@ -2734,7 +2734,8 @@ class SweptBox(TypedDict):
 
 
 class TableLoad(TypedDict):
-    """Pressures at crank angles, joined by a monotone periodic cubic."""
+    """Pressures at crank angles, joined by a monotone periodic cubic. A last point may close the turn with the
+    pressure of the first."""
 
     kind: Literal["table"]
     """discriminator of the form, or the kind of design"""

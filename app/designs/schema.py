@@ -187,7 +187,7 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="the best to be had; null: nothing")
+    attainable: float | None = Field(description="the best to be had, of a rod to about a hundredth; null: nothing")
     advice: str
 
 

@@ -312,7 +312,7 @@ class _Pin:
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
         c.title("The ring in the middle")
         if ratio > _FORMULA_HOLDS:
-            thin = f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS})"
+            thin = f"The ring is thin (d/D is {ratio:.3f}, more than {_FORMULA_HOLDS})"
             said = f"{thin}: an elastic ring's series joins in there, which is left to the run."
             c.remark(said)
             return

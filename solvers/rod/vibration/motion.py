@@ -30,11 +30,10 @@ _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
-OSCILLATION = 8.0
+_SMALLER, _DEARER = (radau(7), radau(5)), 1.5
+"""Rules of fewer points; how an element's time grows with its points."""
+_OSCILLATION = 8.0
 """Times the error wanted: what may be left out of a mode's oscillation, which is not all of the bending."""
-_SMALLER, _DEARER = ((radau(7), 0.6), (radau(5), 0.4)), 1.5
-"""Rules of fewer points, and the share of an element that follows the force with the usual one which theirs may span,
-unless that is a piece of a table; how an element's time grows with its points."""
 
 
 def _missed_by(rule: Radau) -> Array:
@@ -175,24 +174,24 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     return Motion(strip, equation.basis, rule, edges, samples, ringing, errors, float(amplification), m, enough)
 
 
-def longest_step(rule: Radau, wanted: float) -> float:
-    """Radians of an oscillation in an element of s stages: interpolation leaves out 2 (x/4)^(s + 1)/(s + 1)! of it."""
-    order = rule.points.size
-    return 4.0 * (0.5 * math.factorial(order) * wanted) ** (1.0 / order)
-
-
 def _elements(
     equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float
 ) -> tuple[Radau, Array]:
-    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: one of
-    fewer points, and of smaller steps, where that takes less time."""
-    own, few = np.diff(excitation.edges), excitation.edges.size - 1 < MANY
-    pace = _fastest(equation, excitation, slow) if slow else np.full(own.size, 1e-300)
+    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: of many
+    narrow elements one of fewer points, and of smaller steps, where that takes less time."""
+    count = excitation.edges.size - 1
+    pace = _fastest(equation, excitation, slow) if slow else np.full(count, 1e-300)
     ways = [(RULE, split(excitation.edges, step / pace))]
-    for rule, reach in _SMALLER:
-        most = min(longest_step(rule, OSCILLATION * wanted / math.sqrt(own.size)), step) / pace
-        ways.append((rule, split(excitation.edges, np.minimum(most, reach * own) if few else most)))
+    for rule in _SMALLER if count >= MANY else ():
+        most = min(_longest_step(rule, _OSCILLATION * wanted / math.sqrt(count)), step)
+        ways.append((rule, split(excitation.edges, most / pace)))
     return min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER)
+
+
+def _longest_step(rule: Radau, wanted: float) -> float:
+    """Radians of an oscillation in an element of s stages: interpolation leaves out 2 (x/4)^(s + 1)/(s + 1)! of it."""
+    order = rule.points.size
+    return 4.0 * (0.5 * math.factorial(order) * wanted) ** (1.0 / order)
 
 
 def rule_of_ringing(equation: StripEquation, excitation: Excitation, slow: int, wanted: float) -> Radau:

@@ -31,11 +31,9 @@ from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
 from solvers.rod.vibration.motion import (
     MOST_RINGING,
-    OSCILLATION,
     Errors,
     Motion,
     excited,
-    longest_step,
     motion,
     motions_beside,
 )
@@ -249,7 +247,7 @@ def _step(excitation: Excitation, wanted: float) -> float:
     behind corners, and has to be followed the more closely."""
     if not excitation.corners.size:
         return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-10 else 4.5
-    return longest_step(RULE, OSCILLATION * wanted)
+    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.0 if wanted > 1e-9 else 3.0
 
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:

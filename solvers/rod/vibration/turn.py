@@ -163,7 +163,7 @@ def closed(lefts: Array, rights: Array) -> tuple[Array, Array]:
     if unknowns == 0:
         return np.empty((*lefts.shape[:-2], 0)), np.ones(lefts.shape[:-3])
     strips = lefts.shape[:-3]
-    steps, whole = each(strips, _steps, lefts, rights)
+    steps, whole = each(strips, _steps, np.ascontiguousarray(lefts), np.ascontiguousarray(rights))
     missing = np.eye(unknowns) - whole[..., :-1, :]
     least = np.linalg.svd(missing, compute_uv=False)[..., -1]
     fine = (least > 0.0)[..., None]

@@ -79,6 +79,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.ringing._repeating", "c2 c2"),
         ("solvers.rod.vibration.slow_modes.carried", "f3 b1"),
         ("solvers.rod.vibration.slow_modes.slow_motion", "f1 f2 f3 solvers.rod.vibration.slow_modes.Parts solvers.numerics.radau.Radau f i"),
+        ("solvers.rod.vibration.turn._along", "f3 f1"),
+        ("solvers.rod.vibration.turn._steps", "f3 f3"),
     ),
     ("pin-profile", "design"): (
         ("solvers.pin.load.internal_forces._evaluate", "f1 f1 f1 f1 f1 f2 f1 f1 f1"),

@@ -39,39 +39,42 @@ RowsOf = Callable[[FullStrip], Array]
 """Rows of a strip, (rows,)."""
 _ROUNDING = 1e-13
 """Of places y: what is less is nought, for the directions that a strip has not been moved in."""
-_PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""Of the directions whose curvatures are looked at."""
+Pairs = tuple[tuple[int, int], ...]
+FLAT: Pairs = ()
+CURVED: Pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+CURVED_ACROSS: Pairs = ((0, 0),)
+"""Pairs of directions whose curvatures are looked at: none, all, and that across resonances."""
 
 
 @dataclass(frozen=True)
 class Stencil:
     """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
-    and kept; ``curved`` if curvatures are looked at. Of the directions those of indices in ``free`` are of sizes that
-    may be chosen at will. Strips that were ``solved``, by y, are without their corrections, and with them, at the
-    resolution that the centre asked for."""
+    and kept; ``bends`` are the pairs of directions whose curvatures are looked at. Of the directions those of indices
+    in ``free`` are of sizes that may be chosen at will. Strips that were ``solved``, by y, are without their
+    corrections, and with them, at the resolution that the centre asked for."""
 
     centre: FullStrip
     step: float
     directions: Array
-    curved: bool
+    bends: Pairs
     free: tuple[int, ...]
     watch: Callable[[], None]
     solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
 
     @staticmethod
     def around(
-        centre: FullStrip, step: float, curved: bool, free: tuple[int, ...], watch: Callable[[], None]
+        centre: FullStrip, step: float, bends: Pairs, free: tuple[int, ...], watch: Callable[[], None]
     ) -> Stencil:
         """The stencil of a strip, which has been solved, where sizes of indices ``free`` may be chosen at will;
         ``watch`` is called before others are solved."""
-        if not curved:
-            return Stencil(centre, step, np.eye(3), curved, free, watch)
-        return Stencil(centre, step, _frequency_first(centre.cycle, free), curved, tuple(range(len(free))), watch)
+        if not bends:
+            return Stencil(centre, step, np.eye(3), bends, free, watch)
+        return Stencil(centre, step, _frequency_first(centre.cycle, free), bends, tuple(range(len(free))), watch)
 
     def serves(self, d: Dimensions) -> bool:
         """Whether the polynomial holds near a strip."""
         apart = float(np.max(np.abs(logarithms(d) - self.origin)))
-        return apart <= (self.step if self.curved else 0.0)
+        return apart <= (self.step if self.bends else 0.0)
 
     @property
     def origin(self) -> Array:
@@ -110,9 +113,7 @@ class Stencil:
         that may be chosen at will or in all."""
         one, among = self.step * np.eye(3), self.free if free else range(3)
         places = [one[v] for v in among]
-        if self.curved:
-            places += [-one[v] for v in among]
-            places += [one[v] + one[w] for v, w in _PAIRS if v != w and v in among and w in among]
+        places += [-one[v] if v == w else one[v] + one[w] for v, w in self.bends if v in among and w in among]
         return [place for place in (tuple(y.tolist()) for y in places) if not self.ends(place)]
 
     def ends(self, y: tuple[float, ...]) -> bool:
@@ -148,7 +149,7 @@ class Added:
         out = self.at_home.copy()
         for k in np.flatnonzero(new - old).tolist():
             out += (new[k] - old[k]) * self._slope(k)
-        for v, w in _PAIRS if s.curved else ():
+        for v, w in s.bends:
             change = new[v] * new[w] - old[v] * old[w]
             if change != 0.0:
                 out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
@@ -165,7 +166,7 @@ class Added:
         if k not in self._slopes:
             ahead, behind = self._step(k, 1.0), self._step(k, -1.0)
             ended = self.stencil.ends(ahead), self.stencil.ends(behind)
-            if self.stencil.curved and not any(ended):
+            if (k, k) in self.stencil.bends and not any(ended):
                 slope = 0.5 * (self._around(ahead) - self._around(behind))
             else:
                 side = -1.0 if ended[0] else 1.0

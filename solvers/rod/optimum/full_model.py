@@ -19,7 +19,7 @@ from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
-from solvers.rod.optimum.corrections import Added, Stencil, difference, stands
+from solvers.rod.optimum.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, difference, stands
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.rows_at_peaks import RowsAtPeaks
@@ -65,7 +65,8 @@ class FullModel:
     ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
     counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
     as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
-    is ``fine``. ``watch`` is called before each strip and check and may raise OutOfTime.
+    is ``fine``; what they change beside a strip is that of a ``coarse`` model, if there is one. ``watch`` is
+    called before each strip and check and may raise OutOfTime.
     """
 
     scene: Scene
@@ -79,6 +80,7 @@ class FullModel:
     watch: Watch = no_watch
     fine: bool = False
     curved: bool = False
+    coarse: FullModel | None = None
     strips: int = 0
     checks: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
@@ -129,10 +131,10 @@ class FullModel:
         accuracy = max(self.accuracy, accuracy)
         return replace(self._anew(), accuracy=accuracy, effects=effects, curved=True, _checks={})
 
-    def finer(self) -> FullModel:
+    def finer(self, coarse: FullModel | None = None) -> FullModel:
         """The same with corrections to second order over short steps and rows as good as checks; its checks are the
         same."""
-        return replace(self._anew(), fine=True, curved=True)
+        return replace(self._anew(), fine=True, curved=True, coarse=coarse)
 
     def _anew(self) -> FullModel:
         """The same without its strips."""
@@ -216,10 +218,14 @@ class FullModel:
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
         """One that serves a strip: one of the last, or a new one around it."""
+        if self.coarse is not None:
+            return self.coarse._stencil_for(d)
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil
-        stencil = Stencil.around(self.strip(d), self.correction_step, self.curved, self.free, self.watch)
+        # Beside what noise makes of a strip the other curvatures are not worth the time of six motions.
+        bends = (CURVED_ACROSS if self.textured else CURVED) if self.curved else FLAT
+        stencil = Stencil.around(self.strip(d), self.correction_step, bends, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
         return stencil
 

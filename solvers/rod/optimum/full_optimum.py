@@ -131,8 +131,10 @@ class Context:
         return self.rough
 
     def finer(self) -> Context:
-        """The same with smaller steps and rows as good as checks."""
-        return replace(self, model=self.model.finer(), ends=[])
+        """The same with smaller steps and rows as good as checks. Where checks leave more unknown than the accuracy,
+        what corrections change beside a strip, which takes most of the time, is as good from the rough model."""
+        coarse = self.rough if self.task.enough > self.model.accuracy else None
+        return replace(self, model=self.model.finer(None if coarse is None else coarse.model), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -238,7 +240,7 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
     """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
     those that are dearer by less than they, and it, may be wrong or still gain."""
     finer = context.finer()
-    for end in _contenders(ends):
+    for end in _contenders(ends, 1.0 if context.model.textured else CATCHES_UP):
         best, strip = finer.best(), end.best.outcome.value.dimensions
         known = math.inf if best is None or best.found is None else best.best.log_cost
         for _ in range(_LAST_SEARCHES):
@@ -251,11 +253,12 @@ def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dime
     return finer.best()
 
 
-def _contenders(ends: list[Local]) -> list[Local]:
-    """The best end, and those of other strips that may be as good."""
+def _contenders(ends: list[Local], catches_up: float) -> list[Local]:
+    """The best end, and those of other strips that may be as good if they gain so many times what they promise: behind
+    a table's noise no more than that."""
 
     def doubt(end: Local) -> float:
-        return end.best.outcome.accuracy.estimated + CATCHES_UP * end.gain
+        return end.best.outcome.accuracy.estimated + catches_up * end.gain
 
     first, *others = sorted(ends, key=lambda end: (end.best.excess, end.best.log_cost))
     if first.found is None:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
@@ -28,8 +30,23 @@ _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
 _EXPONENT = 1.5
-_RULES, _DEARER = ((RULE, 1.0), (radau(7), 0.3), (radau(5), 0.13)), 1.5
-"""Rules of elements, with their share of the longest step, and how an element's time grows with its points."""
+_SMALLER, _DEARER = (radau(7), radau(5)), 1.5
+"""Rules of fewer points; how an element's time grows with its points."""
+_OSCILLATION = 8.0
+"""Times the error wanted: what may be left out of a mode's oscillation, which is not all of the bending."""
+_PHASE_SHARE = 0.1
+
+
+def _missed_by(rule: Radau) -> Array:
+    """What a polynomial through the values at a rule's points misses at those of ``RULE``, from values there."""
+    few, most = rule.points.size, RULE.points.size
+    through = legendre.legvander(2.0 * rule.points - 1.0, most - 1)
+    whole = legendre.legvander(2.0 * RULE.points - 1.0, most - 1)
+    known = np.linalg.solve(through[:, :few], through @ np.linalg.inv(whole))
+    return np.eye(most) - whole[:, :few] @ known
+
+
+_OF_RINGING = tuple((rule, _missed_by(rule)) for rule in (radau(3), radau(5), radau(7)))
 
 
 @dataclass(frozen=True)
@@ -102,7 +119,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
     ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
     m, modes = slow, equation.slowness.size
-    rule, edges = _elements(equation, excitation, m, step)
+    rule, edges = _elements(equation, excitation, m, step, wanted)
     states = excitation.states_on(edges, rule)
     turn = Turn.of(equation, rule, states, edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = turn.closed()
@@ -114,17 +131,16 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         here = with_one(begun)[:, None]
         jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
         jump[:, : 2 * m] = 0.0
-        phase = phases(equation, excitation, m)
+        coarse, few = excitation.edges, rule_of_ringing(equation, excitation, m, wanted)
+        states_of_few = excitation.states_on(coarse, few)
+        phase = phases(equation, few, coarse, states_of_few, m)
         enlarged = closing(equation, phase, m)
         shares, given = rung(equation, excitation, phase, m, jump, static)
         count, omitted = chosen(shares, m, MOST_RINGING, wanted)
         if count:
             enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
-            coarse, few = excitation.edges, rule_of_ringing(excitation)
-            free = FreeModes.of(
-                equation, few, coarse, excitation.panels(coarse), excitation.states_on(coarse, few), m, enough
-            )
+            free = FreeModes.of(equation, few, coarse, excitation.panels(coarse), states_of_few, m, enough)
             begun, ringed, amplification = turn.closed(free)
             (ringing,) = free.ringing(equation, ringed)
             share = np.max(np.abs(equation.clamp[:, m : m + count]) / static[:, None], axis=0)
@@ -159,18 +175,42 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     return Motion(strip, equation.basis, rule, edges, samples, ringing, errors, float(amplification), m, enough)
 
 
-def _elements(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> tuple[Radau, Array]:
+def _elements(
+    equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float
+) -> tuple[Radau, Array]:
     """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: of many
     narrow elements one of fewer points, and of smaller steps, where that takes less time."""
-    few = excitation.edges.size - 1 < MANY
-    widths = step / _fastest(equation, excitation, slow) if slow else np.full(excitation.edges.size - 1, np.inf)
-    ways = [(rule, split(excitation.edges, share * widths)) for rule, share in (_RULES[:1] if few else _RULES)]
+    count = excitation.edges.size - 1
+    pace = _fastest(equation, excitation, slow) if slow else np.full(count, 1e-300)
+    ways = [(RULE, split(excitation.edges, step / pace))]
+    for rule in _SMALLER if count >= MANY else ():
+        most = min(_longest_step(rule, _OSCILLATION * wanted / math.sqrt(count)), step)
+        ways.append((rule, split(excitation.edges, most / pace)))
     return min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER)
 
 
-def rule_of_ringing(excitation: Excitation) -> Radau:
-    """For phases and shapes of what rings, which change with the force alone: little in a narrow element."""
-    return RULE if excitation.edges.size - 1 < MANY else _RULES[-1][0]
+def _longest_step(rule: Radau, wanted: float) -> float:
+    """Radians of an oscillation in an element of s stages: interpolation leaves out 2 (x/4)^(s + 1)/(s + 1)! of it."""
+    order = rule.points.size
+    return 4.0 * (0.5 * math.factorial(order) * wanted) ** (1.0 / order)
+
+
+def rule_of_ringing(equation: StripEquation, excitation: Excitation, slow: int, wanted: float) -> Radau:
+    """For phases and shapes of what rings, which change with the force alone: of few points where it changes little.
+
+    What a polynomial through fewer points misses of the slowest such mode's frequency, times an element's width, is
+    what its phase misses there; a share of ``wanted`` of a radian in the turn is enough. In many narrow elements six
+    points always have been."""
+    n, widths = min(slow, equation.slowness.size - 1), np.diff(excitation.edges)
+    swing = equation.swing(excitation.states).reshape(widths.size, -1)
+    pace = equation.pace[n] * np.sqrt(np.maximum(1.0 + swing * equation.coupling[n, n], 0.1))
+    most = _SMALLER[-1] if widths.size >= MANY else RULE
+    for rule, missed in _OF_RINGING:
+        if rule.points.size >= most.points.size:
+            break
+        if widths @ np.abs(pace @ missed.T).max(axis=1) <= _PHASE_SHARE * wanted:
+            return rule
+    return most
 
 
 def _fastest(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
@@ -193,7 +233,7 @@ def motions_beside(
     turn = Turn.of(equation, rule, fine, edges, around.panels(found.edges), found.slow, wanted)
     free = None
     if found.phases.size:
-        few = rule_of_ringing(around)
+        few = radau(found.ringing.points.size - 1)
         states = np.stack([one.states_on(one.edges, few) for one in beside], axis=1)
         free = FreeModes.of(equation, few, coarse, around.panels(around.edges), states, found.slow, found.phases)
     begun, ringed, amplification = turn.closed(free)

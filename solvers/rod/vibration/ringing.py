@@ -33,17 +33,18 @@ _MARGIN = 2.0
 """On the ringing of what is left out."""
 
 
-def phases(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
-    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes)."""
-    swing, count = equation.swing(excitation.states)[:, None, None], equation.slowness.size
+def phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
+    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes), from the
+    states at the rule's points."""
+    swing, count = equation.swing(states)[:, None, None], equation.slowness.size
     own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, count))
     stiffness = 1.0 + swing[:, 0] * own[n]
     # What the other modes do in step with one, as they are by themselves.
     away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
     away[:, np.arange(n.size), n] = np.inf
     stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
-    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(excitation.edges)
-    return np.einsum("e,p,epn->en", widths, RULE.integral[-1], rate.reshape(widths.size, RULE.points.size, n.size))
+    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(edges)
+    return widths[:, None] * (rule.integral[-1] @ rate.reshape(widths.size, rule.points.size, n.size))
 
 
 def closing(equation: StripEquation, phase: Array, slow: int) -> Array:

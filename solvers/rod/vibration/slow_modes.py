@@ -45,7 +45,7 @@ class Parts(NamedTuple):
 
 
 @kernel
-def _factor(a: Array, order: NDArray[np.int64]) -> None:
+def factor(a: Array, order: NDArray[np.int64]) -> None:
     """Gauss's elimination in place, rows exchanged."""
     n = a.shape[0]
     for k in range(n):
@@ -64,7 +64,7 @@ def _factor(a: Array, order: NDArray[np.int64]) -> None:
 
 
 @kernel
-def _substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
+def substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
     """Right sides (n, columns) become solutions."""
     n, columns = b.shape
     for k in range(n):
@@ -134,7 +134,7 @@ def slow_motion(
                 matrix[row, row] += mu * scale
                 base[row, a] = (mu + lost * h * rule.points[i + 1]) * scale
                 base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
-        _factor(matrix, order)
+        factor(matrix, order)
         inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
         slow[0] = 0.0
         for a in range(m):
@@ -162,7 +162,7 @@ def slow_motion(
                         for j in range(s):
                             total += rule.twice[i, j] * force[j + 1, c, a]
                         solution[i * m + a, c] = base[i * m + a, c] + scale * total
-            _substitute(matrix, order, solution)
+            substitute(matrix, order, solution)
             moved[:] = 0.0
             if term == 0:
                 most_seen[:] = 0.0

@@ -29,7 +29,14 @@ from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
-from solvers.rod.vibration.motion import MOST_RINGING, Errors, Motion, excited, motion, motions_beside
+from solvers.rod.vibration.motion import (
+    MOST_RINGING,
+    Errors,
+    Motion,
+    excited,
+    motion,
+    motions_beside,
+)
 from solvers.rod.vibration.natural_frequencies import StripBasis
 
 LEAST_ERROR = 3e-11
@@ -43,7 +50,7 @@ modes have to be known."""
 MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 """Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
 
-FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _ROUGHLY = 32, 1_850_000, 500_000, 1e-6
+FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _LOOSELY = 32, 1_850_000, 500_000, 1e-6
 """Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
 that."""
 _FALLS = 4.0
@@ -54,9 +61,10 @@ _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
 """Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
 others are halved too; what that makes of the step."""
 
-_NARROW, _NARROW_HALF = 3.0, 9.0
+_NARROW, _NARROW_LOOSELY, _NARROW_HALF = 3.0, 2.0, 9.0
 """Radians of the slowest mode that follows without ringing, in the narrowest element: where it turns by less, a series
-in derivatives costs digits; and in the half of one, which is made where more digits are wanted."""
+in derivatives costs digits; the same where few are wanted; and in the half of one, which is made where more digits are
+wanted."""
 
 _FASTER = 1.2
 """Than under the mean force, a mode in the mean."""
@@ -189,7 +197,7 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         rung -= 1
         equation = _equation(cycle, excitation, rung)
     many = excitation.corners.size > FEW_CORNERS
-    enough = (_ENOUGH_WORK_ROUGHLY if wanted > _ROUGHLY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
+    enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
         slow = _affordable(equation, excitation, slow, step)
@@ -246,8 +254,9 @@ def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int
     """So many of the slowest modes do not merely follow the force: it excites them, by how fast it changes, or elements
     are too narrow for series."""
     swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
+    narrow = _NARROW_LOOSELY if wanted > _LOOSELY else _NARROW
     for n in range(1, equation.slowness.size):
-        wide = np.min(equation.fastest(n, swing) * np.diff(excitation.edges)) > _NARROW
+        wide = np.min(equation.fastest(n, swing) * np.diff(excitation.edges)) > narrow
         if wide and excited(equation, excitation, n) < wanted:
             return n - 1
     return equation.slowness.size - 1

@@ -15,10 +15,11 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.rod.vibration.equation import StripEquation, each
 from solvers.rod.vibration.ringing import FreeModes
-from solvers.rod.vibration.slow_modes import Parts, carried, slow_motion
+from solvers.rod.vibration.slow_modes import Parts, carried, factor, slow_motion, substitute
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -158,26 +159,63 @@ def closed(lefts: Array, rights: Array) -> tuple[Array, Array]:
     """The unknowns of every panel (..., panels, unknowns), from the states at the panels' two ends for unit unknowns
     and, last, for none, (..., panels, unknowns + 1, unknowns) each; and the greatest factor by which closing the turn
     enlarges what one turn misses, (...): infinite, and the unknowns nought, exactly at a resonance without damping."""
-    count, unknowns = lefts.shape[-3], lefts.shape[-1]
+    unknowns = lefts.shape[-1]
     if unknowns == 0:
         return np.empty((*lefts.shape[:-2], 0)), np.ones(lefts.shape[:-3])
-    after = np.roll(lefts, -1, axis=-3)
-    rights = rights.copy()
-    rights[..., -1, :] -= after[..., -1, :]
-    steps = np.linalg.solve(after[..., :-1, :].mT, rights.mT).mT
-    whole = np.eye(unknowns + 1, unknowns)
-    for k in range(count):
-        whole = whole @ steps[..., k, :-1, :]
-        whole[..., -1, :] += steps[..., k, -1, :]
+    strips = lefts.shape[:-3]
+    steps, whole = each(strips, _steps, np.ascontiguousarray(lefts), np.ascontiguousarray(rights))
     missing = np.eye(unknowns) - whole[..., :-1, :]
     least = np.linalg.svd(missing, compute_uv=False)[..., -1]
     fine = (least > 0.0)[..., None]
     begun = np.linalg.solve(np.where(fine[..., None], missing, np.eye(unknowns)).mT, whole[..., -1, :, None])[..., 0]
-    found = [np.where(fine, begun, 0.0)]
-    for k in range(count - 1):
-        found.append((found[-1][..., None, :] @ steps[..., k, :-1, :])[..., 0, :] + steps[..., k, -1, :])
+    (found,) = each(strips, lambda own, first: (_along(own, first),), steps, np.where(fine, begun, 0.0))
     with np.errstate(divide="ignore"):
-        return np.stack(found, axis=-2), 1.0 / least
+        return found, 1.0 / least
+
+
+@kernel
+def _steps(lefts: Array, rights: Array) -> tuple[Array, Array]:
+    """Maps from every panel's unknowns, and 1, to those of the next one, (panels, unknowns + 1, unknowns), and that of
+    the whole turn, from the states at the panels' ends."""
+    count, u = lefts.shape[0], lefts.shape[2]
+    steps, whole, before = np.empty((count, u + 1, u)), np.zeros((u + 1, u)), np.empty((u + 1, u))
+    matrix, order, right = np.empty((u, u)), np.empty(u, np.int64), np.empty((u, u + 1))
+    for a in range(u):
+        whole[a, a] = 1.0
+    for k in range(count):
+        after = (k + 1) % count
+        for a in range(u):
+            for b in range(u):
+                matrix[a, b] = lefts[after, b, a]
+            for c in range(u + 1):
+                right[a, c] = rights[k, c, a]
+            right[a, u] -= lefts[after, u, a]
+        factor(matrix, order)
+        substitute(matrix, order, right)
+        before[:] = whole
+        for c in range(u + 1):
+            for a in range(u):
+                steps[k, c, a] = right[a, c]
+                total = right[a, u] if c == u else 0.0
+                for b in range(u):
+                    total += before[c, b] * right[a, b]
+                whole[c, a] = total
+    return steps, whole
+
+
+@kernel
+def _along(steps: Array, begun: Array) -> Array:
+    """The unknowns of all panels, (panels, unknowns), from those of the first."""
+    count, u = steps.shape[0], steps.shape[2]
+    out = np.empty((count, u))
+    out[0] = begun
+    for k in range(count - 1):
+        for a in range(u):
+            total = steps[k, u, a]
+            for b in range(u):
+                total += out[k, b] * steps[k, b, a]
+            out[k + 1, a] = total
+    return out
 
 
 def _parts(equation: StripEquation, m: int) -> tuple[Parts, Array]:

@@ -122,18 +122,17 @@ def _proven(
     if low > high:
         return Proven(None, math.nan, math.inf, math.inf, 0)
     edges = np.linspace(low, high, parts + 1)
-    lows, highs, cells, bound, places = edges[:-1], edges[1:], 0, math.inf, {}
+    lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
     for turn in range(_ROUNDS):
         least = sought if best is None else best[1]
         if best is None or not math.isfinite(sought):
             enough = max(min(known, least) * (1.0 - gap), least * (1.0 - max(gap, _OTHER_TYPES_GAP)))
         else:
             enough = least * (1.0 - max(gap, _TAIL_GAP))
-        ranges = RangeBounds(subproblem, family, lows, highs, enough, places)
+        bounds = _cost(RangeBounds(subproblem, family, lows, highs, enough))
         cells += lows.size
-        bounds = _cost(ranges)
         alive = bounds < enough
-        lows, highs, bounds, places = lows[alive], highs[alive], bounds[alive], ranges.parts(alive, _PARTS)
+        lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
         if not lows.size:
             break
         if highs[0] - lows[0] < _MIN_WIDTH or cells + _PARTS * lows.size > _MAX_CELLS:

@@ -28,6 +28,8 @@ from solvers.numerics.jit import kernel
 
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
+_MOST_LOCATED = 64
+"""Number of ranges from which on neighbours share an angle."""
 
 
 @kernel
@@ -37,12 +39,13 @@ def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, w
     ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
     each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within.
     """
-    out = np.empty(rows.shape[0])
+    out, s, c = np.empty(rows.shape[0]), 0.0, -1.0
     for i in range(out.size):
         row = rows[i]
-        cotangents, samples = sampled(row, end[i])
-        _, angle = highest(row, end[i], cotangents, samples[which], which, _ANGLE_TOLERANCE)
-        s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
+        if i % (1 + out.size // _MOST_LOCATED) == 0:
+            cotangents, samples = sampled(row, end[i])
+            _, angle = highest(row, end[i], cotangents, samples[which], which, _ANGLE_TOLERANCE)
+            s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
         _, rate, _ = motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], s, c)
         out[i] = _least_load(low[i], row, high[i], gain, which, s, c, math.copysign(rate, row[3] * rate))
     return out

@@ -28,8 +28,8 @@ from solvers.numerics.jit import kernel
 
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
-_MOST_LOCATED = 64
-"""Number of ranges from which on neighbours share an angle."""
+_MOST_LOCATED = 128
+"""Number of ranges, in ascending order, from which on neighbours share an angle."""
 
 
 @kernel

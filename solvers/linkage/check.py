@@ -126,14 +126,8 @@ def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
         rotatable=own.rotatable,
         confined=confined,
         strike=_strike(scene, mechanism, loads, confined, own.greatest) if own.strikes else None,
-        box=brought.box,
-        enclosing_radius=brought.enclosing_radius,
         window=None if closure.closes else window(mechanism.bar, closure.surplus),
-        restitution_error=brought.restitution_error,
-        tolerance_window=brought.tolerance_window,
-        coupler_peak=brought.coupler_peak,
-        running=brought.running,
-        warnings=brought.warnings,
+        **vars(brought),
     )
     return Outcome(
         status=Status.SUCCEEDED,

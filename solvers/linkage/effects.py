@@ -18,9 +18,10 @@ from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
+from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
-from solvers.linkage.steady_state.periodic_solution import Running, steady_running
-from solvers.linkage.swept_area.bounding_box import Box, least_box
+from solvers.linkage.steady_state.periodic_solution import steady_running
+from solvers.linkage.swept_area.bounding_box import least_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
 
@@ -45,21 +46,6 @@ class Situation:
     accuracy: float
     strikes: bool
     peaks: Peaks | None
-
-
-@dataclass(frozen=True)
-class EffectResults:
-    """Results of the active effects, SI units, None for inactive ones; their maximum relative error; messages for the
-    user."""
-
-    box: Box | None = None
-    enclosing_radius: float | None = None
-    running: Running | None = None
-    coupler_peak: float | None = None
-    restitution_error: float | None = None
-    tolerance_window: Window | None = None
-    error: float = 0.0
-    warnings: tuple[str, ...] = ()
 
 
 class LinkageEffect(Protocol):

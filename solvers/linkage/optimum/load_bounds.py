@@ -46,7 +46,7 @@ def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, w
             cotangents, samples = sampled(row, end[i])
             _, angle = highest(row, end[i], cotangents, samples[which], which, _ANGLE_TOLERANCE)
             s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
-        _, rate, _ = motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], s, c)
+        _, rate, _ = motion(row, s, c)
         out[i] = _least_load(low[i], row, high[i], gain, which, s, c, math.copysign(rate, row[3] * rate))
     return out
 

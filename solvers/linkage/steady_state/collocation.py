@@ -72,12 +72,11 @@ def _graded(scale: float) -> Array:
 @kernel
 def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
     """|u31| and d|u31|/dphi at angles in [-pi, pi]; negative angles (only) lie in the second half."""
-    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
     size, slope = np.empty(angles.size), np.empty(angles.size)
     for k in range(angles.size):
         s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
         c = -c if angles[k] < 0.0 else c
-        transfer, rate, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
+        transfer, rate, _ = motion(coefficients, s, c)
         size[k], slope[k] = abs(transfer), s * rate if transfer >= 0.0 else -s * rate
     return size, slope
 

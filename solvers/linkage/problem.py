@@ -8,7 +8,7 @@ If the speed or the frequency is the objective, both are free.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Protocol
 
 from solvers.effects import Demand
@@ -219,7 +219,7 @@ class Subproblem:
     scene: Scene
     limits: Limits
     objective: Objective
-    boxed: bool = True
+    boxed: bool = field(default=True, kw_only=True)
     """Whether width and height are limits, or only the reference of the fit."""
 
     @property
@@ -253,17 +253,14 @@ class Subproblem:
 
 
 @dataclass(frozen=True)
-class LinkageProblem:
-    """A scene, its limits, the allowed kinds, and the objective."""
+class LinkageProblem(Subproblem):
+    """A scene, its limits, the objective, and the allowed kinds."""
 
-    scene: Scene
-    limits: Limits
-    objective: Objective
     kinds: tuple[ChangePoint, ...] = tuple(KINDS.values())
 
     def __post_init__(self) -> None:
         require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
-        free = self.subproblem.fixed_scale is None
+        free = self.fixed_scale is None
         if free and self.objective.grows and not self.limits.sized:
             raise InvalidInput(
                 "limits", f"the larger the mechanism the better its {self.objective.name}", "a limit on its size"
@@ -272,10 +269,6 @@ class LinkageProblem:
             raise InvalidInput(
                 "limits.min_link", "nothing keeps the mechanism from vanishing", "a least link length above 0"
             )
-
-    @property
-    def subproblem(self) -> Subproblem:
-        return Subproblem(self.scene, self.limits, self.objective)
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects required by limits and objective."""

@@ -53,11 +53,11 @@ class Proven:
     ``q`` is None if no member is feasible. The bound also covers members outside the design range.
     """
 
-    q: float | None
-    scale: float
-    cost: float
-    bound: float
-    cells: int
+    q: float | None = None
+    scale: float = math.nan
+    cost: float = math.inf
+    bound: float = math.inf
+    cells: int = 0
 
     @property
     def gap(self) -> float:
@@ -120,7 +120,7 @@ def _proven(
     """
     low, high = limits
     if low > high:
-        return Proven(None, math.nan, math.inf, math.inf, 0)
+        return Proven()
     edges = np.linspace(low, high, parts + 1)
     lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
     for turn in range(_ROUNDS):
@@ -150,7 +150,7 @@ def _proven(
         lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
     bound = min(bound, enough)
     if best is None:
-        return Proven(None, math.nan, math.inf, bound, cells)
+        return Proven(bound=bound, cells=cells)
     return Proven(best[0], _scale(subproblem, family, best[0]), best[1], bound, cells)
 
 
@@ -158,10 +158,10 @@ def _only_member(subproblem: Subproblem, family: Family) -> Proven:
     """Given speed, frequency and tool radius there is at most one member."""
     q = family.margin_where(lambda members: members.end, subproblem.fixed_end)
     if q is None:
-        return Proven(None, math.nan, math.inf, math.inf, 0)
+        return Proven()
     cost = float(_costs(subproblem, family, np.array([q]), _FINE)[0])
     if not math.isfinite(cost):
-        return Proven(None, math.nan, math.inf, math.inf, 1)
+        return Proven(cells=1)
     return Proven(q, _scale(subproblem, family, q), cost, cost, 1)
 
 

@@ -140,7 +140,7 @@ def _proven(
             # only.
             bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
             break
-        if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
+        if best is None or turn > 0:
             tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MAX_TRIALS]]
             width = float(highs[0] - lows[0])
             best = _refined_near(subproblem, family, limits, tried, width, least, gap) or best

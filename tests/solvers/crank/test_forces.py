@@ -12,7 +12,6 @@ from scipy.optimize import minimize_scalar
 
 from solvers import crank
 from solvers.crank.cycle.forces import Composition, Cycle
-from solvers.crank.motion import in_line as kinematics
 from solvers.effects import ALL, EffectSelection
 from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler
 
@@ -156,9 +155,9 @@ def test_worst_instants_against_a_dense_sampling():
 @pytest.mark.parametrize("seed", range(8))
 def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
     """Without gas a short rod is pressed hardest to either side of the lower dead centre, wherever points may be."""
-    ratio = 0.04 / 0.14
+    motion, ratio = CAR.motion, 0.04 / 0.14
     pressed = minimize_scalar(
-        lambda a: float(kinematics.acceleration(a, 0.04, 0.14, CAR.angular_speed) / kinematics.rod_cosine(a, ratio)),
+        lambda a: CAR.angular_speed**2 * float(motion.posture(a).acceleration) / math.sqrt(1.0 - (ratio * math.sin(a)) ** 2),
         bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12},
     )  # fmt: skip
     rng = np.random.default_rng(seed)

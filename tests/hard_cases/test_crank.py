@@ -14,6 +14,7 @@ import mpmath as mp
 import pytest
 
 from solvers import crank
+from solvers.crank.motion.in_line import brix_crank_angle
 from solvers.crank.motion.slider_crank import crank_angle_at, derivative
 from solvers.effects import ALL
 from tests.hard_cases.make_crank_references import load_cases
@@ -50,6 +51,8 @@ def motions(inputs):
         yield "rod_angular_acceleration", at.turning
     if "position" in inputs:
         yield "crank_angle", crank_angle_at(inputs["position"], r, length, e)
+        if not e:
+            yield "brix_crank_angle", brix_crank_angle(inputs["position"], r, length)
 
 
 def scene_of(data):

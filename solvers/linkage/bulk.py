@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import Case, check_case, ratio_results
+from solvers.linkage.check import Case, check_case, peak_rows
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
@@ -35,9 +35,9 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
     """
     cases = list(cases)
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case, own in zip(cases, ratio_results([case.mechanism for case in cases]), strict=True):
+    for case, row in zip(cases, peak_rows([case.mechanism for case in cases]), strict=True):
         try:
-            found.append(check_case(case, own))
+            found.append(check_case(case, row))
         except InvalidInput as refusal:
             found.append(refusal)
     return found

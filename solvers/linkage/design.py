@@ -73,7 +73,7 @@ def design(
     settings: dict[str, float | int | str] = {"gap": gap}
     if not feasible:
         nominal = Mechanism(found[0][0].member(0.0), 1.0, Closure(problem.kinds[0], 0.0, 0.0))
-        situation = Situation(problem.scene, nominal, problem.limits, accuracy, False, None)
+        situation = Situation(problem.scene, nominal, problem.limits, accuracy, None)
         choice = choose_for(situation, effects, effect_tolerance, problem.demands())
         return Outcome(
             Status.INFEASIBLE,

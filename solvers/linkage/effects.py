@@ -37,14 +37,13 @@ _STEPS_SHARE = 0.1
 class Situation:
     """A scene with its mechanism: the input of the bounds and the effects.
 
-    ``strikes`` states whether the mechanism can strike; ``peaks`` is set if its crank also rotates fully.
+    ``peaks`` is set if the mechanism can strike and its crank rotates fully.
     """
 
     scene: Scene
     mechanism: Mechanism
     limits: Limits
     accuracy: float
-    strikes: bool
     peaks: Peaks | None
 
 
@@ -118,7 +117,7 @@ class CouplerElasticity:
         return 1.0 if peaks is None or peaks.force == 0 else self._peak(situation) / peaks.force
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        return replace(results, coupler_peak=self._peak(situation)) if situation.strikes else results
+        return replace(results, coupler_peak=self._peak(situation)) if situation.mechanism.can_strike else results
 
     def _peak(self, situation: Situation) -> float:
         scene = situation.scene
@@ -138,7 +137,7 @@ class LengthTolerances:
         return max(self._restitution_error(situation), self._window(situation).angle)
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        if not situation.strikes:
+        if not situation.mechanism.can_strike:
             return results
         error, missed = self._restitution_error(situation), self._window(situation)
         return replace(results, restitution_error=error, tolerance_window=missed)

@@ -48,12 +48,12 @@ class Mechanism:
         r = self.bar.ratios
         return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
 
-    @property
+    @cached_property
     def rotatable(self) -> bool:
         """Whether the crank rotates fully."""
         return self.bar.rotatable if self.closure.closes else turns_fully(*self.lengths.links)
 
-    @property
+    @cached_property
     def can_strike(self) -> bool:
         """Whether the links close and the rocker can reverse at the blow: kappa, e > 0."""
         kind, ratios = self.bar.kind, self.bar.ratios

@@ -25,7 +25,7 @@ import numpy as np
 from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
 from solvers.linkage.optimum.family import Family, Members
 from solvers.linkage.optimum.load_bounds import least_loads
-from solvers.linkage.optimum.member_quantities import allowed_scales, within
+from solvers.linkage.optimum.member_quantities import feasible_scales
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
@@ -121,11 +121,8 @@ class RangeBounds:
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
-        low, high = allowed_scales(self)
         angles = [end.transmission for end in self._ends]
-        return within(
-            self.subproblem, low * (1 - _SLACK), high * (1 + _SLACK), np.minimum(*angles), np.maximum(*angles)
-        )
+        return feasible_scales(self, np.minimum(*angles), np.maximum(*angles), _SLACK)
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits

@@ -38,15 +38,17 @@ def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, sla
             high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / quantities.radius)
         if subproblem.boxed and subproblem.room is not None:
             high = np.minimum(high, 1.0 / quantities.fit)
-    low, high = low * (1.0 - slack), high * (1.0 + slack)
-    met, fixed = np.full(low.shape, True), subproblem.fixed_scale
+    if slack:
+        low, high = low * (1.0 - slack), high * (1.0 + slack)
     if limits.transmission_angle is not None:
         least, greatest = limits.transmission_angle
         met = (widest >= least - 1e-12) & (narrowest <= greatest + 1e-12)
-    if fixed is not None:
-        met &= (low <= fixed * (1.0 + 1e-12)) & (fixed * (1.0 - 1e-12) <= high)
-        low = high = np.full_like(low, fixed)
-    return np.where(met, low, np.inf), np.where(met, high, -np.inf)
+        low, high = np.where(met, low, np.inf), np.where(met, high, -np.inf)
+    fixed = subproblem.fixed_scale
+    if fixed is None:
+        return low, high
+    met = (low <= fixed * (1.0 + 1e-12)) & (fixed * (1.0 - 1e-12) <= high)
+    return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
 
 
 @dataclass(frozen=True)

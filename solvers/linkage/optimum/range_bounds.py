@@ -99,9 +99,8 @@ class RangeBounds:
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
-        low, high = self._ends
-        middle, gain = self._middle, self.family.gain.value
-        return least_loads(low.coefficients, middle.coefficients, high.coefficients, middle.end, gain, which)
+        n, rows, gain = self.low.size, self._all.coefficients, self.family.gain.value
+        return least_loads(rows[:n], rows[2 * n :], rows[n : 2 * n], self._middle.end, gain, which)
 
     @cached_property
     def torque(self) -> Array:

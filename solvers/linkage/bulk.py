@@ -106,8 +106,8 @@ def check_family(
         radius[full] = _parallel(lambda part: enclosing_radii(swept[part]), full.size, threads) + joint_radius
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
-        lengths, bar.rotatable, bar.start, bar.end, most, bar.restitution, bar.swing, bar.mid_transmission, torque,
-        force, area, radius,
+        lengths, bar.rotatable, bar.start, bar.end, most, bar.restitution, bar.swing,
+        bar.middle_transmission_angle, torque, force, area, radius,
     )  # fmt: skip
 
 

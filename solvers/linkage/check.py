@@ -139,7 +139,7 @@ def _strike(
         restitution=made,
         mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
         impact_speed=scene.tool_speed(mechanism),
-        transmission_angle=float(bar.mid_transmission),
+        transmission_angle=float(bar.middle_transmission_angle),
         peaks=loads,
         greatest=max(row[4], bar.start, bar.end) if row else math.inf,
     )

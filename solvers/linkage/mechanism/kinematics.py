@@ -67,8 +67,8 @@ class FourBar:
         margin = np.maximum(self.kind.half_turn_margin(self.ratios), 0.0)
         return 2.0 * np.arctan2(np.sqrt(self.ratios.coupler), np.sqrt(margin))
 
-    @property
-    def mid_transmission(self) -> Number:
+    @cached_property
+    def middle_transmission_angle(self) -> Number:
         """nu(pi), the transmission angle in mid-cycle [rad]; pi if the crank does not rotate fully."""
         margin = np.maximum(self.kind.rotatability_margin(self.ratios), 0.0)
         return 2.0 * np.arctan2(self.ratios.base, np.sqrt(margin))
@@ -94,12 +94,6 @@ class FourBar:
         root = np.sqrt(base * coupler * rocker * c * c + margin * s * s)
         back = (rocker * kappa * c * c + margin * s * s) / (root - rocker * np.minimum(c, 0.0))
         return 2.0 * np.arctan2(numerator * s, np.where(c < 0, back, rocker * c + root))
-
-    def transmission_angle(self, phi: Array | float) -> Array:
-        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
-        s, c = half_angle(phi)
-        base, coupler, rocker, _, margin, _, _ = self.coefficients
-        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0)))
 
     def joints(self, phi: Array | float) -> tuple[Array, Array]:
         """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""

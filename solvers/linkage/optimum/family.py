@@ -104,7 +104,7 @@ class Family:
             lengths=lengths,
             end=(g + 1.0) / reach,
             swing=bar.swing,
-            transmission=bar.mid_transmission,
+            transmission=bar.middle_transmission_angle,
         )
 
     def margin_of_transmission(self, angle: float, otherwise: float) -> float:

@@ -18,7 +18,7 @@ from scipy.optimize import fsolve
 from bench.kernels import median_time
 from solvers import linkage
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
-from solvers.linkage.mechanism.kinematics import FourBar, coefficients, half_angle, of_family
+from solvers.linkage.mechanism.kinematics import FourBar, half_angle, of_family
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.swept_area.bounding_box import least_box
 from solvers.linkage.swept_area.outline import sweep
@@ -124,7 +124,7 @@ def curve_rows() -> list[Row]:
     bar, phi, truth = of_family(kind, RESTITUTION, RATIO), angles(), exact()
     s, c = half_angle(phi)
     many = np.linspace(2.0, 6.0, DESIGNS)
-    rows, out = coefficients(kind, kind.family(gain, many)), np.empty((2, DESIGNS, ANGLES))
+    rows, out = FourBar(kind, kind.family(gain, many)).coefficients, np.empty((2, DESIGNS, ANGLES))
     one, alone = bar.coefficients[None], np.empty((2, 1, ANGLES))
     transfer_and_rate(one, s, c, *alone)
     scale = np.abs(truth).max()

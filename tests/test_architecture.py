@@ -111,7 +111,7 @@ ROOMS = {
         "warnings", "check", "bulk", "verdict", "optimum", "design", "pareto_front",
     ),
     "solvers/crank": (
-        "motion", "masses", "gas", "scene", "problem", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
+        "motion", "masses", "gas", "scene", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
     ),
     "solvers/pin": (
         "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",

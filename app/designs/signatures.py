@@ -119,8 +119,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("impact-linkage", "design"): (
         ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i f"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
-        ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i f2"),
-        ("solvers.linkage.optimum.load_bounds.peak_places", "f2 f1 i"),
+        ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
         ("solvers.linkage.swept_area.bounding_box.least_boxes", "f2 f1 f1 f1 f f f f f"),
         ("solvers.linkage.swept_area.bounding_box.least_fits", "f2 f1 f1 f f f"),
         ("solvers.linkage.swept_area.enclosing_circle.enclosing_radii", "f2"),
@@ -141,6 +140,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
         ("solvers.crank.motion.slider_crank._postures", "f1 solvers.crank.motion.slider_crank.Frame"),
         ("solvers.crank.motion.slider_crank.displacements", "f1 solvers.crank.motion.slider_crank.Frame"),
-        ("solvers.crank.whole_cycle._whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
+        ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
     ),
 }

@@ -244,7 +244,7 @@ def linkage_scanned(
 
         def look(q: float, family: Family = family, kind: linkage.ChangePoint = kind) -> float:
             bar = family.member(q)
-            crank = problem.subproblem.fixed_scale / (float(bar.ratios.rocker) * bar.end)
+            crank = problem.fixed_scale / (float(bar.ratios.rocker) * bar.end)
             check = linkage.check(
                 scene, linkage.Mechanism(bar, crank, Closure(kind, 0.0, 0.0)), problem.limits,
                 demands=problem.demands(),

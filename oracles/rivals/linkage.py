@@ -41,7 +41,7 @@ def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
 
 def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale: float) -> Look:
     """Evaluate a member at a given size."""
-    scene = problem.subproblem.settled(scale, bar.end)
+    scene = problem.settled(scale, bar.end)
     mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.end), Closure(family.kind, 0.0, 0.0))
     found = linkage.check(scene, mechanism, problem.limits, _needed(problem), demands=problem.demands()).value
     kept = margins(problem.limits, found)
@@ -88,15 +88,14 @@ class Way:
 
 def ways(problem: linkage.LinkageProblem, scale: float) -> Iterator[Way]:
     """All types; ``scale`` is the answer's V [m], or the centre of the size range."""
-    subproblem = problem.subproblem
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
         low, high = (math.exp(end) for end in family.range)
         ends, sizes = (low / _BEYOND, high * _BEYOND), (scale / _SIZES, scale * _SIZES)
-        if subproblem.fixed_scale is not None:
-            yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), subproblem.fixed_scale))
-        elif subproblem.fixed_end is not None:
-            at = family.margin_where(lambda members: members.end, subproblem.fixed_end)
+        if problem.fixed_scale is not None:
+            yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), problem.fixed_scale))
+        elif problem.fixed_end is not None:
+            at = family.margin_where(lambda members: members.end, problem.fixed_end)
             if at is not None:
                 bar = family.member(at)
                 yield _way(family, (sizes,), lambda p, bar=bar: (bar, float(p[0])))
@@ -153,9 +152,9 @@ def _told(problem: linkage.LinkageProblem, way: Way, bar: FourBar, scale: float)
     """The answer's parameters."""
     kind, gain = way.family.kind, way.family.gain
     beyond = math.log(kind.beyond_least(gain, float(getattr(bar.ratios, _RATIO[kind.parameter]))))
-    if problem.subproblem.fixed_scale is not None:
+    if problem.fixed_scale is not None:
         return np.array([beyond])
-    return np.array([math.log(scale)] if problem.subproblem.fixed_end is not None else [beyond, math.log(scale)])
+    return np.array([math.log(scale)] if problem.fixed_end is not None else [beyond, math.log(scale)])
 
 
 _RATIO = {"lambda0": "base", "lambda2": "coupler"}

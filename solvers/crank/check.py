@@ -115,7 +115,7 @@ def analyse(
         curve = scene.pressure.unroll(scene.mechanism.motion_in_line, scene.cylinder)
     cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
-    found = whole_cycle(cycle, engine, tolerance)
+    found = whole_cycle(cycle.machine, curve.unrolled, cycle.sharp_angles, np.array(engine.phases), tolerance)
     torque_mean, swing = found.shaft.whole / scene.cylinder.period, speed_swing(cycle, engine, found.shaft)
     value = CrankDynamics(
         cycle=cycle,

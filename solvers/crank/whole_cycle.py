@@ -9,13 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.crank.cycle.forces import LONGEST_PIECE, Cycle, Machine
+from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
 from solvers.crank.cycle.group import together
-from solvers.crank.cycle.worst_instants import BRIX, TORQUE, Greatest, climbed, sampled
+from solvers.crank.cycle.worst_instants import BRIX, LOADS, OF_THE_ROD, TORQUE, Greatest, climbed, sampled
 from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
-from solvers.crank.problem import LOADS, OF_THE_ROD
-from solvers.crank.scene import Engine
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -26,7 +24,7 @@ _CROSSING_TOLERANCE = 1e-2
 class WholeCycle(NamedTuple):
     """Results of a cycle.
 
-    The ``loads`` of one cylinder (``problem.LOADS``), the effect on the shaft, the maximum relative error, and the
+    The loads of one cylinder (``worst_instants.LOADS``), the effect on the shaft, the maximum relative error, and the
     number of pieces evaluated.
     """
 
@@ -36,15 +34,12 @@ class WholeCycle(NamedTuple):
     pieces: int
 
 
-def whole_cycle(cycle: Cycle, engine: Engine, tolerance: float) -> WholeCycle:
-    """Analyse a cycle of one cylinder and of the ``engine``'s together, to the relative ``tolerance``."""
-    return _whole_cycle(
-        cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, np.array(engine.phases), tolerance
-    )  # fmt: skip
-
-
 @kernel
-def _whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
+def whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
+    """Analyse one cylinder, and those with these ``phases`` [rad] together, to the relative ``tolerance``.
+
+    ``sharp``: angles [rad] at which pieces are divided (``Cycle.sharp_angles``).
+    """
     gas, single = refined(curve, sharp, LONGEST_PIECE), phases.size == 1
     group = together(gas, np.zeros(1))
     places, samples = sampled(machine, gas, group, 0, BRIX if single else TORQUE)

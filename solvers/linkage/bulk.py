@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import Case, check_case, ratio_results
+from solvers.linkage.check import Case, check_case, peak_rows
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
-from solvers.linkage.mechanism.kinematics import coefficients, swing
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.swept_area.bounding_box import least_boxes
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
@@ -35,9 +35,9 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInp
     """
     cases = list(cases)
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case, own in zip(cases, ratio_results([case.mechanism for case in cases]), strict=True):
+    for case, row in zip(cases, peak_rows([case.mechanism for case in cases]), strict=True):
         try:
-            found.append(check_case(case, own))
+            found.append(check_case(case, row))
         except InvalidInput as refusal:
             found.append(refusal)
     return found
@@ -84,22 +84,17 @@ def check_family(
         for values in np.broadcast_arrays(*(np.atleast_1d(v) for v in (restitution, parameter, crank, energy)))
     )
     require(bool(np.all(parameter > 1e-6)), f"ratios.{kind.parameter}", "must be positive", "(0, inf)")
-    ratios = _ratios(kind, restitution, parameter)
-    rows = coefficients(kind, ratios)
-    gain = np.sqrt(rows[:, 0] * rows[:, 1] / rows[:, 2])
-    less = rows[:, 5] / rows[:, 2] / (gain + 1.0)
-    reach = np.asarray(kind.pin_to_pivot(ratios), dtype=float)
+    bar = FourBar(kind, _ratios(kind, restitution, parameter))
+    reach = np.asarray(kind.pin_to_pivot(bar.ratios))
     require(bool(np.all(reach > 0.0)), f"ratios.{kind.parameter}", "gives no mechanism of this type", "above g²")
-    start, end, turned = less / reach, (gain + 1.0) / reach, swing(kind, ratios)
-    rotatable, none = rows[:, 4] >= 0.0, np.full(parameter.size, np.nan)
-    full = np.flatnonzero(rotatable)
-    own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(end[full])
+    rows, none, full = bar.coefficients, np.full(parameter.size, np.nan), np.flatnonzero(bar.rotatable)
+    own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(bar.end[full])
     loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3, SHARP), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
-    most[full] = np.maximum(loads[:, 4], np.maximum(start, end)[full])
+    most[full] = np.maximum(loads[:, 4], np.maximum(bar.start, bar.end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
     if joint_radius is not None:
-        swept = np.ascontiguousarray(outlines(kind, ratios, crank, turned)[full])
+        swept = np.ascontiguousarray(outlines(kind, bar.ratios, crank, bar.swing)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
         area[full] = _parallel(
             lambda part: least_boxes(
@@ -109,11 +104,11 @@ def check_family(
             threads,
         )
         radius[full] = _parallel(lambda part: enclosing_radii(swept[part]), full.size, threads) + joint_radius
-    middle = 2.0 * np.arctan2(rows[:, 0], np.sqrt(np.maximum(rows[:, 4], 0.0)))
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
-        lengths, rotatable, start, end, most, less / (gain + 1.0), turned, middle, torque, force, area, radius
-    )
+        lengths, bar.rotatable, bar.start, bar.end, most, bar.restitution, bar.swing,
+        bar.middle_transmission_angle, torque, force, area, radius,
+    )  # fmt: skip
 
 
 def _parallel(solve: Callable[[slice], Array], count: int, threads: int) -> Array:

@@ -6,6 +6,7 @@ import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import compress
 
 import numpy as np
 
@@ -81,40 +82,27 @@ class Case:
 
     def alone(self) -> Outcome[LinkageCheck]:
         """Evaluate this case by ``check``."""
-        return check_case(self, ratio_results([self.mechanism])[0])
+        return check_case(self, peak_rows([self.mechanism])[0])
 
 
-@dataclass(frozen=True)
-class RatioResults:
-    """Results that depend on the ratios only: whether the mechanism can strike, whether its crank rotates fully, and if
-    both, the row of ``unit_peaks`` and the maximum |u31| over the cycle."""
-
-    strikes: bool
-    rotatable: bool
-    peaks: tuple[float, ...] | None = None
-    greatest: float = math.inf
-
-
-def ratio_results(mechanisms: Sequence[Mechanism]) -> list[RatioResults]:
-    """Results of many mechanisms, in one call of each kernel."""
-    found = [RatioResults(mechanism.can_strike, mechanism.rotatable) for mechanism in mechanisms]
-    full = [i for i, results in enumerate(found) if results.strikes and results.rotatable]
-    if full:
-        bars = [mechanisms[i].bar for i in full]
-        rows, ends = np.stack([bar.coefficients for bar in bars]), np.array([bar.end for bar in bars])
-        peaks = unit_peaks(rows, ends, TORQUE, 3, SHARP).tolist()
-        for i, bar, row in zip(full, bars, peaks, strict=True):
-            found[i] = RatioResults(True, True, tuple(row), max(row[4], bar.start, bar.end))
-    return found
+def peak_rows(mechanisms: Sequence[Mechanism]) -> list[tuple[float, ...] | None]:
+    """Rows of ``unit_peaks``, in one call for all mechanisms; None for one that cannot strike or rotate fully."""
+    striking = [mechanism.can_strike and mechanism.rotatable for mechanism in mechanisms]
+    bars = [mechanism.bar for mechanism in compress(mechanisms, striking)]
+    rows = iter(())
+    if bars:
+        ends = np.array([bar.end for bar in bars])
+        rows = map(tuple, unit_peaks(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3, SHARP).tolist())
+    return [next(rows) if strikes else None for strikes in striking]
 
 
-def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
-    """``check`` of a case whose mechanism has these ratio results."""
+def check_case(case: Case, row: tuple[float, ...] | None) -> Outcome[LinkageCheck]:
+    """``check`` of a case whose mechanism has this row of peaks (``peak_rows``)."""
     started = time.perf_counter()
     require_accuracy(case.accuracy)
     scene, mechanism = case.scene, case.mechanism
-    loads = peaks_of(own.peaks, mechanism.crank, scene.impact_energy) if own.peaks else None
-    situation = Situation(scene, mechanism, case.limits, case.accuracy, own.strikes, loads)
+    loads = peaks_of(row, mechanism.crank, scene.impact_energy) if row else None
+    situation = Situation(scene, mechanism, case.limits, case.accuracy, loads)
     choice = choose_for(situation, case.effects, case.effect_tolerance, case.demands)
     brought = compose(choice, situation)
     confined, closure = mechanism.confined, mechanism.closure
@@ -123,17 +111,11 @@ def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
         settings["steps"] = brought.running.steps
     value = LinkageCheck(
         mechanism=mechanism,
-        rotatable=own.rotatable,
+        rotatable=mechanism.rotatable,
         confined=confined,
-        strike=_strike(scene, mechanism, loads, confined, own.greatest) if own.strikes else None,
-        box=brought.box,
-        enclosing_radius=brought.enclosing_radius,
+        strike=_strike(scene, mechanism, loads, confined, row) if mechanism.can_strike else None,
         window=None if closure.closes else window(mechanism.bar, closure.surplus),
-        restitution_error=brought.restitution_error,
-        tolerance_window=brought.tolerance_window,
-        coupler_peak=brought.coupler_peak,
-        running=brought.running,
-        warnings=brought.warnings,
+        **vars(brought),
     )
     return Outcome(
         status=Status.SUCCEEDED,
@@ -144,7 +126,9 @@ def check_case(case: Case, own: RatioResults) -> Outcome[LinkageCheck]:
     )
 
 
-def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, greatest: float) -> Strike:
+def _strike(
+    scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, row: tuple[float, ...] | None
+) -> Strike:
     bar = mechanism.bar
     made = bar.restitution
     return Strike(
@@ -155,7 +139,7 @@ def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: f
         restitution=made,
         mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
         impact_speed=scene.tool_speed(mechanism),
-        transmission_angle=bar.middle_transmission_angle,
+        transmission_angle=float(bar.middle_transmission_angle),
         peaks=loads,
-        greatest=greatest if confined is None else math.inf,
+        greatest=max(row[4], bar.start, bar.end) if row else math.inf,
     )

@@ -67,14 +67,13 @@ def design(
     require_accuracy(accuracy)
     gap = max(accuracy, LEAST_GAP)
     refuse_endless(problem)
-    subproblem, gain = problem.subproblem, problem.scene.restitution.gain
-    families = [Family(kind, gain) for kind in problem.kinds]
-    found = list(zip(families, search_all(subproblem, families, gap), strict=True))
+    families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
+    found = list(zip(families, search_all(problem, families, gap), strict=True))
     feasible = [(family, proven) for family, proven in found if proven.q is not None]
     settings: dict[str, float | int | str] = {"gap": gap}
     if not feasible:
         nominal = Mechanism(found[0][0].member(0.0), 1.0, Closure(problem.kinds[0], 0.0, 0.0))
-        situation = Situation(problem.scene, nominal, problem.limits, accuracy, False, None)
+        situation = Situation(problem.scene, nominal, problem.limits, accuracy, None)
         choice = choose_for(situation, effects, effect_tolerance, problem.demands())
         return Outcome(
             Status.INFEASIBLE,
@@ -87,7 +86,7 @@ def design(
         )
     family, best = min(feasible, key=lambda pair: pair[1].cost)
     mechanism = _mechanism(family, best)
-    scene = subproblem.settled(best.scale, mechanism.bar.end)
+    scene = problem.settled(best.scale, mechanism.bar.end)
     outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
     value = problem.objective.value(best.cost)
     # The checked value may differ from the one used in the search: the bound is relaxed by the difference.

@@ -18,9 +18,10 @@ from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
+from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
-from solvers.linkage.steady_state.periodic_solution import Running, steady_running
-from solvers.linkage.swept_area.bounding_box import Box, least_box
+from solvers.linkage.steady_state.periodic_solution import steady_running
+from solvers.linkage.swept_area.bounding_box import least_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
 
@@ -36,30 +37,14 @@ _STEPS_SHARE = 0.1
 class Situation:
     """A scene with its mechanism: the input of the bounds and the effects.
 
-    ``strikes`` states whether the mechanism can strike; ``peaks`` is set if its crank also rotates fully.
+    ``peaks`` is set if the mechanism can strike and its crank rotates fully.
     """
 
     scene: Scene
     mechanism: Mechanism
     limits: Limits
     accuracy: float
-    strikes: bool
     peaks: Peaks | None
-
-
-@dataclass(frozen=True)
-class EffectResults:
-    """Results of the active effects, SI units, None for inactive ones; their maximum relative error; messages for the
-    user."""
-
-    box: Box | None = None
-    enclosing_radius: float | None = None
-    running: Running | None = None
-    coupler_peak: float | None = None
-    restitution_error: float | None = None
-    tolerance_window: Window | None = None
-    error: float = 0.0
-    warnings: tuple[str, ...] = ()
 
 
 class LinkageEffect(Protocol):
@@ -132,7 +117,7 @@ class CouplerElasticity:
         return 1.0 if peaks is None or peaks.force == 0 else self._peak(situation) / peaks.force
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        return replace(results, coupler_peak=self._peak(situation)) if situation.strikes else results
+        return replace(results, coupler_peak=self._peak(situation)) if situation.mechanism.can_strike else results
 
     def _peak(self, situation: Situation) -> float:
         scene = situation.scene
@@ -152,7 +137,7 @@ class LengthTolerances:
         return max(self._restitution_error(situation), self._window(situation).angle)
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        if not situation.strikes:
+        if not situation.mechanism.can_strike:
             return results
         error, missed = self._restitution_error(situation), self._window(situation)
         return replace(results, restitution_error=error, tolerance_window=missed)

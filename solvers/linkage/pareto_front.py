@@ -43,16 +43,12 @@ class FrontPoint:
     check: LinkageCheck
 
 
-def _no_callback() -> None:
-    pass
-
-
 def front(
     problem: LinkageProblem,
     against: str,
     points: int,
     accuracy: float = 1e-4,
-    solved: Callable[[], None] = _no_callback,
+    solved: Callable[[], None] = lambda: None,
 ) -> tuple[FrontPoint, ...]:
     """The front of the problem's objective against another quantity, by increasing values of that quantity.
 

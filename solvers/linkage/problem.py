@@ -8,7 +8,7 @@ If the speed or the frequency is the objective, both are free.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar, Protocol
 
 from solvers.effects import Demand
@@ -35,10 +35,7 @@ class Limits:
     @property
     def sides(self) -> tuple[float, float]:
         """Width and height, inf if not limited."""
-        return (
-            math.inf if self.width is None else self.width,
-            math.inf if self.height is None else self.height,
-        )
+        return tuple(math.inf if side is None else side for side in (self.width, self.height))
 
     @property
     def sized(self) -> bool:
@@ -219,7 +216,7 @@ class Subproblem:
     scene: Scene
     limits: Limits
     objective: Objective
-    boxed: bool = True
+    boxed: bool = field(default=True, kw_only=True)
     """Whether width and height are limits, or only the reference of the fit."""
 
     @property
@@ -253,17 +250,14 @@ class Subproblem:
 
 
 @dataclass(frozen=True)
-class LinkageProblem:
-    """A scene, its limits, the allowed kinds, and the objective."""
+class LinkageProblem(Subproblem):
+    """A scene, its limits, the objective, and the allowed kinds."""
 
-    scene: Scene
-    limits: Limits
-    objective: Objective
     kinds: tuple[ChangePoint, ...] = tuple(KINDS.values())
 
     def __post_init__(self) -> None:
         require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
-        free = self.subproblem.fixed_scale is None
+        free = self.fixed_scale is None
         if free and self.objective.grows and not self.limits.sized:
             raise InvalidInput(
                 "limits", f"the larger the mechanism the better its {self.objective.name}", "a limit on its size"
@@ -272,10 +266,6 @@ class LinkageProblem:
             raise InvalidInput(
                 "limits.min_link", "nothing keeps the mechanism from vanishing", "a least link length above 0"
             )
-
-    @property
-    def subproblem(self) -> Subproblem:
-        return Subproblem(self.scene, self.limits, self.objective)
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects required by limits and objective."""

@@ -58,23 +58,30 @@ class Strike:
 
 
 @dataclass(frozen=True)
-class LinkageCheck:
+class EffectResults:
+    """Results of the active effects, SI units, None for inactive ones; their maximum relative error; messages for the
+    user."""
+
+    box: Box | None = None
+    enclosing_radius: float | None = None
+    running: Running | None = None
+    coupler_peak: float | None = None
+    restitution_error: float | None = None
+    tolerance_window: Window | None = None
+    error: float = 0.0
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class LinkageCheck(EffectResults):
     """The results of a check, SI units; None if a result does not exist.
 
     ``strike`` is None for lengths that do not close and for motions that cannot strike; ``confined`` is the maximum
-    crank angle [rad] on either side of the blow if the crank does not rotate fully. The box, the circle and the fields
-    after ``window`` exist only if the corresponding effect is active.
+    crank angle [rad] on either side of the blow if the crank does not rotate fully.
     """
 
     mechanism: Mechanism
     rotatable: bool
     confined: float | None
     strike: Strike | None
-    box: Box | None
-    enclosing_radius: float | None
     window: Window | None
-    restitution_error: float | None
-    tolerance_window: Window | None
-    coupler_peak: float | None
-    running: Running | None
-    warnings: tuple[str, ...]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import mpmath as mp
 
-from solvers.references.searching import Number
+from solvers.references.searching import Number, golden_section, greatest, unwatched
 
 DIGITS = 120
 _ROUNDS = 45
@@ -62,14 +62,10 @@ def transfer(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp
     return (-by * dx + bx * dy) / (-ry * dx + rx * dy)
 
 
-def _no_watch() -> None:
-    pass
-
-
 class Mechanism:
     """A change-point mechanism with unit crank and unit energy, designed for R_k = R."""
 
-    def __init__(self, kind, restitution, parameter, watch=_no_watch):
+    def __init__(self, kind, restitution, parameter, watch=unwatched):
         self.watch = watch
         self.kind, self.parameter = kind, parameter
         self.links = ratios(kind, restitution, parameter)
@@ -121,31 +117,6 @@ class Mechanism:
     def area(self, alpha, pad=0):
         """Area of the box along a direction, with ``pad`` on every side."""
         return (self.extent(alpha) + 2 * pad) * (self.extent(alpha + mp.pi / 2) + 2 * pad)
-
-
-def golden_section(f, low, high, rounds):
-    """Maximum of a unimodal f in an interval: (place, value), by golden section."""
-    golden = (mp.sqrt(5) - 1) / 2
-    a, b = high - golden * (high - low), low + golden * (high - low)
-    fa, fb = f(a), f(b)
-    for _ in range(rounds):
-        if fa >= fb:
-            high, b, fb = b, a, fa
-            a = high - golden * (high - low)
-            fa = f(a)
-        else:
-            low, a, fa = a, b, fb
-            b = low + golden * (high - low)
-            fb = f(b)
-    return (a, fa) if fa >= fb else (b, fb)
-
-
-def greatest(f, places, rounds):
-    values = [f(x) for x in places]
-    top = values.index(max(values))
-    best = (places[top], values[top])
-    found = golden_section(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
-    return max(best, found, key=lambda pair: pair[1])
 
 
 def places_over_the_cycle():

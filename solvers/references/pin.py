@@ -12,7 +12,7 @@ from typing import Any
 
 import mpmath as mp
 
-from solvers.references.searching import Number, gauss
+from solvers.references.searching import Number, gauss, greatest, unwatched
 
 Case = Mapping[str, Any]
 """SI units: what ``INPUTS`` names, elastic_modulus, poisson, density, allowable_shear or None, criterion, min_wall."""
@@ -23,14 +23,10 @@ DIGITS = 34
 _QUICK, _CHECKED = 12, 18
 
 
-def _no_watch() -> None:
-    pass
-
-
 class Pin:
     """A case in the current precision."""
 
-    def __init__(self, case: Case, watch: Callable[[], None] = _no_watch) -> None:
+    def __init__(self, case: Case, watch: Callable[[], None] = unwatched) -> None:
         self.D, self.a, self.b, self.gap, self.P, self.sigma = (mp.mpf(case[name]) for name in INPUTS)
         self.watch = watch
         self.E, self.nu, self.rho = (mp.mpf(case[n]) for n in ("elastic_modulus", "poisson", "density"))
@@ -122,24 +118,12 @@ class Pin:
         return max(demand(mp.mpf(0)) for demand in self.demands(x))
 
     def weakest(self):
-        """(place, utilisation) of the solid pin's worst section, by golden section on every interval."""
+        """(place, utilisation) of the solid pin's worst section, the greatest of all intervals."""
         self.watch()
-        best = (mp.mpf(0), self.use_of_solid(mp.mpf(0)))
-        edges = self.load_edges()
-        golden = (mp.sqrt(5) - 1) / 2
-        for low, high in pairwise(edges):
-            grid = [low + (high - low) * i / 40 for i in range(41)]
-            top = max(range(41), key=lambda i: self.use_of_solid(grid[i]))
-            left, right = grid[max(top - 1, 0)], grid[min(top + 1, 40)]
-            for _ in range(130):
-                p, q = right - golden * (right - left), left + golden * (right - left)
-                if self.use_of_solid(p) >= self.use_of_solid(q):
-                    right = q
-                else:
-                    left = p
-            for x in (left, right, low, high):
-                best = max(best, (x, self.use_of_solid(x)), key=lambda pair: pair[1])
-        return best
+        found = []
+        for low, high in pairwise(self.load_edges()):
+            found.append(greatest(self.use_of_solid, [low + (high - low) * i / 40 for i in range(41)], 130))
+        return max(found, key=lambda pair: pair[1])
 
     def pieces(self):
         """Interval edges of one half: loads, changes of the governing demand, refinement at the weakest section."""
@@ -214,18 +198,9 @@ class Pin:
         return self.deflection(lambda _: mp.mpf(0), places)
 
     def thickest(self, edges):
-        """Position of the thickest wall: edges, and golden section around the best grid points."""
+        """Position of the thickest wall between these edges."""
         grid = sorted({low + (high - low) * i / 8 for low, high in pairwise(edges) for i in range(9)})
-        top = max(range(len(grid)), key=lambda i: self.wall(grid[i]))
-        left, right = grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)]
-        golden = (mp.sqrt(5) - 1) / 2
-        for _ in range(90):
-            p, q = right - golden * (right - left), left + golden * (right - left)
-            if self.wall(p) >= self.wall(q):
-                right = q
-            else:
-                left = p
-        return max([grid[top], left, right], key=self.wall)
+        return greatest(self.wall, grid, 90)[0]
 
 
 Found = dict[str, tuple[Number | None, float]]

@@ -10,6 +10,7 @@ from typing import Any
 
 import mpmath as mp
 
+from solvers.references.monotone_cubic import Cubic
 from solvers.references.searching import Number, zero
 
 Case = Mapping[str, Any]
@@ -63,32 +64,14 @@ def critical_coupling(l, rod_length):
 
 
 def pchip(angle, values):
-    """The periodic monotone cubic of F. N. Fritsch and J. Butland (1984)."""
-    n, turn = len(angle), 2 * mp.pi
-    width = [(angle[(i + 1) % n] - angle[i]) + (turn if i == n - 1 else 0) for i in range(n)]
-    rise = [(values[(i + 1) % n] - values[i]) / width[i] for i in range(n)]
-    slope = []
-    for i in range(n):
-        before, after = rise[i - 1], rise[i]
-        if before * after <= 0:
-            slope.append(mp.mpf(0))
-            continue
-        w1, w2 = 2 * width[i] + width[i - 1], width[i] + 2 * width[i - 1]
-        slope.append((w1 + w2) / (w1 / before + w2 / after))
+    """The periodic monotone cubic over a turn, and its mean."""
+    turn = 2 * mp.pi
+    curve = Cubic([*angle, angle[0] + turn], [*values, values[0]], closed=True)
 
     def value(phi):
-        at = angle[0] + mp.fmod(mp.fmod(phi - angle[0], turn) + turn, turn)
-        i = max(j for j in range(n) if angle[j] <= at)
-        t = (at - angle[i]) / width[i]
-        m0, m1 = slope[i] * width[i], slope[(i + 1) % n] * width[i]
-        return ((1 + 2 * t) * (1 - t) ** 2 * values[i] + t * (1 - t) ** 2 * m0
-                + t**2 * (3 - 2 * t) * values[(i + 1) % n] + t**2 * (t - 1) * m1)  # fmt: skip
+        return curve.at(angle[0] + mp.fmod(mp.fmod(phi - angle[0], turn) + turn, turn))[0]
 
-    mean = mp.fsum(
-        w * (values[i] + values[(i + 1) % n]) / 2 + w**2 * (slope[i] - slope[(i + 1) % n]) / 12
-        for i, w in enumerate(width)
-    )
-    return value, mean / turn
+    return value, curve.area[-1] / turn
 
 
 class Machine:

@@ -13,6 +13,10 @@ Number = Any
 Function = Callable[[Number], Number]
 
 
+def unwatched() -> None:
+    """Watch nothing: the default of what is called between steps, which may raise to stop a long calculation."""
+
+
 def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tuple[Number, Number]:
     """(place, maximum) of f in (a, b) from an interior point m, by golden section and parabolas.
 
@@ -60,6 +64,31 @@ def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]
     if abs(fall) > mp.mpf(10) ** -25 * abs(fx):
         x, fx = brent(f, max(x - 4 * near, a), x, min(x + 4 * near, b), width * mp.mpf(10) ** -34)
     return x, fx
+
+
+def golden_section(f: Function, low: Number, high: Number, rounds: int) -> tuple[Number, Number]:
+    """(place, maximum) of a unimodal f in an interval."""
+    golden = (mp.sqrt(5) - 1) / 2
+    a, b = high - golden * (high - low), low + golden * (high - low)
+    fa, fb = f(a), f(b)
+    for _ in range(rounds):
+        if fa >= fb:
+            high, b, fb = b, a, fa
+            a = high - golden * (high - low)
+            fa = f(a)
+        else:
+            low, a, fa = a, b, fb
+            b = low + golden * (high - low)
+            fb = f(b)
+    return (a, fa) if fa >= fb else (b, fb)
+
+
+def greatest(f: Function, places: Sequence[Number], rounds: int) -> tuple[Number, Number]:
+    """(place, maximum) of f: the greatest of these ascending places, and golden section between its neighbours."""
+    values = [f(x) for x in places]
+    top = values.index(max(values))
+    found = golden_section(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
+    return max((places[top], values[top]), found, key=lambda pair: pair[1])
 
 
 def zero(f: Function, low: Number, high: Number) -> Number:

@@ -14,7 +14,8 @@ from pathlib import Path
 
 import mpmath as mp
 
-from solvers.references.linkage import SIGNS, Mechanism, golden_section, greatest, least_area, places_over_the_cycle
+from solvers.references.linkage import SIGNS, Mechanism, least_area, places_over_the_cycle
+from solvers.references.searching import golden_section, greatest
 
 HERE = Path(__file__).parent
 DIGITS, SHOWN = 240, 30

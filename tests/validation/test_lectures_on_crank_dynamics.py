@@ -18,11 +18,10 @@ from solvers.crank.motion import in_line as kinematics
 def test_greatest_errors_of_the_two_harmonic_forms(ratio, displacement, acceleration):
     """In per cent of r and of r omega^2 (1 + lambda)."""
     r, length, angle = 0.04, 0.04 / ratio, np.linspace(0, math.pi, 20001)
-    moved = kinematics.brix_displacement(angle, r, length) - kinematics.displacement(angle, r, length)
+    motion = crank.ExactMotion(r, length)
+    moved = kinematics.brix_displacement(angle, r, length) - motion.displacement(angle)
     assert f"{100 * np.max(np.abs(moved)) / r:.2f}" == displacement
-    hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - kinematics.acceleration(
-        angle, r, length, 1.0
-    )
+    hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - motion.posture(angle).acceleration
     digits = len(acceleration.split(".")[1])
     assert f"{100 * np.max(np.abs(hastened)) / (r * (1 + ratio)):.{digits}f}" == acceleration
 

@@ -26,7 +26,7 @@ from app.designs.pictures.chart import (
     around,
     noted,
 )
-from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion.in_line import brix_displacement, two_harmonic_acceleration
 from solvers.crank.motion.slider_crank import ExactMotion
 
 
@@ -160,8 +160,9 @@ def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
     mechanism = run["spec"]["mechanism"]
     r, length = mechanism["crank_radius_mm"], mechanism["rod_length_mm"]
     phi = np.radians(angles)
-    moved = (kinematics.brix_displacement(phi, r, length) - kinematics.displacement(phi, r, length)) / r
-    hastened = kinematics.two_harmonic_acceleration(phi, r, length, 1.0) - kinematics.acceleration(phi, r, length, 1.0)
+    motion = ExactMotion(r, length)
+    moved = (brix_displacement(phi, r, length) - motion.displacement(phi)) / r
+    hastened = two_harmonic_acceleration(phi, r, length, 1.0) - motion.posture(phi).acceleration
     columns = [
         (noted("displacement"), BLUE, (100.0 * moved).tolist()),
         (noted("acceleration"), GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),

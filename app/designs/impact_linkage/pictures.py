@@ -10,7 +10,8 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, S
 from app.designs.schema import MILLI
 from solvers.linkage import KINDS
 from solvers.linkage.loads.torque_and_pin_force import series
-from solvers.linkage.mechanism.kinematics import FourBar, of_lengths
+from solvers.linkage.mechanism.change_point import plain_ratios
+from solvers.linkage.mechanism.kinematics import FourBar
 
 _CYCLE = Degrees(0.0, 360.0)
 _CLIP = 4.0
@@ -20,7 +21,7 @@ _CLIP = 4.0
 def bar_of(result: dict[str, Any]) -> FourBar:
     """The mechanism of a run's result, to plotting precision."""
     ratios = result["ratios"]
-    return of_lengths(KINDS[result["type"]], ratios["lambda0"], ratios["lambda2"], ratios["lambda3"])
+    return FourBar(KINDS[result["type"]], plain_ratios(ratios["lambda0"], ratios["lambda2"], ratios["lambda3"]))
 
 
 def has_transfer(run: dict[str, Any]) -> bool:

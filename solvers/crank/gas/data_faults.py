@@ -57,11 +57,10 @@ def _first(condition: Array) -> int | None:
     return int(found[0]) if found.size else None
 
 
-@dataclass(frozen=True)
 class Radians:
-    reason: str = "the angles span 2 pi or 4 pi degrees: they look like radians"
-    allowed: str = "degrees over the whole cycle"
-    repair: str = "angles taken as radians"
+    reason = "the angles span 2 pi or 4 pi degrees: they look like radians"
+    allowed = "degrees over the whole cycle"
+    repair = "angles taken as radians"
 
     def find(self, points: Points) -> int | None:
         reach = np.ptp(points.x) / _DEGREE
@@ -71,13 +70,12 @@ class Radians:
         return replace(points, x=points.x / _DEGREE)
 
 
-@dataclass(frozen=True)
 class Relabelled:
     """The second turn of a four-stroke cycle restarts at zero."""
 
-    reason: str = "the angle starts again: the second turn of the cycle is labelled like the first"
-    allowed: str = "rising angles over two turns"
-    repair: str = "a turn added to the angles from this point on"
+    reason = "the angle starts again: the second turn of the cycle is labelled like the first"
+    allowed = "rising angles over two turns"
+    repair = "a turn added to the angles from this point on"
 
     def find(self, points: Points) -> int | None:
         falls = np.flatnonzero(np.diff(points.x) < 0)
@@ -90,13 +88,12 @@ class Relabelled:
         return replace(points, x=points.x + np.where(np.arange(points.x.size) >= start, TURN, 0.0))
 
 
-@dataclass(frozen=True)
 class Squeezed:
     """Two turns labelled as one."""
 
-    reason: str = "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data"
-    allowed: str = "angles over two turns, or strokes 2"
-    repair: str = "all angles doubled"
+    reason = "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data"
+    allowed = "angles over two turns, or strokes 2"
+    repair = "all angles doubled"
 
     def find(self, points: Points) -> int | None:
         short = points.span > 1.5 * TURN and 0.8 * TURN <= np.ptp(points.x) <= 1.001 * TURN
@@ -106,11 +103,10 @@ class Squeezed:
         return replace(points, x=points.x[0] + 2.0 * (points.x - points.x[0]))
 
 
-@dataclass(frozen=True)
 class Unsorted:
-    reason: str = "does not follow the point before it"
-    allowed: str = "points in order"
-    repair: str = "points sorted"
+    reason = "does not follow the point before it"
+    allowed = "points in order"
+    repair = "points sorted"
 
     def find(self, points: Points) -> int | None:
         found = _first(np.diff(points.x) < 0)
@@ -120,13 +116,12 @@ class Unsorted:
         return points.taking(np.argsort(points.x, kind="stable"))
 
 
-@dataclass(frozen=True)
-class NotMonotone:
+class NotMonotone(Unsorted):
     """The volume is not monotone along a stroke."""
 
-    reason: str = "the volume turns back within the stroke"
-    allowed: str = "volumes that only rise or only fall"
-    repair: str = "points sorted by volume"
+    reason = "the volume turns back within the stroke"
+    allowed = "volumes that only rise or only fall"
+    repair = "points sorted by volume"
 
     def find(self, points: Points) -> int | None:
         steps = np.diff(points.x)
@@ -134,15 +129,11 @@ class NotMonotone:
         found = _first(steps < 0 if rising else steps > 0)
         return None if found is None else found + 1
 
-    def mend(self, points: Points) -> Points:
-        return points.taking(np.argsort(points.x, kind="stable"))
 
-
-@dataclass(frozen=True)
 class Repeated:
-    reason: str = "repeats an earlier point"
-    allowed: str = "one pressure for each place"
-    repair: str = "repeated points replaced by their mean"
+    reason = "repeats an earlier point"
+    allowed = "one pressure for each place"
+    repair = "repeated points replaced by their mean"
 
     def find(self, points: Points) -> int | None:
         found = _first(np.abs(np.diff(points.x)) <= 1e-12 * points.span)
@@ -151,16 +142,15 @@ class Repeated:
     def mend(self, points: Points) -> Points:
         order = np.argsort(points.x, kind="stable")
         x, pressure = points.x[order], points.pressure[order]
-        group = np.concatenate([[0], np.cumsum(np.diff(x) > 1e-12 * points.span)])
-        first = np.concatenate([[True], np.diff(group) > 0])
+        first = np.diff(x, prepend=-np.inf) > 1e-12 * points.span
+        group = np.cumsum(first) - 1
         return replace(points, x=x[first], pressure=np.bincount(group, pressure) / np.bincount(group))
 
 
-@dataclass(frozen=True)
 class NotClosed:
-    reason: str = "lies one cycle after the first point, with another pressure: the cycle is not closed"
-    allowed: str = "the first point's pressure, or no such point"
-    repair: str = "first and last point replaced by their mean"
+    reason = "lies one cycle after the first point, with another pressure: the cycle is not closed"
+    allowed = "the first point's pressure, or no such point"
+    repair = "first and last point replaced by their mean"
 
     def find(self, points: Points) -> int | None:
         apart = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
@@ -173,11 +163,10 @@ class NotClosed:
         return replace(points, pressure=closed)
 
 
-@dataclass(frozen=True)
 class TooLong:
-    reason: str = "lies more than one cycle after the first"
-    allowed: str = "one cycle: one turn for two strokes, two turns for four"
-    repair: str = "points beyond one cycle left out"
+    reason = "lies more than one cycle after the first"
+    allowed = "one cycle: one turn for two strokes, two turns for four"
+    repair = "points beyond one cycle left out"
 
     def find(self, points: Points) -> int | None:
         return _first(points.x - points.x[0] > points.span * (1.0 + 1e-9))
@@ -186,13 +175,12 @@ class TooLong:
         return points.taking(points.x - points.x[0] <= points.span * (1.0 + 1e-9))
 
 
-@dataclass(frozen=True)
 class Gaping:
     """More than half a cycle without a point, which cannot be interpolated or repaired."""
 
-    reason: str = "more than half of the cycle after this point holds no other"
-    allowed: str = "points all over the cycle"
-    repair: str = ""
+    reason = "more than half of the cycle after this point holds no other"
+    allowed = "points all over the cycle"
+    repair = ""
 
     def find(self, points: Points) -> int | None:
         return _first(np.diff(np.append(points.x, points.x[0] + points.span)) > 0.5 * points.span)
@@ -201,11 +189,10 @@ class Gaping:
         return points
 
 
-@dataclass(frozen=True)
 class Outside:
-    reason: str = "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)"
-    allowed: str = "between the clearance volume and it plus the swept volume"
-    repair: str = "points outside the cylinder's volumes left out"
+    reason = "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)"
+    allowed = "between the clearance volume and it plus the swept volume"
+    repair = "points outside the cylinder's volumes left out"
 
     def _beyond(self, points: Points) -> Array:
         room = END_GAP * points.span
@@ -218,27 +205,26 @@ class Outside:
         return points.taking(~self._beyond(points))
 
 
-@dataclass(frozen=True)
 class Short:
-    reason: str = "is the last before a dead centre that the points do not reach"
-    allowed: str = "points from the clearance volume to it plus the swept volume"
-    repair: str = "pressure held to the dead centre"
+    reason = "is the last before a dead centre that the points do not reach"
+    allowed = "points from the clearance volume to it plus the swept volume"
+    repair = "pressure held to the dead centre"
+
+    def _ends(self, points: Points) -> list[tuple[int, float]]:
+        """Return the last points before dead centres that the points do not reach, and the volumes there."""
+        room, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
+        found = [(low, points.low)] if points.x[low] > points.low + room else []
+        return [*found, (high, points.high)] if points.x[high] < points.high - room else found
 
     def find(self, points: Points) -> int | None:
-        room, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
-        if points.x[low] > points.low + room:
-            return low
-        return high if points.x[high] < points.high - room else None
+        return next((last for last, _ in self._ends(points)), None)
 
     def mend(self, points: Points) -> Points:
-        low, high, room = int(np.argmin(points.x)), int(np.argmax(points.x)), END_GAP * points.span
-        x, pressure = points.x, points.pressure
-        if x[low] > points.low + room:
-            x, pressure = np.append(x, points.low), np.append(pressure, pressure[low])
-        if x[high] < points.high - room:
-            x, pressure = np.append(x, points.high), np.append(pressure, pressure[high])
-        order = np.argsort(x, kind="stable")
-        return replace(points, x=x[order], pressure=pressure[order])
+        for last, end in self._ends(points):
+            points = Points(
+                np.append(points.x, end), np.append(points.pressure, points.pressure[last]), points.low, points.high
+            )
+        return points.taking(np.argsort(points.x, kind="stable"))
 
 
 TABLE_FAULTS: tuple[Fault, ...] = (

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
-from solvers.numerics.uncertainty import COMPLEX_STEP, combined, propagate, sensitivities
+from solvers.numerics.uncertainty import COMPLEX_STEP, combined, sensitivities
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL_UNCERTAINTY = 1e-5
@@ -112,9 +112,9 @@ def swing(pendulum: Pendulum) -> RodMasses:
     }
     length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
     with np.errstate(all="ignore"):
-        found = evaluated(_swung, values)
+        found = _swung({name: np.array(value) for name, value in values.items()})
         moves = sensitivities(_swung, values)["rod_cg_from_pin"]
-        spread = combined(moves, judged) if all(map(math.isfinite, found.values())) else math.inf
+        spread = combined(moves, judged) if np.isfinite(list(found.values())).all() else math.inf
     if not spread <= MEANINGLESS * length:
         by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
@@ -130,7 +130,6 @@ def swing(pendulum: Pendulum) -> RodMasses:
         "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
         "periods longer than that of a simple pendulum as long as the distance of the centre of mass",
     )
-    uncertainty = propagate(_swung, values, given) if given else None
     warnings = []
     shift = moves["period_small_end"] * values["period_small_end"] + moves["period_big_end"] * values["period_big_end"]
     if abs(shift) * 1e-3 > 0.005 * length:
@@ -138,7 +137,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             f"a common error of +0.1 % in both periods moves the centre of mass by {shift * 1e-3 * 1e3:+.2f} mm; "
             "weighing both ends is the robust alternative"
         )
-    return RodMasses(found, uncertainty, tuple(warnings))
+    return evaluated(_swung, values, pendulum.uncertainty, warnings)
 
 
 def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import require
-from solvers.numerics.uncertainty import Function, Propagated
+from solvers.numerics.uncertainty import Function, Propagated, propagate
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,14 @@ def shares(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dic
     }
 
 
-def evaluated(formula: Function, values: Mapping[str, float]) -> dict[str, float]:
-    """The formula at these values."""
+def evaluated(
+    formula: Function, values: Mapping[str, float], uncertainty: Mapping[str, float], warnings: Sequence[str]
+) -> RodMasses:
+    """The formula at these values, with its uncertainty if any of theirs is positive."""
     found = formula({name: np.array(value) for name, value in values.items()})
-    return {name: float(np.asarray(value)) for name, value in found.items()}
+    given = {name: float(u) for name, u in uncertainty.items() if u > 0 and name in values}
+    return RodMasses(
+        {name: float(np.asarray(value)) for name, value in found.items()},
+        propagate(formula, values, given) if given else None,
+        tuple(warnings),
+    )

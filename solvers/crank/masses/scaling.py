@@ -10,7 +10,6 @@ from numpy.typing import NDArray
 
 from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known
 from solvers.errors import require_positive
-from solvers.numerics.uncertainty import propagate
 
 USUAL = {
     "spark ignition": ((80.0, 150.0), (100.0, 200.0)),
@@ -44,12 +43,10 @@ def estimate(request: Estimate) -> RodMasses:
         return {"piston_mass": x["piston_area_density"] * area, "rod_mass": x["rod_area_density"] * area}
 
     values = {name: float(getattr(request, name)) for name in ("bore", "piston_area_density", "rod_area_density")}
-    given = {name: float(u) for name, u in request.uncertainty.items() if u > 0}
     warnings = []
     for part, index, value in (("piston group", 0, request.piston_area_density), ("rod", 1, request.rod_area_density)):
         low = min(ranges[index][0] for ranges in USUAL.values())
         high = max(ranges[index][1] for ranges in USUAL.values())
         if not low <= value <= high:
             warnings.append(f"the {part} lies outside {low:g} … {high:g} kg/m2, the usual figures of textbooks")
-    found = evaluated(scaled, values)
-    return RodMasses(found, propagate(scaled, values, given) if given else None, tuple(warnings))
+    return evaluated(scaled, values, request.uncertainty, warnings)

@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from solvers.crank.masses.pendulum import STANDARD_GRAVITY, reduced_length
 from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
 from solvers.errors import require, require_not_negative, require_positive
-from solvers.numerics.uncertainty import propagate
 
 
 @dataclass(frozen=True)
@@ -75,12 +74,11 @@ def weigh(weighing: Weighing) -> RodMasses:
         inertia = mass * arm * (reduced_length(x["period_small_end"], x["amplitude"], x["gravity"]) - arm)
         return shares(cg, x["length"], mass, inertia)
 
-    found = evaluated(read, values)
+    masses = evaluated(read, values, weighing.uncertainty, warnings)
     require(
-        found.get("rod_inertia", 1.0) > 0,
+        masses.values.get("rod_inertia", 1.0) > 0,
         "period_small_end",
         "no rod with these readings swings so fast: its moment of inertia would be negative",
         "a longer period",
     )
-    given = {name: float(u) for name, u in weighing.uncertainty.items() if u > 0 and name in values}
-    return RodMasses(found, propagate(read, values, given) if given else None, tuple(warnings))
+    return masses

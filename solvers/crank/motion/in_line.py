@@ -1,8 +1,7 @@
-"""Exact kinematics of the in-line slider-crank mechanism.
+"""The slider-crank without an offset in elementary functions: its velocity, and the textbook's two harmonics.
 
-phi is the crank angle from top dead centre, lambda = r/L, sin(beta) = lambda sin(phi). Displacement is measured from
-top dead centre toward the crank. Validity: lambda < 1. Checked against 50-digit differentiation of the closed-form
-position.
+phi is the crank angle from top dead centre, lambda = r/L; displacement is measured from top dead centre toward the
+crank. Validity: lambda < 1; the two harmonics are exact in the limit of a long rod (``cycle.textbook_error``).
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -13,33 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 
-def rod_cosine(angle: ArrayLike, ratio: float) -> NDArray[np.float64]:
-    """cos(beta) = sqrt(1 - lambda^2 sin^2 phi), factored to avoid cancellation as lambda sin(phi) -> 1."""
-    s = ratio * np.sin(angle)
-    return np.sqrt((1.0 - s) * (1.0 + s))
-
-
-def displacement(angle: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
-    """x = r (1 - cos phi) + L (1 - cos beta) [m], with both differences as squares of sines."""
-    lam = crank_radius / rod_length
-    sine = np.sin(angle)
-    return 2.0 * crank_radius * np.sin(0.5 * np.asarray(angle)) ** 2 + crank_radius * lam * sine**2 / (
-        1.0 + rod_cosine(angle, lam)
-    )
-
-
 def velocity(angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float) -> NDArray[np.float64]:
-    """v = r omega sin(phi) (1 + lambda cos(phi)/cos(beta)) [m/s], positive toward the crank."""
+    """v = r omega sin(phi) (1 + lambda cos(phi)/sqrt(1 - lambda^2 sin^2(phi))) [m/s], positive toward the crank."""
     lam = crank_radius / rod_length
-    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle) / rod_cosine(angle, lam))
-
-
-def acceleration(angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float) -> NDArray[np.float64]:
-    """a = r omega^2 (cos phi + lambda (cos 2phi + lambda^2 sin^4 phi)/cos^3 beta) [m/s^2]."""
-    lam = crank_radius / rod_length
-    sine, cosine = np.sin(angle), np.cos(angle)
-    numerator = (cosine - sine) * (cosine + sine) + lam**2 * sine**4
-    return crank_radius * angular_speed**2 * (cosine + lam * numerator / rod_cosine(angle, lam) ** 3)
+    s = lam * np.sin(angle)
+    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle) / np.sqrt((1.0 - s) * (1.0 + s)))
 
 
 def two_harmonic_acceleration(

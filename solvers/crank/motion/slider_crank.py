@@ -56,8 +56,7 @@ class ExactMotion:
 
     With the upper dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product, x = 2
     r sin((phi - phi_t)/2) sin((phi + beta)/2)/cos((beta - phi_t)/2), free of cancellation there. Checked against
-    50-digit positions and their derivatives. Source: derived from the triangle; for e = 0 the same as
-    ``solvers.crank.motion.in_line``.
+    50-digit positions and their derivatives. Source: derived from the triangle.
     """
 
     crank_radius: float

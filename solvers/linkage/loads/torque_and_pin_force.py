@@ -76,9 +76,8 @@ def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]
 @kernel
 def loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
     """``_loads`` at a half angle's sine and cosine."""
-    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
-    transfer, rate, root = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
-    return 2.0 * transfer * s * rate / end**2, coupler * abs(rate) / (end**2 * root), abs(transfer)
+    transfer, rate, root = motion(coefficients, s, c)
+    return 2.0 * transfer * s * rate / end**2, coefficients[1] * abs(rate) / (end**2 * root), abs(transfer)
 
 
 @kernel

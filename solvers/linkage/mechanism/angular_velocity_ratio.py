@@ -33,24 +33,14 @@ _NEAR_BLOW = 0.25
 def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, rate: Array) -> None:
     """u31 and X = u31'/s of designs (rows of coefficients, (n, 7)) at half angles (m,), written to (n, m) arrays."""
     for i in range(coefficients.shape[0]):
-        base, coupler, rocker, numerator, margin, kappa, sigma = coefficients[i]
         for j in range(s.size):
-            transfer[i, j], rate[i, j], _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s[j], c[j])
+            transfer[i, j], rate[i, j], _ = motion(coefficients[i], s[j], c[j])
 
 
 @kernel
-def motion(
-    base: float,
-    coupler: float,
-    rocker: float,
-    numerator: float,
-    margin: float,
-    kappa: float,
-    sigma: float,
-    s: float,
-    c: float,
-) -> tuple[float, float, float]:
+def motion(row: Array, s: float, c: float) -> tuple[float, float, float]:
     """u31, X = u31'/s and T of a design (its row of coefficients) at a half angle."""
+    base, coupler, rocker, numerator, margin, kappa, sigma = row
     lever, cc, ss = base * coupler, c * c, s * s
     root = np.sqrt(lever * rocker * cc + margin * ss)
     if c >= 0.0:

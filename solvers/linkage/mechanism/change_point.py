@@ -243,16 +243,9 @@ class LargestBase(ChangePoint):
     rocker_sign = -1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
-        down = parameter + gain.square
-        coupler_less_one = parameter * gain.square_less_one / down
-        return Ratios(
-            base=parameter,
-            coupler=1.0 + coupler_less_one,
-            rocker=parameter * (parameter + 1.0) / down,
-            base_less_one=parameter - 1.0,
-            coupler_less_one=coupler_less_one,
-            rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
-        )
+        # Closure and restitution are those of the largest coupler with base and coupler exchanged.
+        r = LARGEST_COUPLER.family(gain, parameter)
+        return Ratios(r.coupler, r.base, r.rocker, r.coupler_less_one, r.base_less_one, r.rocker_less_one)
 
     def of_transmission(self, gain: Gain, angle: float) -> float:
         # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).

@@ -5,70 +5,73 @@ Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
-from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios, plain_ratios
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Number, Ratios
 from solvers.numerics.arrays import Array
 
 
 @dataclass(frozen=True)
 class FourBar:
-    """A change-point mechanism of one kind; all quantities in crank lengths."""
+    """A change-point mechanism of one kind, or many with arrays as ratios; all quantities in crank lengths."""
 
     kind: ChangePoint
     ratios: Ratios
 
     @cached_property
     def coefficients(self) -> Array:
-        """lambda0, lambda2, lambda3, N, M, kappa, sigma: shape (7,)."""
-        return coefficients(self.kind, self.ratios)
+        """lambda0, lambda2, lambda3, N, M, kappa = |N| e, sigma in the last axis."""
+        kind, r = self.kind, self.ratios
+        numerator = kind.half_angle_coefficient(r)
+        kappa, margin = abs(numerator) * kind.pin_to_pivot(r), kind.rotatability_margin(r)
+        parts = [r.base, r.coupler, r.rocker, numerator, margin, kappa, kind.rocker_sign]
+        if all(isinstance(part, float) for part in parts):
+            return np.array(parts)
+        return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
 
     @cached_property
-    def gain(self) -> float:
+    def gain(self) -> Number:
         """g = sqrt(lambda0 lambda2/lambda3)."""
-        return math.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker)
+        return (self.ratios.base * self.ratios.coupler / self.ratios.rocker) ** 0.5
 
     @cached_property
-    def gain_less_one(self) -> float:
-        """g - 1 = (kappa/lambda3)/(g + 1)."""
-        return float(self.coefficients[5] / self.ratios.rocker) / (self.gain + 1.0)
-
-    @property
-    def restitution(self) -> float:
-        """R_k = (g - 1)/(g + 1)."""
-        return self.gain_less_one / (self.gain + 1.0)
+    def start(self) -> Number:
+        """|u31(0)| = (g - 1)/e, after the blow; without cancellation, as g^2 - 1 = |N| e/lambda3."""
+        return abs(self.kind.half_angle_coefficient(self.ratios)) / self.ratios.rocker / (self.gain + 1.0)
 
     @cached_property
-    def start(self) -> float:
-        """|u31(0)| = (g - 1)/e, after the blow."""
-        return self.gain_less_one / float(self.kind.pin_to_pivot(self.ratios))
-
-    @cached_property
-    def end(self) -> float:
+    def end(self) -> Number:
         """|u31(2 pi)| = (g + 1)/e, before the blow."""
-        return (self.gain + 1.0) / float(self.kind.pin_to_pivot(self.ratios))
+        return (self.gain + 1.0) / self.kind.pin_to_pivot(self.ratios)
 
     @property
-    def rotatable(self) -> bool:
+    def restitution(self) -> Number:
+        """R_k = (g - 1)/(g + 1)."""
+        return self.start / self.end
+
+    @property
+    def rotatable(self) -> Number:
         """Whether the crank rotates fully."""
-        return float(self.coefficients[4]) >= 0.0
+        return self.kind.rotatability_margin(self.ratios) >= 0.0
 
     @cached_property
-    def swing(self) -> float:
-        """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0."""
-        return float(swing(self.kind, self.ratios))
+    def swing(self) -> Number:
+        """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0.
+
+        Accurate near pi: g/lambda0 = sqrt(lambda2/(lambda0 lambda3)).
+        """
+        margin = np.maximum(self.kind.half_turn_margin(self.ratios), 0.0)
+        return 2.0 * np.arctan2(np.sqrt(self.ratios.coupler), np.sqrt(margin))
 
     @cached_property
-    def middle_transmission_angle(self) -> float:
-        """nu [rad] between coupler and rocker, half a turn from the blow: tan(nu/2) = lambda0 sin(phi/2)/T, where T is
-        sqrt(M) at phi = pi; pi for M <= 0."""
-        base, margin = float(self.ratios.base), float(self.coefficients[4])
-        return 2.0 * math.atan2(base, math.sqrt(max(margin, 0.0)))
+    def middle_transmission_angle(self) -> Number:
+        """nu(pi), the transmission angle in mid-cycle [rad]; pi if the crank does not rotate fully."""
+        margin = np.maximum(self.kind.rotatability_margin(self.ratios), 0.0)
+        return 2.0 * np.arctan2(self.ratios.base, np.sqrt(margin))
 
     @property
     def longest(self) -> float:
@@ -111,35 +114,6 @@ class FourBar:
 def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
     """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
     return FourBar(kind, kind.family(Gain(restitution), parameter))
-
-
-def of_lengths(kind: ChangePoint, base: float, coupler: float, rocker: float) -> FourBar:
-    """A mechanism from ratios that satisfy the closure."""
-    return FourBar(kind, plain_ratios(base, coupler, rocker))
-
-
-def coefficients(kind: ChangePoint, ratios: Ratios) -> Array:
-    """lambda0, lambda2, lambda3, N, M, kappa, sigma in the last axis; kappa = |N| e."""
-    numerator = kind.half_angle_coefficient(ratios)
-    kappa = abs(numerator) * kind.pin_to_pivot(ratios)
-    parts = [
-        ratios.base,
-        ratios.coupler,
-        ratios.rocker,
-        numerator,
-        kind.rotatability_margin(ratios),
-        kappa,
-        kind.rocker_sign,
-    ]
-    if all(isinstance(part, float) for part in parts):
-        return np.array(parts)
-    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
-
-
-def swing(kind: ChangePoint, ratios: Ratios) -> Array:
-    """Angle of the rocker between its end positions [rad]: 2 asin(sqrt(lambda2/(lambda0 lambda3))), accurate near
-    pi."""
-    return 2.0 * np.arctan2(np.sqrt(ratios.coupler), np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0)))
 
 
 def half_angle(phi: Array | float) -> tuple[Array, Array]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -49,12 +48,12 @@ class Mechanism:
         r = self.bar.ratios
         return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
 
-    @property
+    @cached_property
     def rotatable(self) -> bool:
         """Whether the crank rotates fully."""
         return self.bar.rotatable if self.closure.closes else turns_fully(*self.lengths.links)
 
-    @property
+    @cached_property
     def can_strike(self) -> bool:
         """Whether the links close and the rocker can reverse at the blow: kappa, e > 0."""
         kind, ratios = self.bar.kind, self.bar.ratios
@@ -64,10 +63,7 @@ class Mechanism:
     @property
     def confined(self) -> float | None:
         """Maximum crank angle [rad] on either side of the blow; None if unlimited."""
-        if not self.closure.closes:
-            return confinement(self.bar)
-        base, coupler, rocker, _, margin, _, _ = self.bar.coefficients.tolist()
-        return 2.0 * math.atan(math.sqrt(base * coupler * rocker / -margin)) if margin < 0 else None
+        return None if self.rotatable else confinement(self.bar)
 
 
 def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:

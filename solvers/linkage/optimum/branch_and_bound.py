@@ -53,11 +53,11 @@ class Proven:
     ``q`` is None if no member is feasible. The bound also covers members outside the design range.
     """
 
-    q: float | None
-    scale: float
-    cost: float
-    bound: float
-    cells: int
+    q: float | None = None
+    scale: float = math.nan
+    cost: float = math.inf
+    bound: float = math.inf
+    cells: int = 0
 
     @property
     def gap(self) -> float:
@@ -120,20 +120,19 @@ def _proven(
     """
     low, high = limits
     if low > high:
-        return Proven(None, math.nan, math.inf, math.inf, 0)
+        return Proven()
     edges = np.linspace(low, high, parts + 1)
-    lows, highs, cells, bound, places = edges[:-1], edges[1:], 0, math.inf, {}
+    lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
     for turn in range(_ROUNDS):
         least = sought if best is None else best[1]
         if best is None or not math.isfinite(sought):
             enough = max(min(known, least) * (1.0 - gap), least * (1.0 - max(gap, _OTHER_TYPES_GAP)))
         else:
             enough = least * (1.0 - max(gap, _TAIL_GAP))
-        ranges = RangeBounds(subproblem, family, lows, highs, enough, places)
+        bounds = _cost(RangeBounds(subproblem, family, lows, highs, enough))
         cells += lows.size
-        bounds = _cost(ranges)
         alive = bounds < enough
-        lows, highs, bounds, places = lows[alive], highs[alive], bounds[alive], ranges.parts(alive, _PARTS)
+        lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
         if not lows.size:
             break
         if highs[0] - lows[0] < _MIN_WIDTH or cells + _PARTS * lows.size > _MAX_CELLS:
@@ -141,7 +140,7 @@ def _proven(
             # only.
             bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
             break
-        if best is None or turn in (1, 2) or (turn > 0 and turn % 3 == 0):
+        if best is None or turn > 0:
             tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MAX_TRIALS]]
             width = float(highs[0] - lows[0])
             best = _refined_near(subproblem, family, limits, tried, width, least, gap) or best
@@ -151,7 +150,7 @@ def _proven(
         lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
     bound = min(bound, enough)
     if best is None:
-        return Proven(None, math.nan, math.inf, bound, cells)
+        return Proven(bound=bound, cells=cells)
     return Proven(best[0], _scale(subproblem, family, best[0]), best[1], bound, cells)
 
 
@@ -159,10 +158,10 @@ def _only_member(subproblem: Subproblem, family: Family) -> Proven:
     """Given speed, frequency and tool radius there is at most one member."""
     q = family.margin_where(lambda members: members.end, subproblem.fixed_end)
     if q is None:
-        return Proven(None, math.nan, math.inf, math.inf, 0)
+        return Proven()
     cost = float(_costs(subproblem, family, np.array([q]), _FINE)[0])
     if not math.isfinite(cost):
-        return Proven(None, math.nan, math.inf, math.inf, 1)
+        return Proven(cells=1)
     return Proven(q, _scale(subproblem, family, q), cost, cost, 1)
 
 

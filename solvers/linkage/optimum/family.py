@@ -23,7 +23,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
-from solvers.linkage.mechanism.kinematics import FourBar, coefficients, swing
+from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
@@ -49,7 +49,7 @@ class Members:
     @cached_property
     def coefficients(self) -> Array:
         """As in ``kinematics``: (n, 7)."""
-        return coefficients(self.kind, self.ratios)
+        return FourBar(self.kind, self.ratios).coefficients
 
     @property
     def longest(self) -> Array:
@@ -91,7 +91,8 @@ class Family:
 
     def members(self, q: Array) -> Members:
         """All closed-form quantities for an array of free ratios."""
-        r = self.kind.family(self.gain, self.parameter(q))
+        bar = FourBar(self.kind, self.kind.family(self.gain, self.parameter(q)))
+        r = bar.ratios
         reach, g = self.kind.pin_to_pivot(r), self.gain.value
         crank = reach / (r.rocker * (g + 1.0))
         lengths = np.empty((crank.size, 4))
@@ -102,8 +103,8 @@ class Family:
             ratios=r,
             lengths=lengths,
             end=(g + 1.0) / reach,
-            swing=swing(self.kind, r),
-            transmission=2.0 * np.arctan2(r.base, np.sqrt(np.maximum(self.kind.rotatability_margin(r), 0.0))),
+            swing=bar.swing,
+            transmission=bar.middle_transmission_angle,
         )
 
     def margin_of_transmission(self, angle: float, otherwise: float) -> float:

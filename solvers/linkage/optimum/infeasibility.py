@@ -78,17 +78,14 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     ``attainable`` is the best value under the same limits over the allowed types, None if there is none.
     """
     asked = problem.limits
-    free = problem.subproblem.fixed_scale is None
+    free = problem.fixed_scale is None
     # With a free size the minimum link determines the size, so it is kept.
     bare = Limits(
         min_link=asked.min_link if free else 0.0,
         joint_radius=asked.joint_radius,
         transmission_angle=asked.transmission_angle,
     )
-    if (
-        problem.subproblem.fixed_end is not None
-        and _best(problem, Subproblem(problem.scene, bare, PeakTorque())) is None
-    ):
+    if problem.fixed_end is not None and _best(problem, bare, PeakTorque()) is None:
         return (_motion(problem),)
     boxes = replace(bare, width=asked.width, height=asked.height)
     return (
@@ -109,7 +106,7 @@ def _infeasible_limits(
         required = getattr(asked, limit.name)
         if not required or not _judged(problem, limit, company(limit)):
             continue
-        found = _best(problem, Subproblem(problem.scene, company(limit), limit.objective))
+        found = _best(problem, company(limit), limit.objective)
         if found is None or not limit.met(asked, limit.objective.value(found[0])):
             reached = None if found is None else (limit.objective.value(found[0]), found[1])
             out.append(_entry(limit.name, required, reached, why, limit.advice))
@@ -118,16 +115,15 @@ def _infeasible_limits(
 
 def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
     """Whether the best value for a limit is finite: a free size must be bounded on the relevant side."""
-    if problem.subproblem.fixed_scale is not None:
-        return True
-    if limit.objective.grows:
-        return limits.sized
-    return limits.min_link > 0
+    return problem.fixed_scale is not None or (limits.sized if limit.objective.grows else limits.min_link > 0)
 
 
-def _best(problem: LinkageProblem, subproblem: Subproblem) -> tuple[float, str] | None:
-    """(minimum cost, type) among the mechanisms within the subproblem's limits."""
+def _best(
+    problem: LinkageProblem, limits: Limits, objective: Objective, boxed: bool = True
+) -> tuple[float, str] | None:
+    """(minimum cost, type) among the mechanisms within the limits."""
     families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
+    subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed)
     found = zip(search_all(subproblem, families, _GAP), families, strict=True)
     return min(((best.cost, family.kind.name) for best, family in found if math.isfinite(best.cost)), default=None)
 
@@ -136,7 +132,7 @@ def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall
     """Width and height together: the minimum factor by which the space left beside the pads must grow."""
     if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
         return ()
-    found = _best(problem, Subproblem(problem.scene, limits, _Fit(), boxed=False))
+    found = _best(problem, limits, _Fit(), boxed=False)
     if found is not None and found[0] <= 1 + 1e-9:
         return ()
     pads, out = 2.0 * limits.joint_radius, []

@@ -20,7 +20,7 @@ import math
 
 import numpy as np
 
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, angle_of, highest, loads_at, sampled
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, sampled
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.arrays import Array
 from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
@@ -28,94 +28,27 @@ from solvers.numerics.jit import kernel
 
 _ANGLE_TOLERANCE = 1e-9
 """Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
-_RIVAL_MARGIN = 0.05
-"""Relative margin below the highest peak within which another local maximum may be the highest elsewhere in the
-range."""
-_STEP_REDUCTION, _MAX_STEPS = 0.25, 12
-"""Factor by which a step about a known angle is reduced once it brackets the peak, and the maximum number of steps."""
+_MOST_LOCATED = 128
+"""Number of ranges, in ascending order, from which on neighbours share an angle."""
 
 
 @kernel
-def peak_places(coefficients: Array, end: Array, which: int) -> Array:
-    """Crank angle less 2 pi of the peak torque (0) or force (1) of every row and the mean spacing of the samples there;
-    then the same for the next highest local maximum, with spacing 0 if it is much lower: shape (n, 4)."""
-    out = np.zeros((coefficients.shape[0], 4))
-    for i in range(out.shape[0]):
-        cotangents, samples = sampled(coefficients[i], end[i])
-        heights, last, need = samples[which], cotangents.size - 1, 0.0
-        for k in range(2):
-            top = np.argmax(heights)
-            if heights[top] < need:
-                break
-            _, at = highest(coefficients[i], end[i], cotangents, heights, which, _ANGLE_TOLERANCE)
-            top = min(max(np.searchsorted(-cotangents, -1.0 / math.tan(0.5 * at)), 1), last - 1)
-            distance = 0.5 * (angle_of(cotangents[top + 1]) - angle_of(cotangents[top - 1]))
-            out[i, 2 * k], out[i, 2 * k + 1] = at, _STEP_REDUCTION * distance
-            need = (1.0 - _RIVAL_MARGIN) * heights.max()
-            # The next local maximum beyond the minima on both sides of this one.
-            if heights[top - 1] > heights[top]:
-                top -= 1
-            low, high = top, top
-            while low > 0 and heights[low - 1] <= heights[low]:
-                low -= 1
-            while high < last and heights[high + 1] <= heights[high]:
-                high += 1
-            heights[low : high + 1] = 0.0
-    return out
-
-
-@kernel
-def least_loads(
-    low: Array, rows: Array, high: Array, end: Array, gain: float, which: int, places: Array
-) -> Array:  # fmt: skip
+def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, which: int) -> Array:
     """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,).
 
     ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
-    each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within. ``places``, as returned by ``peak_places``, are
-    refined.
+    each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within.
     """
-    out = np.empty(places.shape[0])
+    out, s, c = np.empty(rows.shape[0]), 0.0, -1.0
     for i in range(out.size):
-        best, angle = -1.0, 0.0
-        for k in range(0, 4, 2):
-            if k == 0 or places[i, k + 1] > 0.0:
-                places[i, k], places[i, k + 1], height = _refined(
-                    rows[i], end[i], which, places[i, k], places[i, k + 1]
-                )
-                if height > best:
-                    best, angle = height, places[i, k]
-        s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
         row = rows[i]
-        _, rate, _ = motion(row[0], row[1], row[2], row[3], row[4], row[5], row[6], s, c)
+        if i % (1 + out.size // _MOST_LOCATED) == 0:
+            cotangents, samples = sampled(row, end[i])
+            _, angle = highest(row, end[i], cotangents, samples[which], which, _ANGLE_TOLERANCE)
+            s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
+        _, rate, _ = motion(row, s, c)
         out[i] = _least_load(low[i], row, high[i], gain, which, s, c, math.copysign(rate, row[3] * rate))
     return out
-
-
-@kernel
-def _load(row: Array, end: float, which: int, angle: float) -> float:
-    return abs(loads_at(row, end, -math.sin(0.5 * angle), -math.cos(0.5 * angle))[which])
-
-
-@kernel
-def _refined(row: Array, end: float, which: int, angle: float, step: float) -> tuple[float, float, float]:
-    """Refine an angle: the vertex of the parabola through the loads at it and one step to either side, twice, stepping
-    on if the vertex lies outside. Returns the angle, an initial step near it, and the load."""
-    inside = 0
-    for _ in range(_MAX_STEPS):
-        step *= _STEP_REDUCTION if inside else 1.0
-        low, high = max(angle - step, -2.0 * math.pi), min(angle + step, 0.0)
-        before, here, after = _load(row, end, which, low), _load(row, end, which, angle), _load(row, end, which, high)
-        if here >= max(before, after):
-            left, right = (angle - low) * (here - after), (high - angle) * (here - before)
-            if left + right > 0.0:
-                angle += 0.5 * ((high - angle) * right - (angle - low) * left) / (left + right)
-            inside += 1
-            if inside == 2:
-                break
-        else:
-            angle = low if before > after else high
-            step *= 2.0
-    return angle, step, _load(row, end, which, angle)
 
 
 @kernel

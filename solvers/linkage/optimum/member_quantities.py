@@ -19,8 +19,12 @@ _PEAK_TOLERANCE_RATIO = 0.1
 """Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
 
 
-def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
-    """Minimum and maximum feasible V [m] from lower and upper quantities of members; minimum > maximum: none."""
+def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, slack: float = 0.0) -> tuple[Array, Array]:
+    """Minimum and maximum feasible V [m] from lower and upper quantities of members; minimum > maximum: none.
+
+    ``narrowest`` and ``widest`` enclose the mid-cycle transmission angle; limits on V are relaxed by ``slack``,
+    relative. A fixed V is both.
+    """
     subproblem, limits = quantities.subproblem, quantities.subproblem.limits
     low, high = np.zeros_like(quantities.crank), np.full_like(quantities.crank, np.inf)
     if limits.min_link > 0:
@@ -34,23 +38,16 @@ def allowed_scales(quantities: Quantities) -> tuple[Array, Array]:
             high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / quantities.radius)
         if subproblem.boxed and subproblem.room is not None:
             high = np.minimum(high, 1.0 / quantities.fit)
-    return low, high
-
-
-def within(subproblem: Subproblem, low: Array, high: Array, narrowest: Array, widest: Array) -> tuple[Array, Array]:
-    """The feasible scales, intersected with the fixed one if any; minimum > maximum: none.
-
-    ``narrowest`` and ``widest`` enclose the mid-cycle transmission angle.
-    """
-    if subproblem.limits.transmission_angle is not None:
-        least, greatest = subproblem.limits.transmission_angle
+    if slack:
+        low, high = low * (1.0 - slack), high * (1.0 + slack)
+    if limits.transmission_angle is not None:
+        least, greatest = limits.transmission_angle
         met = (widest >= least - 1e-12) & (narrowest <= greatest + 1e-12)
         low, high = np.where(met, low, np.inf), np.where(met, high, -np.inf)
     fixed = subproblem.fixed_scale
     if fixed is None:
         return low, high
-    slack = 1e-12 * fixed
-    met = (low <= fixed + slack) & (fixed <= high + slack)
+    met = (low <= fixed * (1.0 + 1e-12)) & (fixed * (1.0 - 1e-12) <= high)
     return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
 
 
@@ -109,7 +106,7 @@ class MemberQuantities:
     @cached_property
     def scale(self) -> tuple[Array, Array]:
         angle = self.members.transmission
-        return within(self.subproblem, *allowed_scales(self), angle, angle)
+        return feasible_scales(self, angle, angle)
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits

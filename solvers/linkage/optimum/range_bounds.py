@@ -17,16 +17,15 @@ Peak loads: see ``load_bounds``.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
 from solvers.linkage.optimum.family import Family, Members
-from solvers.linkage.optimum.load_bounds import least_loads, peak_places
-from solvers.linkage.optimum.member_quantities import allowed_scales, within
+from solvers.linkage.optimum.load_bounds import least_loads
+from solvers.linkage.optimum.member_quantities import feasible_scales
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
@@ -35,7 +34,6 @@ from solvers.numerics.arrays import Array
 _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 
-_MAX_RANGES_RELOCATED = 48
 AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation search within bounds. An area is only compared with ``enough``, so it need not
 be sharp; a fit decides feasibility."""
@@ -43,18 +41,13 @@ be sharp; a fit decides feasibility."""
 
 @dataclass(frozen=True)
 class RangeBounds:
-    """Bounds over the ranges [low, high] of q, shape (n,).
-
-    ``enough``: areas above it need not be known exactly. ``places``: for each load the peak angles in the parent
-    ranges, see ``load_bounds.peak_places``; if there are few ranges, peaks are located anew.
-    """
+    """Bounds over the ranges [low, high] of q, shape (n,). ``enough``: areas above it need not be known exactly."""
 
     subproblem: Subproblem
     family: Family
     low: Array
     high: Array
     enough: float
-    places: dict[int, Array] = field(default_factory=dict)
 
     @cached_property
     def _all(self) -> Members:
@@ -106,16 +99,8 @@ class RangeBounds:
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
-        n, rows, end = self.low.size, self._all.coefficients, self._middle.end
-        middle = rows[2 * n :]
-        if which not in self.places or n <= _MAX_RANGES_RELOCATED:
-            self.places[which] = peak_places(middle, end, which)
-        gain = self.family.gain.value
-        return least_loads(rows[:n], middle, rows[n : 2 * n], end, gain, which, self.places[which])
-
-    def parts(self, alive: NDArray[np.bool_], count: int) -> dict[int, Array]:
-        """Initial peak angles for the subdivision of the remaining ranges into ``count`` parts each."""
-        return {which: np.repeat(places[alive], count, axis=0) for which, places in self.places.items()}
+        n, rows, gain = self.low.size, self._all.coefficients, self.family.gain.value
+        return least_loads(rows[:n], rows[2 * n :], rows[n : 2 * n], self._middle.end, gain, which)
 
     @cached_property
     def torque(self) -> Array:
@@ -135,11 +120,8 @@ class RangeBounds:
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
-        low, high = allowed_scales(self)
         angles = [end.transmission for end in self._ends]
-        return within(
-            self.subproblem, low * (1 - _SLACK), high * (1 + _SLACK), np.minimum(*angles), np.maximum(*angles)
-        )
+        return feasible_scales(self, np.minimum(*angles), np.maximum(*angles), _SLACK)
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits

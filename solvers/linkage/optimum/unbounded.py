@@ -22,7 +22,7 @@ _VANISHING = 1e-3
 
 def refuse_endless(problem: LinkageProblem) -> None:
     """Raise InvalidInput if longer links improve the objective indefinitely."""
-    limits, subproblem = problem.limits, problem.subproblem
+    limits = problem.limits
     if not problem.objective.slows or problem.scene.tool_radius is None:
         return
     if limits.longest_link is not None or limits.enclosing_radius is not None:
@@ -30,7 +30,7 @@ def refuse_endless(problem: LinkageProblem) -> None:
     if limits.width is not None and limits.height is not None:
         return
     for kind in problem.kinds:
-        if _far_allowed(subproblem, Family(kind, problem.scene.restitution.gain)):
+        if _far_allowed(problem, Family(kind, problem.scene.restitution.gain)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "

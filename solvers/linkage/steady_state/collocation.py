@@ -72,12 +72,11 @@ def _graded(scale: float) -> Array:
 @kernel
 def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
     """|u31| and d|u31|/dphi at angles in [-pi, pi]; negative angles (only) lie in the second half."""
-    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
     size, slope = np.empty(angles.size), np.empty(angles.size)
     for k in range(angles.size):
         s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
         c = -c if angles[k] < 0.0 else c
-        transfer, rate, _ = motion(base, coupler, rocker, numerator, margin, kappa, sigma, s, c)
+        transfer, rate, _ = motion(coefficients, s, c)
         size[k], slope[k] = abs(transfer), s * rate if transfer >= 0.0 else -s * rate
     return size, slope
 
@@ -172,21 +171,12 @@ def _inside_step(
     machine: Machine, row: Array, share: float, work: float, energy: float, start: float
 ) -> tuple[float, float]:
     """``_excess_and_trend`` at a fraction ``share`` of a step; NaN if that part of the step has no solution."""
-    width = share * row[1]
-    angles = np.empty(_STAGES + 1)
-    for i in range(_STAGES):
-        angles[i] = row[0] + width * NODES[i]
-    angles[_STAGES] = row[0] + width
-    if row[0] < 0.0:
-        angles[_STAGES] = min(angles[_STAGES], -1e-300)
-    u, change = speeds_of(machine.coefficients, angles)
-    total = machine.crank + machine.rocker * u * u
-    torque = np.full(_STAGES, machine.stall - machine.slope * math.sqrt(2.0 * (energy + work) / total[0]))
-    if not _step(total[:_STAGES], width, energy + work, machine, torque):
-        return math.nan, math.nan
-    for i in range(_STAGES):
-        work += width * WEIGHTS[i] * torque[i]
-    return _excess_and_trend(u[_STAGES], change[_STAGES], work, energy, start, machine)
+    part = np.empty((1, 2))
+    part[0, 0], part[0, 1] = row[0], share * row[1]
+    done, _ = turn(inertias(machine, part), part, energy + work, machine)
+    end = row[0] + share * row[1]
+    u, change = speeds_of(machine.coefficients, np.array([end if row[0] >= 0.0 else min(end, -1e-300)]))
+    return _excess_and_trend(u[0], change[0], work + done[1], energy, start, machine)
 
 
 @kernel

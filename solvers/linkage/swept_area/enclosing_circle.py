@@ -112,13 +112,10 @@ def _enclosing(outline: Array) -> float:
             radius = max(radius, far)
             break
         x, y, radius = bx, by, best
-        kept = np.zeros((4, 3))
         count = 3 if bk >= 0 else 2
+        # In place: bi < bj < bk.
         for k in range(3):
-            kept[0, k], kept[1, k] = parts[bi, k], parts[bj, k]
-            if bk >= 0:
-                kept[2, k] = parts[bk, k]
-        parts = kept
+            parts[0, k], parts[1, k], parts[2, k] = parts[bi, k], parts[bj, k], parts[max(bk, 2), k]
     return radius
 
 

@@ -12,7 +12,6 @@ from scipy.optimize import minimize_scalar
 
 from solvers import crank
 from solvers.crank.cycle.forces import Composition, Cycle
-from solvers.crank.motion import in_line as kinematics
 from solvers.effects import ALL, EffectSelection
 from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler
 
@@ -156,11 +155,12 @@ def test_worst_instants_against_a_dense_sampling():
 @pytest.mark.parametrize("seed", range(8))
 def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
     """Without gas a short rod is pressed hardest to either side of the lower dead centre, wherever points may be."""
-    ratio = 0.04 / 0.14
-    pressed = minimize_scalar(
-        lambda a: float(kinematics.acceleration(a, 0.04, 0.14, CAR.angular_speed) / kinematics.rod_cosine(a, ratio)),
-        bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12},
-    )  # fmt: skip
+
+    def slowed(a):
+        rod = math.sqrt(1.0 - (0.04 / 0.14 * math.sin(a)) ** 2)
+        return CAR.angular_speed**2 * float(CAR.motion.posture(a).acceleration) / rod
+
+    pressed = minimize_scalar(slowed, bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12})
     rng = np.random.default_rng(seed)
     angle = np.sort(np.concatenate([rng.uniform(0.0, 4.0 * math.pi, 40), pressed.x + close * rng.normal(size=4)]))
     table = crank.TablePressure(tuple(angle.tolist()), (CYLINDER.crankcase_pressure,) * angle.size)

@@ -240,8 +240,8 @@ def test_without_the_envelope_nothing_of_it_is_told():
 def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 8.0, 10.0)
     limits = Limits(min_link=1e-6, joint_radius=2e-3, width=0.3, height=0.05)
-    subproblem = problem(scene, replace(limits, width=None, height=None), "box_area", kind).subproblem
-    fitted = problem(scene, limits, "impact_speed", kind).subproblem
+    subproblem = problem(scene, replace(limits, width=None, height=None), "box_area", kind)
+    fitted = problem(scene, limits, "impact_speed", kind)
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     rng = np.random.default_rng(5)
     low = rng.uniform(-9.0, 5.0, 60)
@@ -262,7 +262,7 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
 @pytest.mark.parametrize("load", ["torque", "force"])
 def test_bounds_of_loads_lie_below_every_member_within_and_close_in_by_the_square_of_the_width(kind, restitution, load):
     scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 8.0, 10.0)
-    subproblem = problem(scene, Limits(), "peak_torque", kind).subproblem
+    subproblem = problem(scene, Limits(), "peak_torque", kind)
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     rng = np.random.default_rng(6)
     low = rng.uniform(-9.0, 5.0, 80)
@@ -306,7 +306,7 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
     assert any("next to links without end" in said for said in found.value.check.warnings)
     family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
     margins = np.geomspace(1e-12, 1e12, 4001)
-    figures = MemberQuantities(asked.subproblem, family, np.log(margins), 1e-9)
+    figures = MemberQuantities(asked, family, np.log(margins), 1e-9)
     costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
     assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
     assert found.certificate.bound <= costs.min()
@@ -324,7 +324,7 @@ def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, resti
     """Quantities per crank at both ends of the tails and a thousand times beyond."""
     scene = replace(BLOW, restitution=linkage.Restitution(restitution, restitution))
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
-    subproblem = problem(scene, Limits(), "peak_torque", kind).subproblem
+    subproblem = problem(scene, Limits(), "peak_torque", kind)
     (low, _), (_, high) = (tail.part for tail in family.tails)
     for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
         near, far = (MemberQuantities(subproblem, family, np.array([q]), 1e-9) for q in (end, end + step))
@@ -352,7 +352,7 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     for base in (36.0, 360.0):
         family, gain = Family(linkage.LARGEST_ROCKER, scene.restitution.gain), scene.restitution.gain
         q = math.log(gain.square_less_one / (base / 8e-3 - gain.square))
-        member = MemberQuantities(asked.subproblem, family, np.array([q]), 1e-9)
+        member = MemberQuantities(asked, family, np.array([q]), 1e-9)
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])
     assert frequencies[0] == pytest.approx(28655.85, rel=1e-3)

@@ -7,7 +7,6 @@ from collections.abc import AsyncIterator
 from contextlib import asynccontextmanager
 
 from fastapi import Depends, FastAPI
-from fastapi.middleware.gzip import GZipMiddleware
 from fastapi.staticfiles import StaticFiles
 
 from app import errors, metrics
@@ -24,6 +23,7 @@ from app.batches import chunk
 from app.batches.service import BatchService
 from app.batches.workers import chunk_workers
 from app.edge.asgi import Application, Scope
+from app.edge.compression import Compression
 from app.edge.concurrency import HEALTH_PATHS
 from app.edge.request_metrics import RequestMetrics
 from app.edge.stack import FastAPIBehindEdge, edge
@@ -164,13 +164,12 @@ def create_app(
     app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), authenticate)
     errors.install(app, problem_page)
     app.add_middleware(RequestMetrics)  # the innermost
-    # Small responses are not worth compressing; a higher level costs more time than it saves bytes.
-    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
+    app.add_middleware(Compression)
     app.add_middleware(Speaking)
     app.add_middleware(Heads)
     contract.install(app)
+    submissions.install(app)  # first, since every route before it is tried in vain
     for router in (
-        submissions.router,  # first, since every route before it is tried in vain
         operation.router,
         runs.router,
         exports.router,

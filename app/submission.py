@@ -169,9 +169,9 @@ class Service:
         if job.inline:
             return EncodedAnswer.of(run.kind, run.mode, job.run(request))
         times = budget(self.solve_budget_s + job.extra_s(request), time_budget_of(request), job.best_in_time)
+        payload = run.spec
         if times.solver_s is not None:
-            request = request.model_copy(update={"time_budget_s": times.solver_s})
-        payload = request.model_dump_json().encode()
+            payload = request.model_copy(update={"time_budget_s": times.solver_s}).model_dump_json().encode()
         call = partial(self.executor.run, run.kind, run.mode, payload)
         try:
             return await self._queued(

@@ -11,7 +11,9 @@ table goes into docs/reliability.md. Run it on an idle machine.
 Bulk rate: two processes that only call the solvers' ``check_many`` on the same cases simultaneously; for designs, which
 have no such function, the design. Answer rate: two processes that turn validated requests into answers
 (``answers_of``). Both are corrected for the time SQLite alone needs to store the same rows in transactions of the same
-size. Two workers compared with one: a twentieth of the rows, on services with one and two batch workers.
+size. Two workers compared with one: a twentieth of the rows, in turn on a service with one batch worker and one with
+two, medians of five; beside it, what the machine itself allows: two processes compared with one that only call the bulk
+functions, in turn too. Processor times are those of the runs with two workers.
 """
 
 from __future__ import annotations
@@ -21,17 +23,21 @@ import json
 import os
 import random
 import sqlite3
+import statistics
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 import httpx
+import psutil
 
 from app.designs.kind import Detail, Mode
 from app.designs.many import answers_of
@@ -43,6 +49,8 @@ from bench.sections import put
 PAGE = Path(__file__).parents[1] / "docs" / "reliability.md"
 HEADING = "## Large batches"
 _INTERVAL_S = 0.1
+_TURNS = 5
+_LEAST_PRIORITY = 19
 _STORED_ROWS = 100_000
 
 
@@ -84,8 +92,11 @@ class Measured:
     bulk_rate: float
     answer_rate: float
     store_rate: float
+    bulk_ratio: float
     one_worker: float
     two_workers: float
+    workers_us: float
+    others_us: float
     healthz_p99_ms: float
     check_p50_ms: float
     check_p99_ms: float
@@ -102,42 +113,80 @@ def measured(subject: Subject, count: int, say: Callable[[str], None]) -> Measur
     """Run one batch and its comparisons."""
     alone = min(subject.alone, max(20, count // 10))
     rows = [*bodies(subject.kind, subject.mode, alone, subject.without)]
-    bulk, answers = (own_rate(rows, subject, way) for way in ("bulk", "answers"))
-    say(f"{subject.name}: bulk {bulk:,.0f}/s, answers {answers:,.0f}/s")
-    few = max(count // 20, alone)
-    one, two = (_batch(subject, few, workers, False)["rate"] for workers in (1, 2))
-    say(f"{subject.name}: one worker {one:,.0f}/s, two {two:,.0f}/s")
-    found = _batch(subject, count, 2, True)
-    return Measured(subject.name, count, bulk_rate=bulk, answer_rate=answers, one_worker=one, two_workers=two, **found)
+    (one, bulk), (_, answers) = (own_rates(rows, subject, way) for way in ("bulk", "answers"))
+    say(f"{subject.name}: bulk {bulk:,.0f}/s, {bulk / one:.2f} of one process; answers {answers:,.0f}/s")
+    scaled = _one_and_two(subject, max(count // 20, alone))
+    say(f"{subject.name}: one worker {scaled['one_worker']:,.0f}/s, two {scaled['two_workers']:,.0f}/s")
+    own = {"bulk_rate": bulk, "bulk_ratio": bulk / one, "answer_rate": answers}
+    return Measured(subject.name, count, **own, **scaled, **_batch(subject, count))
 
 
-def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[str, Any]:
-    """One batch on its own service; without interactive use, only its rate is measured."""
-    with tempfile.TemporaryDirectory() as name:
-        process, client = served(Path(name), workers)
-        try:
-            # warm workers, and an initial estimate of the time per item
-            _ended(client, _sent(client, subject, 200 if subject.mode == "check" else 8))
-            rested()
+@contextmanager
+def _warm(subject: Subject, workers: int, rows: Iterator[bytes], folder: str) -> Iterator[tuple[int, httpx.Client]]:
+    """A service whose workers have solved a few of ``rows``: its process's id, and a client."""
+    process, client = served(Path(folder), workers)
+    try:
+        _ended(client, _sent(client, subject, islice(rows, _first(subject))))
+        rested()
+        yield process.pid, client
+    finally:
+        process.kill()
+        process.wait()
+
+
+def _first(subject: Subject) -> int:
+    """Items that start the workers and give a first estimate of their time; none of them is measured."""
+    return 200 if subject.mode == "check" else 8
+
+
+def _one_and_two(subject: Subject, count: int) -> dict[str, float]:
+    """Items a second of one and two workers, and processor time of an item on two [us]."""
+    rates: dict[int, list[float]] = {1: [], 2: []}
+    spent = []
+    with ExitStack() as stack:
+        services = {}
+        for workers in rates:
+            rows = bodies(subject.kind, subject.mode, _first(subject) + _TURNS * count, subject.without)
+            folder = stack.enter_context(tempfile.TemporaryDirectory())
+            services[workers] = rows, *stack.enter_context(_warm(subject, workers, rows, folder))
+        for _ in range(_TURNS):
+            for workers, (rows, pid, client) in services.items():
+                own, before = [*islice(rows, count)], _processor_s(pid)
+                rates[workers].append(_ended(client, _sent(client, subject, iter(own)))["rate_per_s"])
+                if workers == 2:
+                    spent.append([1e6 * (b - a) / count for a, b in zip(before, _processor_s(pid), strict=True)])
+    workers_us, others_us = (statistics.median(each) for each in zip(*spent, strict=True))
+    one, two = (statistics.median(each) for each in rates.values())
+    return {"one_worker": one, "two_workers": two, "workers_us": workers_us, "others_us": others_us}
+
+
+def _processor_s(pid: int) -> tuple[float, float]:
+    """Processor time [s] of a service's batch workers, which have the least priority, and of its other processes."""
+    found = {True: 0.0, False: 0.0}
+    service = psutil.Process(pid)
+    for process in (service, *service.children(recursive=True)):
+        found[process.nice() == _LEAST_PRIORITY] += sum(process.cpu_times()[:2])
+    return found[True], found[False]
+
+
+def _batch(subject: Subject, count: int) -> dict[str, Any]:
+    """One batch on its own service, during interactive use."""
+    rows = bodies(subject.kind, subject.mode, _first(subject) + count, subject.without)
+    with tempfile.TemporaryDirectory() as folder:
+        with _warm(subject, 2, rows, folder) as (pid, client):
             people = _People(client)
-            if watched:
-                people.start()
+            people.start()
             began = time.perf_counter()
-            batch = _sent(client, subject, count)
+            batch = _sent(client, subject, rows)
             taken_in_s = time.perf_counter() - began
             batch = _ended(client, batch)
-            if not watched:
-                return {"rate": batch["rate_per_s"]}
             people.stop()
-            memory = highest_mb(process.pid)
-        finally:
-            process.kill()
-            process.wait()
-        file = Path(name) / "runs.sqlite3"
+            memory = highest_mb(pid)
+        file = Path(folder) / "runs.sqlite3"
         stored, chunks, contents = _stored(file)
         return {
             "rate": batch["rate_per_s"],
-            "stored": stored - (200 if subject.mode == "check" else 8),
+            "stored": stored - _first(subject),
             "succeeded": batch["items"]["succeeded"],
             "taken_in_s": taken_in_s,
             "store_rate": store_rate(contents, max(1, count // chunks), count),
@@ -150,11 +199,10 @@ def _batch(subject: Subject, count: int, workers: int, watched: bool) -> dict[st
         }
 
 
-def _sent(client: httpx.Client, subject: Subject, count: int) -> dict[str, Any]:
+def _sent(client: httpx.Client, subject: Subject, rows: Iterator[bytes]) -> dict[str, Any]:
     place = f"/api/v1/batches?kind={subject.kind}&mode={subject.mode}"
-    rows = pieces(bodies(subject.kind, subject.mode, count, subject.without))
     form = {"Content-Type": "application/x-ndjson"}
-    return client.post(place, content=rows, headers=form).raise_for_status().json()
+    return client.post(place, content=pieces(rows), headers=form).raise_for_status().json()
 
 
 def _ended(client: httpx.Client, batch: dict[str, Any]) -> dict[str, Any]:
@@ -219,8 +267,8 @@ def store_rate(contents: Sequence[bytes], together: int, count: int) -> float:
     return count / taken
 
 
-def own_rate(rows: Sequence[bytes], subject: Subject, way: str) -> float:
-    """Items per second of two processes, each solving all rows, simultaneously."""
+def own_rates(rows: Sequence[bytes], subject: Subject, way: str) -> tuple[float, float]:
+    """Items per second of one process that solves all rows, and of two, each solving all, simultaneously: in turn."""
     command = [sys.executable, "-m", "bench.batches_at_scale", "--alone", way, subject.kind, subject.mode]
     pipes: dict[str, Any] = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
     both = [subprocess.Popen(command, **pipes, env={**os.environ, "OPENBLAS_NUM_THREADS": "1"}) for _ in range(2)]
@@ -229,28 +277,34 @@ def own_rate(rows: Sequence[bytes], subject: Subject, way: str) -> float:
         process.stdin.flush()
     for process in both:
         assert process.stdout.readline() == b"ready\n"
-    for process in both:
-        process.stdin.write(b"\n")
-        process.stdin.flush()
-    taken = [float(process.stdout.readline()) for process in both]
+    rates = [[_together(each, len(rows)) for each in (both[:1], both)] for _ in range(_TURNS)]
     for process in both:
         process.stdin.close()
         process.wait()
-    return sum(len(rows) / seconds for seconds in taken)
+    one, two = (statistics.median(each) for each in zip(*rates, strict=True))
+    return one, two
+
+
+def _together(processes: Sequence[subprocess.Popen[bytes]], count: int) -> float:
+    """Items per second of these processes, each solving ``count`` simultaneously."""
+    for process in processes:
+        process.stdin.write(b"\n")
+        process.stdin.flush()
+    return sum(count / float(process.stdout.readline()) for process in processes)
 
 
 def _alone(way: str, kind: str, mode: str) -> None:
-    """Such a process: reads rows, reports readiness, waits, solves, reports the time [s]."""
+    """Such a process: reads rows, reports readiness; solves whenever it is told to, and reports the time [s]."""
     count = int(sys.stdin.buffer.readline())
     job = KINDS[kind].jobs[Mode(mode)]
     requests = [job.request.model_validate_json(sys.stdin.buffer.readline()) for _ in range(count)]
     solve = _solver(way, kind, Mode(mode), requests)
     solve(slice(0, max(2, count // 20)))
     print("ready", flush=True)
-    sys.stdin.buffer.readline()
-    began = time.perf_counter()
-    solve(slice(None))
-    print(time.perf_counter() - began, flush=True)
+    while sys.stdin.buffer.readline():
+        began = time.perf_counter()
+        solve(slice(None))
+        print(time.perf_counter() - began, flush=True)
 
 
 def _solver(way: str, kind: str, mode: Mode, requests: list[Any]) -> Callable[[slice], Any]:
@@ -287,7 +341,11 @@ def section(rows: Sequence[Measured]) -> list[str]:
         ("SQLite alone [1/s]", lambda m: f"{m.store_rate:,.0f}", ""),
         ("of bulk functions and SQLite", lambda m: f"{100 * m.reached(m.bulk_rate):.0f} %", "≥ 60 %"),
         ("of answers and SQLite", lambda m: f"{100 * m.reached(m.answer_rate):.0f} %", ""),
+        ("one worker, two workers [1/s]", lambda m: f"{m.one_worker:,.0f}, {m.two_workers:,.0f}", ""),
         ("two workers against one", lambda m: f"{m.two_workers / m.one_worker:.2f}", "≥ 1.7"),
+        ("two processes against one, bulk functions alone", lambda m: f"{m.bulk_ratio:.2f}", ""),
+        ("processor time of an item: batch workers [µs]", lambda m: f"{m.workers_us:,.0f}", ""),
+        ("the same: all other processes of the service [µs]", lambda m: f"{m.others_us:,.0f}", ""),
         ("/healthz, 99 % [ms]", lambda m: f"{m.healthz_p99_ms:.1f}", "≤ 50"),
         ("a single check meanwhile, median [ms]", lambda m: f"{m.check_p50_ms:.0f}", ""),
         ("a single check meanwhile, 99 % [ms]", lambda m: f"{m.check_p99_ms:.0f}", "≤ 300"),

@@ -239,7 +239,7 @@ def even(stations: int) -> Program:
     """The program on midpoints of equal panels."""
     edges = np.linspace(0.0, 0.04, stations + 1)
     limits = pin.Limits(max_deflection=LIMIT)
-    found = assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges[:-1], edges[1:]))
+    found = assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges))
     return replace(found, anchor=stations)
 
 

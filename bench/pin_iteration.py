@@ -21,7 +21,7 @@ FORCES = (15e3, 17.12e3, 18.98e3)
 
 def ratios(m: np.ndarray, q: np.ndarray) -> np.ndarray:
     """d/D of the section equation."""
-    return 1.0 - least_wall([StrengthConstraint("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
+    return 1.0 - least_wall([StrengthConstraint(m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0))], 0.0, m.size)
 
 
 def boundary(points: int = 181) -> tuple[list[float], list[float]]:

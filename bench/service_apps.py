@@ -59,7 +59,7 @@ def _ours(service: Service, settings: Settings) -> FastAPI:
     app = FastAPI()
     errors.install(app, lambda _request, _problem: None)
     app.state.settings, app.state.service = settings, service
-    app.include_router(submissions.router)
+    submissions.install(app)
     return app
 
 

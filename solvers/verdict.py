@@ -122,7 +122,7 @@ class Verdict:
     @property
     def holds(self) -> bool:
         """Whether all criteria hold."""
-        return all(criterion.holds for criterion in self.criteria)
+        return all([criterion.holds for criterion in self.criteria])
 
     @property
     def governing(self) -> Criterion | None:

@@ -6,6 +6,7 @@ import json
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 from pydantic import ValidationError
+from pydantic_core import from_json, to_json
 
 from app.designs.problems import INVALID
 from app.designs.refusals import json_pointer
@@ -83,8 +84,12 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
 def _duplicate_names(body: bytes) -> list[Entry]:
     """One entry per duplicate name: validation takes the last value, but the sender may have meant the first.
 
-    Only for otherwise valid bodies, whose depth is bounded by the model.
+    Only for otherwise valid bodies, whose depth is bounded by the model. Without escapes, a third of the time shows
+    that there are none: each string has two quotes, and those of a name given twice are missing when what was read is
+    written again.
     """
+    if b"\\" not in body and body.count(b'"') == to_json(from_json(body)).count(b'"'):
+        return []
     found: list[Entry] = []
 
     def look(value: Any, path: tuple[int | str, ...]) -> None:

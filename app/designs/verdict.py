@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from gettext import NullTranslations
 from typing import Any, Literal
 
@@ -75,16 +76,16 @@ _AS_WRITTEN = NullTranslations()
 
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
     """A verdict as JSON; a missed accuracy is mentioned in its summary."""
-    governing = verdict.governing
+    governing, holds = verdict.governing, verdict.holds
     result: dict[str, Any] = {
-        "holds": verdict.holds,
+        "holds": holds,
         "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
         "criteria": [_criterion(criterion, words[criterion.name]) for criterion in verdict.criteria],
         "cautions": list(verdict.cautions),
     }
     reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    result["summary"] = summary_of(result, {} if verdict.holds else denials(words), reached, _AS_WRITTEN)
+    result["summary"] = summary_of(result, {} if holds else denials(words), reached, _AS_WRITTEN)
     return result
 
 
@@ -169,7 +170,7 @@ def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:
     digits = 4
     if not criterion["holds"] and f"{criterion['reached']:.4g}" == f"{criterion['required']:.4g}":
         digits = 8
-    figure = _figure(criterion, "reached", digits)
+    figure = with_unit(figures(criterion["reached"], digits), criterion["unit"])
     return texts.gettext("%(figure)s where %(wanted)s") % {
         "figure": figure,
         "wanted": _wanted(criterion, digits, texts),
@@ -177,17 +178,19 @@ def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:
 
 
 def _wanted(criterion: CriterionJson, digits: int, texts: NullTranslations) -> str:
-    if criterion["sense"] == Sense.AT_LEAST:
+    return _requirement(criterion["sense"], criterion["required"], criterion["unit"], digits, texts)
+
+
+@lru_cache(maxsize=256)
+def _requirement(sense: str, required: float, unit: str, digits: int, texts: NullTranslations) -> str:
+    """A requirement in words; the items of a batch mostly share theirs."""
+    if sense == Sense.AT_LEAST:
         said = texts.gettext("at least %(figure)s is required")
-    elif criterion["sense"] == Sense.AT_MOST:
+    elif sense == Sense.AT_MOST:
         said = texts.gettext("at most %(figure)s is allowed")
     else:
         said = texts.gettext("%(figure)s is asked for")
-    return said % {"figure": _figure(criterion, "required", digits)}
-
-
-def _figure(criterion: CriterionJson, name: str, digits: int) -> str:
-    return with_unit(figures(criterion[name], digits), criterion["unit"])
+    return said % {"figure": with_unit(figures(required, digits), unit)}
 
 
 def _spare(margin: float | None, texts: NullTranslations) -> str:

@@ -29,6 +29,7 @@ def is_address(host: str) -> bool:
     return True
 
 
+@lru_cache(1024)
 def is_loopback(host: str) -> bool:
     """Whether a host refers to this machine only."""
     return host in LOOPBACK_NAMES or (is_address(host) and ip_address(host).is_loopback)
@@ -73,6 +74,7 @@ class HostAndOriginCheck:
         return Problem(403, "Another site", "only pages of this service may send this", headers=CLOSE)
 
 
+@lru_cache(1024)
 def host_name(host: str) -> str | None:
     """The name or address in a Host header, without its port; None if it is malformed."""
     name, found, port = host.lower().rpartition(":") if not host.endswith("]") else (host.lower(), "", "")

@@ -56,9 +56,11 @@ class Lane:
         with self._lock:
             if self._closed:
                 raise ExecutorClosed("the executor is closing")
-            self._drop_dead()
-            if self._idle:
-                return self._idle.pop()
+            while self._idle:
+                worker = self._idle[-1]
+                if worker.alive:
+                    return self._idle.pop()
+                self._drop(worker)
             waiting: Future[Worker] = Future()
             self._waiting.append(waiting)
         try:
@@ -85,8 +87,8 @@ class Lane:
     def missing(self) -> int:
         """Number of workers to start."""
         with self._lock:
-            if not self._closed:
-                self._drop_dead()
+            for worker in [each for each in self._idle if not self._closed and not each.alive]:
+                self._drop(worker)
             return 0 if self._closed else self.wanted - len(self._workers)
 
     def add(self, worker: Worker) -> None:
@@ -131,10 +133,9 @@ class Lane:
                 return
         self._idle.append(worker)
 
-    def _drop_dead(self) -> None:
-        for worker in [each for each in self._idle if not each.alive]:
-            logger.warning("worker_exited", pid=worker.pid)
-            self._lose(worker)
+    def _drop(self, worker: Worker) -> None:
+        logger.warning("worker_exited", pid=worker.pid)
+        self._lose(worker)
 
     def _lose(self, worker: Worker) -> None:
         if worker in self._idle:

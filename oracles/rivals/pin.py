@@ -22,7 +22,6 @@ from solvers.pin.check import halves_alike, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.ring import ovalization
-from solvers.pin.section.variables import solidity_of
 
 ACCURACY = 1e-8
 _THINNEST, _THICKEST = 1e-7, 4.0
@@ -114,7 +113,7 @@ class Pin(_Sought):
             )
             oval, stress = widest.ovalization, max(widest.stresses.greatest, middle.stresses.greatest)
         mass, use = sought.mass_of(scene, np.array(whole.x), sizes), float(program.uses(wall).max())
-        return Figures(mass, use, program.deflection(solidity_of(wall)), oval, stress)
+        return Figures(mass, use, program.deflection(program.sought.solidity_of(wall)), oval, stress)
 
 
 @dataclass(frozen=True)

@@ -155,7 +155,7 @@ def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: f
         restitution=made,
         mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
         impact_speed=scene.tool_speed(mechanism),
-        transmission_angle=float(bar.transmission_angle(math.pi)),
+        transmission_angle=bar.middle_transmission_angle,
         peaks=loads,
         greatest=greatest if confined is None else math.inf,
     )

@@ -168,6 +168,12 @@ class LengthTolerances:
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
 """All effects."""
+_NEEDING = [
+    (effect.name, effect.needs, f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs")
+    for effect in EFFECTS
+    if effect.needs
+]
+"""Name, need and why it cannot run without it, of each effect that needs something."""
 
 
 def choose_for(
@@ -178,11 +184,11 @@ def choose_for(
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     unable = {}
-    for effect in EFFECTS:
-        if effect.needs and getattr(situation.scene, effect.needs) is None:
-            if effect.name in selection.include:
-                raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
-            unable[effect.name] = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
+    for name, needs, why in _NEEDING:
+        if getattr(situation.scene, needs) is None:
+            if name in selection.include:
+                raise InvalidInput(needs, f"the effect {name!r} cannot run without it", "a value")
+            unable[name] = why
     return choose(EFFECTS, situation, selection, tolerance, demands, unable)
 
 

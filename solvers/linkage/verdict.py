@@ -45,8 +45,8 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
         criteria.append(yes("runs_steadily", False))
     elif check.running is not None:
         criteria.append(yes("runs_steadily", True))
-    for row, limit, judged in _limiting(limits):
-        value = row.reached(check) if all([getattr(given, name) for name in row.needs]) else None
+    for row, limit, judged, known in _limiting(limits, given):
+        value = row.reached(check) if known else None
         if value is not None:
             criteria.append(judged(row.name, limit, value, slack, row.asked))
         elif row.asked:
@@ -55,9 +55,16 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
 
 
 @lru_cache(maxsize=32)
-def _limiting(limits: Limits) -> list[tuple[Constraint, float, Callable[..., Criterion]]]:
-    """The constraints that limits set, the limit of each, and what judges it."""
-    return [(row, limit, _JUDGED[row.sense]) for row in CONSTRAINTS if (limit := row.limit(limits)) is not None]
+def _limiting(limits: Limits, given: Given) -> list[tuple[Constraint, float, Callable[..., Criterion], bool]]:
+    """The constraints that limits set, the limit of each, what judges it, and whether the data that it needs are given.
+
+    Cached: linkages judged in bulk mostly share both.
+    """
+    return [
+        (row, limit, _JUDGED[row.sense], all(getattr(given, name) for name in row.needs))
+        for row in CONSTRAINTS
+        if (limit := row.limit(limits)) is not None
+    ]
 
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:

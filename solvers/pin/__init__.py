@@ -9,9 +9,9 @@ A bushing uses the same interface with a ``pin.BushingGeometry``.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.pin.bulk.many import Case, check_many
+from solvers.pin.bulk.many import check_many
 from solvers.pin.bulk.table import PinTable, check_bores
-from solvers.pin.check import check
+from solvers.pin.check import Case, check
 from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
 from solvers.pin.limits import Limits

@@ -53,28 +53,42 @@ def check(
     ``limits`` do not change a result; violations are reported as warnings. Raises InvalidInput for an invalid
     request, EffectConflict if an excluded effect is required by a limit.
     """
-    started = time.perf_counter()
-    prepared = prepare(scene, profile, criterion, limits, effects, effect_tolerance, accuracy)
-    if prepared.stepped is None:
-        return prepared.on_stations()
-    results = evaluate_all([prepared.stepped])
-    return prepared.in_closed_form(results, 0, time.perf_counter() - started)
+    return Case(scene, profile, criterion, limits, effects, effect_tolerance, accuracy).alone()
 
 
-def prepare(
-    scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, effects: EffectSelection,
-    effect_tolerance: float, accuracy: float,
-) -> Prepared:  # fmt: skip
-    """Validate a check and select its effects. Raises as ``check`` does."""
-    require_accuracy(accuracy)
-    profile.require_inside(scene.geometry)
-    choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
-    whole = profile.along(scene.geometry.length)
-    if not halves_alike(scene, whole):
-        scene = replace(scene, mirrored=False)
-    physics = compose(choice)
-    pin = stepped(scene, profile, criterion, limits, physics)
-    return Prepared(scene, whole, criterion, limits, physics, accuracy, choice, pin)
+@dataclass(frozen=True)
+class Case:
+    """The arguments of one ``check``."""
+
+    scene: Scene
+    profile: Profile
+    criterion: Criterion = CRITERIA["tresca_paper"]
+    limits: Limits = NO_LIMITS
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+
+    def prepared(self) -> Prepared:
+        """Return the check with its effects selected. Raises as ``check`` does."""
+        require_accuracy(self.accuracy)
+        scene, profile, limits = self.scene, self.profile, self.limits
+        profile.require_inside(scene.geometry)
+        choice = choose_for(scene, self.effects, self.effect_tolerance, demands_of(limits))
+        whole = profile.along(scene.geometry.length)
+        if not halves_alike(scene, whole):
+            scene = replace(scene, mirrored=False)
+        physics = compose(choice)
+        pin = stepped(scene, profile, self.criterion, limits, physics)
+        return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
+
+    def alone(self) -> Outcome[PinCheck]:
+        """Run this check on its own."""
+        started = time.perf_counter()
+        prepared = self.prepared()
+        if prepared.stepped is None:
+            return prepared.on_stations()
+        results = evaluate_all([prepared.stepped])
+        return prepared.in_closed_form(results, 0, time.perf_counter() - started)
 
 
 @dataclass(frozen=True)
@@ -125,7 +139,7 @@ class Prepared:
 
 def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
     """Return whether a profile is symmetric about the middle, to rounding of its walls."""
-    return whole.is_symmetric(scene.geometry.length, sought_in(scene).points(np.array(whole.bore)))
+    return whole.is_symmetric(scene.geometry.length, sought_in(scene).thickness(np.array(whole.bore)))
 
 
 def on_profile(
@@ -142,10 +156,10 @@ def on_profile(
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
     """
     stations = opening_stations(scene, whole.places)
-    points = sought_in(scene).points(np.array(whole.bore))
+    points = sought_in(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
-        walls = program.sought.relative(whole.between(points, stations.x, stations.side))
+        walls = whole.between(points, stations.x, stations.side) / program.sought.unit_diameter
         doubt = deflection_doubt(program, walls)
         rough = doubt.sum() > 0.1 * accuracy
         rise = risen(stations, program.uses(walls))
@@ -177,11 +191,10 @@ def assess(
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = program.forces
     worst = int(np.argmax(equivalent))
-    sizes = sought.sizes(walls)
-    bore, outer = sought.diameters(sizes)
+    bore, outer = sought.diameters(walls)
+    middle = x.size - 1 if scene.symmetric else program.anchor
     deflection = program.deflection(sought.solidity_of(walls))
-    found_ring = ring_of(scene, sought, sizes) if physics.ovalization else None
-    middle = 0.5 * scene.geometry.length
+    found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
@@ -189,10 +202,10 @@ def assess(
         capacity=partial(force_limit_of, program) if is_pin else _none,
         sections=partial(sections_of, program, walls, places),
         min_bore=float(bore.min()),
-        bore_mid=float(np.interp(middle, x, bore)),
+        bore_mid=float(bore[middle]),
         max_outer=float(outer.max()),
-        outer_mid=float(np.interp(middle, x, outer)),
-        least_wall=0.5 * sought.thickness(float(walls.min())),
+        outer_mid=float(outer[middle]),
+        least_wall=0.5 * sought.unit_diameter * float(walls.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=finite(equivalent[worst]),
@@ -214,7 +227,7 @@ def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) 
     """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
     scene, forces = program.scene, program.forces
     equivalent = scene.material.allowable_stress * program.uses(walls)[0]
-    bore, outer = program.sought.diameters(program.sought.sizes(walls))
+    bore, outer = program.sought.diameters(walls)
     table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)
 
@@ -226,7 +239,7 @@ def _warnings(
     over = where_over(x, use)
     if over is not None:
         messages.append(exceeded(program.scene, over, float(use.max())))
-    messages += shape_warnings(limits, 0.5 * program.sought.thickness(float(walls.min())), deflection)
+    messages += shape_warnings(limits, 0.5 * program.sought.unit_diameter * float(walls.min()), deflection)
     if found is not None:
         messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)
     return tuple(messages)

@@ -147,7 +147,7 @@ def _feasible_design(
             return None
         made = _as_made(problem, physics, found[0], found[1], accuracy)
         shown, walls, _, _ = made
-        if float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
+        if found[1].corners is None or float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
             break
     return found, made
 
@@ -158,7 +158,7 @@ def _as_made(
     """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
     estimate."""
     if best.corners is None:
-        return program, program.sought.walls(program, best.solidity), (), 0.0
+        return program, program.walls(best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
     shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
@@ -176,7 +176,7 @@ def _result_doubt(program: Program, best: Found) -> Array:
     which are evaluated on their own stations."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
-    walls = program.sought.walls(program, best.solidity)
+    walls = program.walls(best.solidity)
     doubt, uses = deflection_doubt(program, walls), program.uses(walls)
     # The design never uses more than the full strength.
     return np.maximum(doubt, risen(program.stations, uses, most=1.0))

@@ -7,13 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.program import Sought
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 
 Array = NDArray[np.float64]
 _MIN_RING_WALL = 1e-5
 """Minimum wall, relative to the radius, for which the ring model is evaluated."""
+_MIN_DIAMETER = 1e-9
+"""Minimum outer diameter [m], that of a shaft without a load."""
 
 
 @dataclass(frozen=True)
@@ -27,21 +28,22 @@ class RingResult:
     model: str
 
 
-def ring_of(scene: Scene, sought: Sought, sizes: Array) -> RingResult:
+def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
     """Evaluate the ring in the middle and at the thinnest wall, where ovalization and stress are greatest.
 
-    ``sizes`` [m] along the part; of a symmetric one from its end to the middle.
+    Bores and outer diameters [m] along the part; of a symmetric one from its end to the middle.
     """
     m = scene.material
 
-    def like(size: float) -> tuple[float, ...]:
-        bore, outer = sought.pair(size)
-        return scene.force, outer, scene.geometry.length, bore / outer, m.elastic_modulus, m.poisson
+    def like(k: int) -> tuple[float, ...]:
+        diameter = max(float(outer[k]), _MIN_DIAMETER)
+        ratio = min(float(bore[k]) / diameter, 1.0 - _MIN_RING_WALL)
+        return scene.force, diameter, scene.geometry.length, ratio, m.elastic_modulus, m.poisson
 
-    middle, thinnest = float(sizes[sizes.size - 1 if scene.symmetric else sizes.size // 2]), sought.thinnest(sizes)
-    own = ovalization.ring(*like(sought.with_wall(middle, _MIN_RING_WALL)))
-    if thinnest != sought.with_wall(thinnest, _MIN_RING_WALL):
+    middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
+    own = ovalization.ring(*like(middle))
+    if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
         return RingResult(own.ovalization, None, own.stresses, None, own.model)
-    most = own if thinnest == middle else ovalization.ring(*like(thinnest))
+    most = own if like(thinnest) == like(middle) else ovalization.ring(*like(thinnest))
     stress = ovalization.greatest_stress(*like(thinnest))
     return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)

@@ -21,12 +21,12 @@ class _Lengths:
     small_end_length: float
     gap: float
 
-    @property
+    @cached_property
     def length(self) -> float:
         """Total length [m]."""
         return self.places[-1][0]
 
-    @property
+    @cached_property
     def places(self) -> tuple[tuple[float, float], ...]:
         """Axial positions; see ``piston_pin.pin_places``."""
         return pin_places(self.boss_length, self.small_end_length, self.gap)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.limits import Limits
-from solvers.pin.optimum.program import Sought
+from solvers.pin.optimum.sought import Sought
 from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import Scene
 
@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 
 def where_over(x: Array, use: Array) -> Array | None:
     """First and last position [m] at which a utilisation at stations exceeds 1, linear in between; None: nowhere."""
-    over = np.flatnonzero(use > 1.0 + 1e-9)
-    if over.size == 0:
+    if not (use > 1.0 + 1e-9).any():
         return None
+    over = np.flatnonzero(use > 1.0 + 1e-9)
     ends = []
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
         place = float(x[inner])

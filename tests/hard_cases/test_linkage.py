@@ -8,7 +8,6 @@ its slope by the greatest of both and its own slope.
 from __future__ import annotations
 
 import json
-import math
 from pathlib import Path
 
 import mpmath as mp
@@ -67,7 +66,7 @@ def closed_forms(bar):
     yield "start", bar.start
     yield "end", bar.end
     yield "swing", bar.swing
-    yield "transmission_angle", float(bar.transmission_angle(math.pi))
+    yield "transmission_angle", bar.middle_transmission_angle
 
 
 def searched(bar):

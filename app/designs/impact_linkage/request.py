@@ -97,7 +97,7 @@ class Group(Strict):
     @property
     def given(self) -> bool:
         """Whether any field is not null."""
-        return any(value is not None for value in vars(self).values())
+        return any([value is not None for value in vars(self).values()])
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""

@@ -5,6 +5,7 @@ Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,7 +31,7 @@ class FourBar:
     @cached_property
     def gain(self) -> float:
         """g = sqrt(lambda0 lambda2/lambda3)."""
-        return float(np.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker))
+        return math.sqrt(self.ratios.base * self.ratios.coupler / self.ratios.rocker)
 
     @cached_property
     def gain_less_one(self) -> float:
@@ -62,6 +63,13 @@ class FourBar:
         """Angle of the rocker between its end positions [rad]: 2 asin(g/lambda0), maximal (pi) at g = lambda0."""
         return float(swing(self.kind, self.ratios))
 
+    @cached_property
+    def middle_transmission_angle(self) -> float:
+        """nu [rad] between coupler and rocker, half a turn from the blow: tan(nu/2) = lambda0 sin(phi/2)/T, where T is
+        sqrt(M) at phi = pi; pi for M <= 0."""
+        base, margin = float(self.ratios.base), float(self.coefficients[4])
+        return 2.0 * math.atan2(base, math.sqrt(max(margin, 0.0)))
+
     @property
     def longest(self) -> float:
         """The longest link, in cranks."""
@@ -83,12 +91,6 @@ class FourBar:
         root = np.sqrt(base * coupler * rocker * c * c + margin * s * s)
         back = (rocker * kappa * c * c + margin * s * s) / (root - rocker * np.minimum(c, 0.0))
         return 2.0 * np.arctan2(numerator * s, np.where(c < 0, back, rocker * c + root))
-
-    def transmission_angle(self, phi: Array | float) -> Array:
-        """nu [rad] between coupler and rocker: tan(nu/2) = lambda0 sin(phi/2)/T."""
-        s, c = half_angle(phi)
-        base, coupler, rocker, _, margin, _, _ = self.coefficients
-        return 2.0 * np.arctan2(base * s, np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0)))
 
     def joints(self, phi: Array | float) -> tuple[Array, Array]:
         """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""

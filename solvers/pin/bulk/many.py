@@ -7,43 +7,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable
-from dataclasses import dataclass
 
-from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
-from solvers.pin.check import Prepared, check, prepare
+from solvers.pin.check import Case, Prepared
 from solvers.pin.closed_form.stepped import evaluate_all
-from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.result import PinCheck
-from solvers.pin.scene import Scene
-from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.shapes.given import Profile
-
-
-@dataclass(frozen=True)
-class Case:
-    """The arguments of one ``check``."""
-
-    scene: Scene
-    profile: Profile
-    criterion: Criterion = CRITERIA["tresca_paper"]
-    limits: Limits = NO_LIMITS
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-
-    def prepared(self) -> Prepared:
-        """Return the check with its effects selected. Raises InvalidInput for an invalid request."""
-        return prepare(
-            self.scene, self.profile, self.criterion, self.limits, self.effects, self.effect_tolerance, self.accuracy
-        )
-
-    def alone(self) -> Outcome[PinCheck]:
-        """Run this check on its own."""
-        return check(
-            self.scene, self.profile, self.criterion, self.limits, self.effects, self.effect_tolerance, self.accuracy
-        )
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[PinCheck] | InvalidInput]:

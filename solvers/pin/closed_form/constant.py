@@ -12,7 +12,6 @@ from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.section.strength import strength_constraints
-from solvers.pin.section.variables import solidity_of
 from solvers.pin.uniform import deflection_parts
 
 
@@ -38,7 +37,7 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
     wall = float(sought.least_walls(constraints, sought.floor(scene, limits), 3).max())
     if np.isnan(wall):
         return None
-    least = float(solidity_of(np.float64(wall)))
+    least = float(sought.solidity_of(np.float64(wall)))
     if limits.max_deflection is None or scene.force == 0.0:
         return least
     bend, shear = deflection_parts(scene)

@@ -17,8 +17,8 @@ _MAX_DEMANDS = 3
 def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
     """Return the strength constraints in the layout of ``kernel.Pins``, (3, 3)."""
     rows = np.zeros((_MAX_DEMANDS, 3))
-    for row, (bending, shear) in zip(rows, criterion.factors, strict=False):
-        row[:] = bending / material.allowable_stress, shear / material.allowable_stress, 1.0
+    for row, factors in zip(rows, criterion.factors, strict=False):
+        row[:] = factors.bending / material.allowable_stress, factors.shear / material.allowable_stress, 1.0
     if material.allowable_shear is not None:
         rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
     return rows

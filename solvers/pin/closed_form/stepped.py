@@ -15,8 +15,8 @@ from solvers.pin.closed_form.kernel import Pins, Results
 from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
-from solvers.pin.optimum.bore_sought import BoreSought
 from solvers.pin.optimum.capacity import force_limit
+from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
 from solvers.pin.ring_results import RingResult, ring_of
@@ -99,8 +99,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
     use, deflection = max(found.criterion, found.shear), found.deflection
-    sizes = np.array(bores)
-    ring = ring_of(scene, BoreSought(g.outer_diameter), sizes) if pin.physics.ovalization else None
+    ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
     solid_mass = m.density * g.area * g.length
     return PinCheck(
         mass=solid_mass * found.volume,
@@ -146,5 +145,5 @@ def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[st
     messages += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
     if ring is not None:
         x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
-        messages += ring_warnings(scene, BoreSought(outer), limits, x, np.repeat(walls / outer, 2), ring)
+        messages += ring_warnings(scene, sought_in(scene), limits, x, np.repeat(walls / outer, 2), ring)
     return tuple(messages)

@@ -25,17 +25,6 @@ class DeflectionReference:
     right: float
     rest: float = 0.0
 
-    def unit_load(self, x: Array, rest: Array | float = 0.0) -> tuple[Array, Array]:
-        """Return moment and shear of a unit force at the midpoint: (x - left)/2 and 1/2 up to the middle, then
-        mirrored.
-
-        ``rest`` as in ``forces_at``.
-        """
-        inside = (x >= self.left) & (x <= self.right)
-        arm = np.maximum(0.5 * np.minimum(x - self.left + rest, self.right - x + (self.rest - rest)), 0.0)
-        sign = np.where(x <= 0.5 * (self.left + self.right), 0.5, -0.5)
-        return np.where(inside, arm, 0.0), np.where(inside, sign, 0.0)
-
 
 def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
     """Return the pin's load: uniform in the rod's small end, triangular in each boss with its peak at the inner
@@ -68,8 +57,9 @@ def weigh_deflection(
 ) -> None:  # fmt: skip
     """Write M m length/stiff into ``bending`` and Q q length/stiff_in_shear into ``sheared`` [m] at the stations.
 
-    m and q as in ``DeflectionReference.unit_load``; 0 outside the span, and where a load lifts the middle. A station
-    at an end of the span is inside only if its panel, which begins at ``side``, is.
+    m and q are moment and shear of a unit force at the midpoint, (x - left)/2 and 1/2 up to the middle, then mirrored.
+    0 outside the span, and where a load lifts the middle. A station at an end of the span is inside only if its panel,
+    which begins at ``side``, is.
     """
     for i in range(x.size):
         bending[i] = sheared[i] = 0.0

@@ -35,7 +35,7 @@ class WeakSpan:
 
 def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
     """Return the maximum utilisation of the solid section over all constraints at stations; feasible if F(1) <= 1."""
-    return uses(constraints_at(scene, criterion, x, side), np.ones_like(x)).max(axis=0)
+    return uses(constraints_at(scene, criterion, x, side), np.zeros_like(x), np.ones_like(x)).max(axis=0)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:

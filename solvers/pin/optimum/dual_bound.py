@@ -111,14 +111,15 @@ def least_walls_bound(program: Program, low: Array) -> float:
     the binding one, so the whole profile is scaled in proportion.
     """
     wall = program.sought.wall_of(program.lower)
-    shrink = np.zeros_like(wall)
+    loss = np.full_like(wall, 1e-12)
     bound_by_strength = wall > program.floor * (1.0 + 4e-16)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        fails = program.uses(wall * (1.0 - margin)).max(axis=0) > 1.0
-        shrink = np.where(bound_by_strength & ~fails, np.maximum(shrink, 100.0 * margin), shrink)
-        if not np.any(bound_by_strength & ~fails):
+        holds = bound_by_strength & (program.uses(wall * (1.0 - margin)).max(axis=0) <= 1.0)
+        if not holds.any():
             break
-    loss = np.maximum(shrink, 1e-12) if np.array_equal(low, program.lower) else max(float(shrink.max()), 1e-12)
+        loss[holds] = 100.0 * margin
+    if not np.array_equal(low, program.lower):
+        loss = float(loss.max())
     return program.volume(low * (1.0 - 2.0 * loss))
 
 

@@ -66,54 +66,36 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     """Return every requirement that even the solid section violates."""
     if isinstance(scene.geometry, BushingGeometry):
         return Diagnosis((_too_soft_a_ring(scene, limits),), None, None, None)
+    g, m = scene.geometry, scene.material
+    solid_ring = scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson
     found: list[Shortfall] = []
     diameters = [0.0]
+
     greatest, weak = force_limit(scene, criterion), weak_span(scene, criterion)
     if weak is not None:
         diameters.append(least_outer_diameter(scene, criterion))
-        found.append(
-            Shortfall(
-                "force",
-                scene.force,
-                greatest,
-                f"the solid section is too weak {_where(weak)}, by {100.0 * (weak.utilisation - 1.0):.3g} %; an outer "
-                f"diameter of at least {_at_least(diameters[-1])} mm would do",
-            )
+        why = (
+            f"the solid section is too weak {_where(weak)}, by {100.0 * (weak.utilisation - 1.0):.3g} %; an outer "
+            f"diameter of at least {_at_least(diameters[-1])} mm would do"
         )
-    if limits.max_deflection is not None:
-        bent, sheared = _solid_deflection(scene, criterion, physics)
-        solid = bent + sheared
-        if solid > limits.max_deflection:
-            diameters.append(scene.geometry.outer_diameter * _widened(bent, sheared, limits.max_deflection))
-            found.append(
-                Shortfall(
-                    "max_deflection",
-                    limits.max_deflection,
-                    solid,
-                    "the solid pin deflects more; an outer diameter of at least "
-                    f"{_at_least(diameters[-1])} mm would do, or shorter bosses and gaps",
-                )
-            )
-    if limits.max_ovalization is not None:
-        g, m = scene.geometry, scene.material
-        # The ovalization of a solid pin is independent of its diameter; only a longer pin reduces it.
-        solid = ovalization.ring(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson).ovalization
-        if solid > limits.max_ovalization:
-            found.append(
-                Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer pin, or less force")
-            )
-    if limits.max_ring_stress is not None and scene.force > 0:
-        g, m = scene.geometry, scene.material
-        stress = ovalization.greatest_stress(scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson)
-        if stress > limits.max_ring_stress:
-            # The stress of geometrically similar rings is proportional to 1/D.
-            diameters.append(g.outer_diameter * stress / limits.max_ring_stress)
-            found.append(
-                Shortfall(
-                    "max_ring_stress",
-                    limits.max_ring_stress,
-                    stress,
-                    f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin",
-                )
-            )
+        found.append(Shortfall("force", scene.force, greatest, why))
+    limit = limits.max_deflection
+    bent, sheared = (0.0, 0.0) if limit is None else _solid_deflection(scene, criterion, physics)
+    if limit is not None and bent + sheared > limit:
+        diameters.append(g.outer_diameter * _widened(bent, sheared, limit))
+        why = (
+            f"the solid pin deflects more; an outer diameter of at least {_at_least(diameters[-1])} mm would do, or "
+            "shorter bosses and gaps"
+        )
+        found.append(Shortfall("max_deflection", limit, bent + sheared, why))
+    # The ovalization of a solid pin is independent of its diameter; only a longer pin reduces it.
+    limit, solid = limits.max_ovalization, ovalization.ring(*solid_ring).ovalization
+    if limit is not None and solid > limit:
+        found.append(Shortfall("max_ovalization", limit, solid, "a longer or stiffer pin, or less force"))
+    limit, stress = limits.max_ring_stress, ovalization.greatest_stress(*solid_ring)
+    if limit is not None and stress > limit:
+        # The stress of geometrically similar rings is proportional to 1/D.
+        diameters.append(g.outer_diameter * stress / limit)
+        why = f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin"
+        found.append(Shortfall("max_ring_stress", limit, stress, why))
     return Diagnosis(tuple(found), weak, greatest, max(diameters))

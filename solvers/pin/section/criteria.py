@@ -4,14 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
-import numpy as np
-
-from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
-
-ALLOWABLE_SHEAR = "allowable_shear"
-"""Name of the constraint of a separate shear allowable."""
 
 
 @dataclass(frozen=True)
@@ -39,13 +34,18 @@ def saint_venant(poisson: float) -> ShearLaw:
     return ShearLaw(k * (3.0 + 2.0 * poisson) + inner, -2.0 * inner, inner)
 
 
-@dataclass(frozen=True)
-class Share:
-    """The forces in one constraint of a criterion, and the factor of the shear stress in it."""
+class Factors(NamedTuple):
+    """One constraint of a criterion: factors of the normal stresses of bending and axial force, and of the shear
+    stresses of shear force and torque."""
 
-    name: str
-    forces: InternalForces
-    factor: float
+    bending: float
+    axial: float
+    shear: float
+    torsion: float
+
+
+ONLY_SHEAR = Factors(0.0, 0.0, 1.0, 1.0)
+"""The constraint of a separate shear allowable."""
 
 
 @dataclass(frozen=True)
@@ -59,13 +59,9 @@ class CombinedCriterion:
         return zhuravsky()
 
     @property
-    def factors(self) -> tuple[tuple[float, float], ...]:
-        """Factors of the bending stress and the shear stress in each constraint."""
-        return ((1.0, self.factor),)
-
-    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
-        """Return a single constraint with all forces."""
-        return (Share(self.name, forces, self.factor),)
+    def factors(self) -> tuple[Factors, ...]:
+        """A single constraint with all forces."""
+        return (Factors(1.0, 1.0, self.factor, self.factor),)
 
 
 @dataclass(frozen=True)
@@ -83,16 +79,9 @@ class FibreCriterion:
         return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
 
     @property
-    def factors(self) -> tuple[tuple[float, float], ...]:
-        """Factors of the bending stress and the shear stress in each constraint."""
-        return (1.0, 0.0), (0.0, 2.0)
-
-    def shares(self, forces: InternalForces) -> tuple[Share, ...]:
-        """Return two constraints: bending without shear at the outer fibre, shear without bending at the neutral
-        axis."""
-        flat = InternalForces(forces.moment, np.zeros_like(forces.shear), forces.axial_force, forces.torque)
-        axis = InternalForces(np.zeros_like(forces.moment), forces.shear, forces.axial_force, forces.torque)
-        return Share(f"{self.name}_bending", flat, 2.0), Share(f"{self.name}_shear", axis, 2.0)
+    def factors(self) -> tuple[Factors, ...]:
+        """Two constraints: bending without shear at the outer fibre, shear without bending at the neutral axis."""
+        return Factors(1.0, 1.0, 0.0, 2.0), Factors(0.0, 1.0, 2.0, 2.0)
 
 
 Criterion = CombinedCriterion | FibreCriterion

@@ -26,25 +26,6 @@ _TINY = 1e-140
 
 
 @kernel
-def raise_uses(
-    m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array, out: Array
-) -> None:  # fmt: skip
-    """Raise ``out`` to F/v, F = sqrt((m + n (1 + (1-w)^2))^2 + (q (c0 + c1 w + c2 w^2) + t)^2); inf without a wall,
-    0 where unloaded."""
-    for i in range(out.size):
-        w = wall[i]
-        b = 1.0 - w
-        p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
-        f = math.sqrt(p * p + r * r)
-        # Same rounding as the solver below unless squares overflow or underflow: a section at exactly F = v is
-        # accepted.
-        if not _TINY < f < 1.0 / _TINY:
-            f = math.hypot(p, r)
-        if f > 0.0:
-            out[i] = max(out[i], f / (w * (2.0 - w) * (2.0 - 2.0 * w + w * w)))
-
-
-@kernel
 def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
     """Write starting walls below the roots, NaN where F(1) > 1; return the number of nearly unloaded stations."""
     light = 0

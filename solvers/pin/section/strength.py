@@ -8,6 +8,14 @@ torque, each strength criterion is one or more constraints
 
 p and r non-negative, convex and decreasing on [0, 1]. A feasible wall exists exactly if F(1) <= 1;
 ``solvers.pin.section.least_wall`` finds the minimum.
+
+With t = D - d and D^4 - d^4 = t (2d + t)(D^2 + d^2), free of cancellation for a thin wall, the same constraint for any
+bore d and any outer diameter D is
+
+    G(t) = sqrt(p^2 + r^2)/(stress (D^4 - d^4)) <= 1,   p = (32/pi) M D + (4/pi) N (D^2 + d^2),
+    r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D):
+
+with the coefficients above those of a pin in units of its diameter, with those for a diameter of 1 m any part's.
 """
 
 from __future__ import annotations
@@ -19,64 +27,57 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
-from solvers.pin.section.criteria import ALLOWABLE_SHEAR, Criterion, ShearLaw
-from solvers.pin.section.least_wall import least_walls, raise_uses
+from solvers.pin.section.criteria import ONLY_SHEAR, Criterion, ShearLaw
+from solvers.pin.section.least_wall import least_walls
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class StrengthConstraint:
-    """F(w) at every station, over ``stress``.
+    """F(w) at every station, over the allowable stress.
 
     ``bending`` m and ``shear`` q have shape (n,); ``axial`` n and ``torsion`` t are constant along the pin.
+    ``separate``: the constraint of a separate shear allowable.
     """
 
-    name: str
     bending: Array
     shear: Array
     axial: float
     torsion: float
     law: ShearLaw
-    stress: float
-
-
-def _constraint(
-    name: str, forces: InternalForces, diameter: float, stress: float, law: ShearLaw, factor: float
-) -> StrengthConstraint:
-    """Return v times the maximum stresses over ``stress``.
-
-    Normal stress 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), and ``factor`` times the shear stress of the shear
-    force, Q s(w)/D^2, and of the torque, 16 |T|/(pi D^3).
-    """
-    area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
-    return StrengthConstraint(
-        name,
-        (32.0 / cube) * forces.moment_total,
-        (factor / area) * forces.shear_total,
-        4.0 * abs(forces.axial_force) / (math.pi * area),
-        factor * 16.0 * abs(forces.torque) / cube,
-        law,
-        stress,
-    )
+    separate: bool = False
 
 
 def strength_constraints(
     criterion: Criterion, cases: Sequence[InternalForces], diameter: float, material: PinMaterial
 ) -> tuple[StrengthConstraint, ...]:
     """Return a criterion's constraints for all load cases on a section of this outer diameter, including the
-    material's shear allowable; for a bushing, whose outer diameter is sought, with 1 m."""
-    stress, law, found = material.allowable_stress, criterion.law(material), []
+    material's shear allowable; for a bushing, whose outer diameter is sought, with 1 m.
+
+    v times the maximum stresses over the allowable: normal stress 32 M/(pi D^3) + 4 |N| (1 + (1-w)^2)/(pi D^2), shear
+    stress Q s(w)/D^2 + 16 |T|/(pi D^3).
+    """
+    law, rows = criterion.law(material), [(False, factors, material.allowable_stress) for factors in criterion.factors]
+    if material.allowable_shear is not None:
+        rows.append((True, ONLY_SHEAR, material.allowable_shear))
+    found = []
     for forces in cases:
-        found += [
-            _constraint(share.name, share.forces, diameter, stress, law, share.factor)
-            for share in criterion.shares(forces)
-        ]
-        if material.allowable_shear is not None:
-            only = InternalForces(np.zeros_like(forces.moment), forces.shear, 0.0, forces.torque)
-            found.append(_constraint(ALLOWABLE_SHEAR, only, diameter, material.allowable_shear, law, 1.0))
+        for separate, factors, stress in rows:
+            area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
+            found.append(
+                StrengthConstraint(
+                    (factors.bending * 32.0 / cube) * forces.moment_total,
+                    (factors.shear / area) * forces.shear_total,
+                    factors.axial * 4.0 * abs(forces.axial_force) / (math.pi * area),
+                    factors.torsion * 16.0 * abs(forces.torque) / cube,
+                    law,
+                    separate,
+                )
+            )
     return tuple(found)
 
 
@@ -96,13 +97,43 @@ def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations
     return found
 
 
-def uses(constraints: Sequence[StrengthConstraint], wall: Array) -> Array:
-    """Return the maximum F(w)/v(w) at relative walls (n,), of the criterion and of the shear allowable, (2, n).
+@kernel
+def utilisation(t: float, d: float, m: float, n: float, q: float, s: float, c0: float, c1: float, c2: float):
+    """Return G and -d ln G/d ln t of a section of bore d and t = D - d."""
+    D = d + t
+    full = t * (2.0 * d + t) * (D * D + d * d)
+    shape = d * (c0 * d + (2.0 * c0 + c1) * t) + (c0 + c1 + c2) * t * t
+    p, dp = m * D + n * (D * D + d * d), m + 2.0 * n * D
+    r, dr = q * shape + s * D, q * (d * (2.0 * c0 + c1) + 2.0 * (c0 + c1 + c2) * t) + s
+    size = max(abs(p), abs(r))
+    if size == 0.0:
+        return 0.0, 1.0
+    a, b = p / size, r / size
+    f = math.sqrt(a * a + b * b)
+    fall = 4.0 * D * D * D * t / full - t * (a * dp + b * dr) / (size * f * f)
+    return size * f / full, fall
 
-    1 at full utilisation, inf without a wall, 0 where unloaded.
+
+@kernel
+def _raise_uses(
+    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, bore: Array, gap: Array,
+    out: Array,
+) -> None:  # fmt: skip
+    for i in range(out.size):
+        if max(bending[i], shear[i], n, s) > 0.0:
+            use = np.inf
+            if gap[i] > 0.0:
+                use = utilisation(gap[i], bore[i], bending[i], n, shear[i], s, c0, c1, c2)[0]
+            out[i] = max(out[i], use)
+
+
+def uses(constraints: Sequence[StrengthConstraint], bore: Array, gap: Array) -> Array:
+    """Return the maximum G of the criterion and of the shear allowable, (2, n), at d and t = D - d, (n,) each.
+
+    1 at full utilisation, inf where a loaded section has no wall, 0 where unloaded.
     """
-    out = np.zeros((2, wall.size))
+    out = np.zeros((2, gap.size))
     for c in constraints:
-        row, law = int(c.name == ALLOWABLE_SHEAR), c.law
-        raise_uses(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, wall, out[row])
+        row, law = out[int(c.separate)], c.law
+        _raise_uses(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, bore, gap, row)
     return out

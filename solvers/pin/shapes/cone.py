@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.program import Program, folded, unfolded
-from solvers.pin.section.variables import solidity_of
 from solvers.pin.shapes.cone_bounds import branch_and_bound
 from solvers.pin.shapes.cone_sizes import bar_of, climb, size_of, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, hollow, relative_bores
@@ -83,7 +82,7 @@ class Cone:
         most = max(bounds.values())
 
         def bored(half: Program) -> Array:
-            return solidity_of(1.0 - size * relative_bores(turn, r, c, bar_of(half).x))
+            return half.sought.solidity_of(1.0 - size * relative_bores(turn, r, c, bar_of(half).x))
 
         evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
         evidence["narrowing" if turn == NARROWING else "widening"] = r

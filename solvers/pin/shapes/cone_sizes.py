@@ -20,7 +20,6 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
-from solvers.pin.optimum.slope_limit import bore_of
 from solvers.pin.section.flexibility import flexibilities
 from solvers.pin.shapes.tapers import hollow, relative_bore
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
@@ -65,7 +64,7 @@ def bar_of(half: Program, straight: float = math.inf) -> Bar:
     middle = 0.5 * g.length
     steep = math.inf if slope is None else slope * middle / g.outer_diameter
     return Bar(
-        half.stations.x / middle, bore_of(half, half.lower) / g.outer_diameter, half.share, half.bending, half.shear,
+        half.stations.x / middle, 1.0 - half.sought.wall_of(half.lower), half.share, half.bending, half.shear,
         half.law.a, half.law.b, math.inf if limit is None else limit, steep,
         _corners(half, straight) if math.isfinite(straight) else np.empty((3, 0)),
     )  # fmt: skip

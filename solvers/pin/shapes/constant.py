@@ -43,7 +43,7 @@ class Constant:
         u = float(weighed.solidity[0])
         if weighed.multiplier == 0.0:
             proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
-            wall = sought.walls(program, program.lower).max()
+            wall = program.walls(program.lower).max()
         else:
             # One unknown: a wall thinner by 1e-12 violates the deflection limit.
             proof, wall = partial(float, u * (1.0 - 1e-12)), sought.wall_of(weighed.solidity)[0]

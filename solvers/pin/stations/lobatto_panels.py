@@ -7,7 +7,7 @@ subsets of the same nodes disagree.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from types import MappingProxyType
 
@@ -67,69 +67,71 @@ _ERROR_WEIGHTS = 2.0 * np.stack([_W - _weights_without(dropped) for dropped in _
 
 @dataclass(frozen=True)
 class Stations:
-    """Ordered panels [left, right] and their nodes.
+    """Contiguous panels between ``edges`` [m], ascending, and their nodes.
 
     ``share`` are quadrature weights relative to the whole length: they sum to 1 also if one half of the bar
-    represents both. ``left_rest`` and ``right_rest`` are the rounding residuals of the panels' ends: they keep the
-    relative precision of short panels far from the bar's end.
+    represents both. ``rests`` are the rounding residuals of the edges: they keep the relative precision of short
+    panels far from the bar's end.
     """
 
-    left: Array
-    right: Array
-    left_rest: Array | float = field(default=0.0, kw_only=True)
-    right_rest: Array | float = field(default=0.0, kw_only=True)
+    edges: Array
+    rests: Array | float = 0.0
+
+    @property
+    def left(self) -> Array:
+        """Where the panels begin [m]."""
+        return self.edges[:-1]
+
+    @property
+    def right(self) -> Array:
+        """Where the panels end [m]."""
+        return self.edges[1:]
 
     @property
     def span(self) -> float:
-        return float(self.right[-1] - self.left[0])
+        return float(self.edges[-1] - self.edges[0])
 
     @cached_property
+    def _nodes(self) -> tuple[Array, Array]:
+        """Of the nodes ``x``, ``rest``, ``side`` and ``share``, (4, n), and the widths of the panels."""
+        table, width = np.empty((4, NODES * (self.edges.size - 1))), np.empty(self.edges.size - 1)
+        _lay_out(self.edges, self.rests + np.zeros_like(self.edges), table, width)
+        return table, width
+
+    @property
     def width(self) -> Array:
-        return (self.right - self.left) + (self.right_rest - self.left_rest)
-
-    @cached_property
-    def _rests(self) -> tuple[Array, Array]:
-        """``left_rest`` and ``right_rest`` as arrays."""
-        none = np.zeros_like(self.left)
-        return self.left_rest + none, self.right_rest + none
-
-    @cached_property
-    def _places(self) -> tuple[Array, Array]:
-        """The nodes and their rounding residuals."""
-        x, rest = np.empty((2, NODES * self.left.size))
-        _place(self.left, self.right, *self._rests, x, rest)
-        return x, rest
+        return self._nodes[1]
 
     @property
     def x(self) -> Array:
-        return self._places[0]
+        return self._nodes[0][0]
 
     @property
     def rest(self) -> Array:
         """Rounding residuals of ``x``."""
-        return self._places[1]
+        return self._nodes[0][1]
 
-    @cached_property
+    @property
     def side(self) -> Array:
         """The left end of each station's panel: loads that begin there act on the station."""
-        return np.repeat(self.left, NODES)
+        return self._nodes[0][2]
 
-    @cached_property
+    @property
     def share(self) -> Array:
-        return (0.5 * self.width[:, None] * _W).ravel() / self.span
+        return self._nodes[0][3]
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
-        """Return contiguous panels split at these positions."""
-        edges, rest = np.empty((2, self.left.size + 1 + len(places)))
-        count = _cut(self.left, self.right, *self._rests, np.sort(places), edges, rest)
-        edges, rest = edges[:count], rest[:count]
-        return Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
+        """Return the panels split at these positions."""
+        edges, rests = np.empty((2, self.edges.size + len(places)))
+        count = _cut(self.edges, self.rests + np.zeros_like(self.edges), np.sort(places), edges, rests)
+        return Stations(edges[:count], rests[:count])
 
     def doubt(self, values: Array) -> Array:
         """Return per panel the largest difference between rules on fewer nodes and Lobatto's, relative to the whole
         length."""
-        table = values.reshape(-1, NODES)
-        return 0.5 * self.width / self.span * np.abs(table @ _ERROR_WEIGHTS).max(axis=1)
+        doubt = np.empty(self.edges.size - 1)
+        _doubt(self.width, self.span, values, doubt)
+        return doubt
 
     def overlooked(self, values: Array, forward: bool = True) -> Array:
         """Return per panel the underestimate of a running maximum over the stations, relative to the whole length.
@@ -153,53 +155,86 @@ class Stations:
         Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes beside the
         largest change of slope, which makes its panel about eight times shorter.
         """
-        kinked = excess > _KINK_RATIO
-        x, f = (v.reshape(-1, NODES)[kinked] for v in (self.x, values))
-        slope = np.diff(f, axis=1) / np.diff(x, axis=1)
-        bend = np.abs(np.diff(slope, axis=1, prepend=slope[:, :1], append=slope[:, -1:]))
-        row, at = np.arange(len(x)), np.argmax(bend[:, :-1] + bend[:, 1:], axis=1)
-        middles = (self.left + 0.5 * self.width)[excess > 1.0]
-        return self.cut(np.concatenate([x[row, at], x[row, at + 1], middles]))
+        places = np.empty(3 * excess.size)
+        return self.cut(places[: _refine(self.x, self.width, excess, values, places)])
 
     def first(self, panels: int) -> Stations:
         """Return the first panels."""
-        left_rest, right_rest = self._rests
-        return Stations(
-            self.left[:panels], self.right[:panels], left_rest=left_rest[:panels], right_rest=right_rest[:panels]
+        rests = self.rests if isinstance(self.rests, float) else self.rests[: panels + 1]
+        return Stations(self.edges[: panels + 1], rests)
+
+
+@kernel
+def _lay_out(edges: Array, rests: Array, table: Array, width: Array) -> None:
+    """Write the nodes of panels, their rounding residuals (D. E. Knuth's sum), sides and shares into ``table``."""
+    span = edges[edges.size - 1] - edges[0]
+    for panel in range(width.size):
+        begin, own, first = edges[panel], rests[panel], panel * NODES
+        width[panel] = (edges[panel + 1] - begin) + (rests[panel + 1] - own)
+        for j in range(NODES):
+            along, i = 0.5 * width[panel] * (1.0 + NODE_PLACES[j]) + own, first + j
+            total = begin + along
+            seen = total - begin
+            table[0, i], table[1, i] = total, (begin - (total - seen)) + (along - seen)
+            table[2, i], table[3, i] = begin, 0.5 * width[panel] * _W[j] / span
+        last = first + NODES - 1
+        table[0, first], table[1, first], table[0, last], table[1, last] = (
+            begin,
+            own,
+            edges[panel + 1],
+            rests[panel + 1],
         )
 
 
 @kernel
-def _place(left: Array, right: Array, left_rest: Array, right_rest: Array, x: Array, rest: Array) -> None:
-    """Write the nodes of panels into ``x`` and their rounding residuals (D. E. Knuth's sum) into ``rest``."""
-    for panel in range(left.size):
-        begin, own = left[panel], left_rest[panel]
-        width = (right[panel] - begin) + (right_rest[panel] - own)
-        for j in range(NODES):
-            along, i = 0.5 * width * (1.0 + NODE_PLACES[j]) + own, panel * NODES + j
-            total = begin + along
-            seen = total - begin
-            x[i], rest[i] = total, (begin - (total - seen)) + (along - seen)
-        first, last = panel * NODES, panel * NODES + NODES - 1
-        x[first], rest[first], x[last], rest[last] = begin, own, right[panel], right_rest[panel]
+def _cut(edges: Array, rests: Array, places: Array, out: Array, out_rests: Array) -> int:
+    """Write the edges and increasing positions between them into ``out``, each once; return the count."""
+    count, k = 0, 0
+    for i in range(edges.size):
+        while k < places.size and places[k] <= edges[i]:
+            if i > 0 and places[k] < edges[i] and places[k] > out[count - 1]:
+                out[count], out_rests[count] = places[k], 0.0
+                count += 1
+            k += 1
+        out[count], out_rests[count] = edges[i], rests[i]
+        count += 1
+    return count
 
 
 @kernel
-def _cut(
-    left: Array, right: Array, left_rest: Array, right_rest: Array, places: Array, edges: Array, rest: Array
-) -> int:  # fmt: skip
-    """Write the distinct ends of contiguous panels and increasing positions between them into ``edges``; return the
-    count."""
-    count, k, n = 0, 0, left.size
-    for panel in range(n + 1):
-        end = left[panel] if panel < n else right[n - 1]
-        while k < places.size and places[k] <= end:
-            if panel > 0 and places[k] < end and places[k] > edges[count - 1]:
-                edges[count], rest[count] = places[k], 0.0
-                count += 1
-            k += 1
-        edges[count], rest[count] = end, left_rest[panel] if panel < n else right_rest[n - 1]
-        count += 1
+def _doubt(width: Array, span: float, values: Array, doubt: Array) -> None:
+    """Write the result of ``Stations.doubt``."""
+    for panel in range(width.size):
+        most = 0.0
+        for rule in range(_ERROR_WEIGHTS.shape[1]):
+            off = 0.0
+            for j in range(NODES):
+                off += values[panel * NODES + j] * _ERROR_WEIGHTS[j, rule]
+            # Not max, which loses NaN.
+            most = abs(off) if not abs(off) <= most else most
+        doubt[panel] = 0.5 * width[panel] / span * most
+
+
+@kernel
+def _refine(x: Array, width: Array, excess: Array, f: Array, places: Array) -> int:
+    """Write the positions at which ``Stations.refined`` cuts; return the count."""
+    count = 0
+    for panel in range(excess.size):
+        first = panel * NODES
+        if excess[panel] > 1.0:
+            places[count] = x[first] + 0.5 * width[panel]
+            count += 1
+        if excess[panel] > _KINK_RATIO:
+            at, most, bend_before = first, -1.0, 0.0
+            for i in range(first, first + NODES - 1):
+                slope, bend = (f[i + 1] - f[i]) / (x[i + 1] - x[i]), 0.0
+                if i + 2 < first + NODES:
+                    bend = abs((f[i + 2] - f[i + 1]) / (x[i + 2] - x[i + 1]) - slope)
+                if bend_before + bend > most:
+                    at, most = i, bend_before + bend
+                bend_before = bend
+            places[count], places[count + 1] = x[at], x[at + 1]
+            count += 2
     return count
 
 
@@ -279,8 +314,8 @@ def merged(places: list[float], tolerance: float) -> list[float]:
 
 
 def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
-    """Return panels on [0, end] bounded by the given positions; ``rests`` are rounding residuals of some of them."""
+    """Return the halves of panels on [0, end] bounded by the given positions; ``rests`` are rounding residuals of some
+    of them."""
     edges = np.array([0.0, *(p for p in places if p < end), end])
-    rest = np.array([rests.get(edge, 0.0) for edge in edges.tolist()])
-    whole = Stations(edges[:-1], edges[1:], left_rest=rest[:-1], right_rest=rest[1:])
-    return whole.halved(np.ones(edges.size - 1, dtype=bool))
+    whole = Stations(edges, np.array([rests.get(edge, 0.0) for edge in edges.tolist()]))
+    return whole.cut(whole.left + 0.5 * whole.width)

@@ -198,7 +198,7 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     for _ in range(_NEWTON_STEPS):
         local = context.best()
         conditions = conditions_at(context, local.best, context.bounds, context.bounds)
-        second = _second_order(local.best, conditions)
+        second = _second_order(local.best, conditions, context.bounds)
         if second.gain <= context.task.enough:
             break
         for step in second.steps:
@@ -317,7 +317,7 @@ def conditions_at(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) 
     )  # fmt: skip
 
 
-def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
+def _second_order(at: Iterate, conditions: Stationarity, bounds: Bounds) -> SecondOrder:
     """What Newton's method says along the directions that limits leave free.
 
     Curvatures are differences over ``_APART``, so that the noise of a time mesh does not count.
@@ -340,13 +340,23 @@ def _second_order(at: Iterate, conditions: Stationarity) -> SecondOrder:
     curvatures, axes = np.linalg.eigh(matrix)
     # The residual is the slope downhill.
     down = axes.T @ slope
-    lengths = np.clip(down / np.maximum(curvatures, 1e-12), -_FARTHEST, _FARTHEST)
-    gains = down * lengths - 0.5 * curvatures * lengths**2
     if curvatures[0] > 0.0:
-        return SecondOrder(float(curvatures[0]), float(np.sum(gains)), ((axes @ lengths) @ ways,))
+        # Of a flat valley the bottom is far; the search from there says what the model is worth.
+        step = (axes @ (down / curvatures)) @ ways
+        shorter = min(1.0, _room(at.x, step, bounds))
+        gain = shorter * (1.0 - 0.5 * shorter) * float(down @ (down / curvatures))
+        return SecondOrder(float(curvatures[0]), gain, (shorter * step,))
     both = tuple(side * _FARTHEST * axes[:, 0] @ ways for side in (1.0, -1.0))
     gain = abs(down[0]) * _FARTHEST - 0.5 * float(curvatures[0]) * _FARTHEST**2
     return SecondOrder(float(curvatures[0]), gain, both)
+
+
+def _room(x: Array, step: Array, bounds: Bounds) -> float:
+    """The share of a step that stays within the bounds."""
+    lower, upper = np.log([bounds.b, bounds.h, bounds.l]).T
+    room = np.where(step > 0.0, upper - x, lower - x)
+    moving = np.abs(step) > 1e-12
+    return max(float(np.min(room[moving] / step[moving], initial=math.inf)), 0.0)
 
 
 def _different(ends: list[Local]) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import time
 
 import pytest
@@ -50,6 +51,23 @@ def test_a_repeated_spec_is_answered_from_the_store_as_a_new_run(client, check_r
     assert second["cached"]
     assert first["id"] != second["id"]
     assert first["result"] == second["result"]
+
+
+@pytest.mark.parametrize("again", ["effect_tolerance", r"effect_toleranc\u0065"], ids=["plain", "escaped"])
+def test_a_name_given_twice_is_refused(client, check_request, again):
+    once = json.dumps({**check_request, "effect_tolerance": 0.012})
+    answer = client.post(
+        CHECKS, content=f'{once[:-1]}, "{again}": 0.013}}', headers={"Content-Type": "application/json"}
+    )
+    assert answer.status_code == 422
+    assert [each["pointer"] for each in answer.json()["errors"]] == ["/effect_tolerance"]
+
+
+def test_an_answer_is_compressed_for_those_who_accept_it(client, check_request):
+    request = {**check_request, "effect_tolerance": 0.014}
+    plain, packed = (client.post(CHECKS, json=request, headers={"Accept-Encoding": to}) for to in ("identity", "gzip"))
+    assert "content-encoding" not in plain.headers and packed.headers["content-encoding"] == "gzip"
+    assert plain.json()["result"] == packed.json()["result"]
 
 
 def test_an_idempotency_key_replays_the_response_byte_for_byte(client, check_request):

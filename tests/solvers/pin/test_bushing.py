@@ -18,8 +18,8 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import dual_bound
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
-from solvers.pin.section.outside_wall import least_gap, outside_uses
-from solvers.pin.section.strength import strength_constraints
+from solvers.pin.section.outside_wall import least_gap
+from solvers.pin.section.strength import strength_constraints, uses
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
@@ -79,7 +79,7 @@ def test_the_bound_on_how_fast_the_use_falls():
     for law in ("tresca_paper", "saint_venant"):
         for loads in ({"moment": 1.0}, {"shear": 1.0}, {"axial": 1.0}, {"torque": 1.0}):
             for pull in strength_constraints(pin.CRITERIA[law], [forces(**loads)], 1.0, STEEL):
-                g = np.array([outside_uses([pull], 1.0, np.array([s]))[0, 0] for s in t])
+                g = np.array([uses([pull], np.ones(1), np.array([s]))[0, 0] for s in t])
                 if not g.any():
                     continue
                 fall = -np.diff(np.log(g)) / np.diff(np.log(t))

@@ -24,7 +24,7 @@ def bent(x):
 
 
 def stations(edges):
-    return Stations(np.asarray(edges[:-1]), np.asarray(edges[1:]))
+    return Stations(np.asarray(edges))
 
 
 def at(pieces, x):

@@ -11,15 +11,15 @@ import pytest
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.optimum.bore_sought import BoreSought
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
 from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
-from solvers.pin.section.variables import wall_of
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
 def paper_walls(m, q):
     m, q = np.atleast_1d(np.asarray(m, dtype=float)), np.atleast_1d(np.asarray(q, dtype=float))
-    return least_wall([StrengthConstraint("paper", m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0), 1.0)], 0.0, m.size)
+    return least_wall([StrengthConstraint(m, q, 0.0, 0.0, ShearLaw(3.0, -3.0, 1.0))], 0.0, m.size)
 
 
 @pytest.mark.parametrize("size", [1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999])
@@ -75,7 +75,7 @@ def test_walls_of_materials_keep_their_digits():
     for wall in (1e-15, 1e-8, 0.3, 1.0):
         with mp.workdps(50):
             u = 1 - (1 - mp.mpf(wall)) ** 2
-            assert relative(wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
+            assert relative(BoreSought(1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
 
 
 def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
@@ -85,7 +85,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
     demands = strength_constraints(pin.CRITERIA[criterion], [forces(**loads)], GEOMETRY.outer_diameter, STEEL)
-    return max(float(d.stress * uses([d], wall).max()) for d in demands)
+    return STEEL.allowable_stress * float(uses(demands, 1.0 - wall, wall).max())
 
 
 def test_stresses_are_the_textbooks():
@@ -163,7 +163,7 @@ def test_axial_force_and_torque_all_along_in_fifty_digits(share):
     m, q = share * np.array([0.0, 0.3, 0.9, 0.2]), share * np.array([0.0, 0.5, 0.1, 0.1])
     n, t = 0.2 * share, 0.15 * share
     law = saint_venant(0.3)
-    found = least_wall([StrengthConstraint("all", m, q / law.c0, n, t, law, 1.0)], 0.0, m.size)
+    found = least_wall([StrengthConstraint(m, q / law.c0, n, t, law)], 0.0, m.size)
     for k in range(m.size):
         with mp.workdps(50):
             low, high = mp.mpf(0), mp.mpf(1)
@@ -177,7 +177,5 @@ def test_axial_force_and_torque_all_along_in_fifty_digits(share):
 
 
 def test_a_floor_that_does_not_exist_is_no_wall():
-    none = least_wall(
-        [StrengthConstraint("paper", np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky(), 1.0)], math.nan, 1
-    )
+    none = least_wall([StrengthConstraint(np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky())], math.nan, 1)
     assert np.isnan(none[0])

@@ -240,7 +240,7 @@ def test_stiffer_asks_more():
 
 def test_a_kink_anywhere_in_a_panel_is_not_overlooked():
     """Rules that judge quadrature must not all be exact by chance where one demand takes over from another."""
-    one = Stations(np.array([0.0]), np.array([1.0]))
+    one = Stations(np.array([0.0, 1.0]))
     for place in np.linspace(0.0, 1.0, 2001):
         kink = np.abs(one.x - place)
         error = abs(one.share @ kink - (place**2 + (1 - place) ** 2) / 2)

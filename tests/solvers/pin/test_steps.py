@@ -21,7 +21,6 @@ from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6
-NO_PRICE = np.array([[0.0, 1.0], [0.0, 0.0]])
 SLEEVE = pin.Scene(pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
 SHAFT = pin.Scene(pin.BushingGeometry(0.0, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
 
@@ -76,7 +75,7 @@ def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
             layers.append(cells(half, np.array([t]), np.array([narrow * wide]), sums))
         if trial % 10 == 9:
             layers[1] = layers[0]
-        bound = base.through(layers, NO_PRICE, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
+        bound = base.through(layers, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
         assert np.isfinite(bound)
         least = np.inf
         for _ in range(12):
@@ -222,7 +221,7 @@ def test_a_duality_gap_is_closed():
     assert volume * (1 - 1e-7) <= found.bound <= volume
     # One multiplier for all breaks leaves more than a ten-thousandth open.
     base = ground(half, half.sums, 400)
-    one = base.around([points(half, base.edges, half.sums)], NO_PRICE, (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    one = base.around([points(half, base.edges, half.sums)], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert one.value < volume * (1 - 1e-4)
 
 
@@ -319,5 +318,5 @@ def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
     assert found.certificate.bound <= solid * lightest
     assert found.value.check.mass <= solid * lightest * (1 + 1e-6)
     base, places = ground(half, half.sums, 24), found.value.corners[1][0] / (0.5 * scene.geometry.length)
-    fixed = base.around([points(half, np.array([places]), half.sums)], NO_PRICE, (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    fixed = base.around([points(half, np.array([places]), half.sums)], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert fixed.value < found.certificate.bound / solid * (1 - 1e-5)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import AT, BENT, COLUMNS, FLOOR, PRICE, SHEARED
+from solvers.pin.shapes.break_points.paths import AT, BENT, COLUMNS, FLOOR, SHEARED
 from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
@@ -24,21 +24,13 @@ class Cells:
     """Ordered cells [t, t + h], n of them, and ``table`` of shape (n, COLUMNS), laid out as in
     ``solvers.pin.shapes.break_points.paths``.
 
-    ``level`` marks the cells in which f, B and S are constant. The price of length in the table is t itself unless
-    set by ``priced``.
+    ``level`` marks the cells in which f, B and S are constant.
     """
 
     t: Array
     h: Array
     level: NDArray[np.bool_]
     table: Array
-
-    def priced(self, extra: Array) -> Cells:
-        """Return the cells with ``extra`` added to the price of length: positions and values, linear between."""
-        table = self.table.copy()
-        ends = table[:, AT : AT + 2]
-        table[:, PRICE : PRICE + 2] = ends + np.interp(ends, *extra)
-        return replace(self, table=table)
 
     def floored(self, least: float) -> Cells:
         """Return the cells with walls of at least ``least``; where f passes it, f is ignored."""
@@ -62,7 +54,7 @@ class Cells:
 def points(half: Half, t: Array, sums: Sums | None) -> Cells:
     """Return cells of zero width, with exact f, B and S."""
     table = np.zeros((t.size, COLUMNS))
-    table[:, AT : AT + 2] = table[:, PRICE : PRICE + 2] = t[:, None]
+    table[:, AT : AT + 2] = t[:, None]
     table[:, FLOOR : FLOOR + 2] = half.least(t)[:, None]
     if sums is not None:
         bent, sheared = sums.upto(t)
@@ -76,7 +68,7 @@ def cells(half: Half, t: Array, h: Array, sums: Sums | None) -> Cells:
     grid[:, -1] = np.minimum(t + h, 1.0)
     level = half.least(grid.ravel()).reshape(grid.shape)
     table = np.zeros((t.size, COLUMNS))
-    table[:, AT : AT + 2] = table[:, PRICE : PRICE + 2] = grid[:, [0, -1]]
+    table[:, AT : AT + 2] = grid[:, [0, -1]]
     # f is non-decreasing, and between two samples its kinks are seen as the second differences beside them.
     turn = np.maximum(np.diff(level, 2, axis=1), 0.0)
     sag = 0.25 * _SAFETY_FACTOR * (np.pad(turn, ((0, 0), (0, 1))) + np.pad(turn, ((0, 0), (1, 0)))).max(axis=1)

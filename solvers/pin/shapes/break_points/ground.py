@@ -1,4 +1,4 @@
-"""Common basis of the step search: the half, the price of length, chains of layers and their bounds."""
+"""Common basis of the step search: the half, chains of layers and their bounds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.section.flexibility import slopes
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.half import Half, Walls
 from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, greatest_dual, trace
@@ -22,8 +21,6 @@ Array = NDArray[np.float64]
 APART = 1e-12
 """Distance below which two positions of the bar, 0 to 1, are identical."""
 _SAMPLES_PER_EDGE = 8
-_PRICE_PLACES = 257
-"""Positions between which an order price is linear."""
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work of a call, of a wall that requires a minimisation, and of one that does not, in evaluations of a cost."""
 
@@ -31,7 +28,7 @@ _CALL, _STEP, _PAIR = 20_000, 10, 4
 @dataclass(frozen=True)
 class Around:
     """The multiplier of the greatest bound over point layers, the bound, and the cheapest paths just below and above
-    it, (3, steps): break points, the last being 1, walls, and rows of the table."""
+    it, (2, steps): break points, the last being 1, and walls."""
 
     multiplier: float
     value: float
@@ -43,12 +40,11 @@ class Around:
 @dataclass(frozen=True)
 class Through:
     """Bound of layers of cells at one multiplier: the cost of the cheapest path, that of the cheapest one through
-    every cell of every layer, its break points, the last being 1, and its cells, one of each layer."""
+    every cell of every layer, and its break points, the last being 1."""
 
     total: float
     each: list[Array]
     path: Array
-    cells: list[int]
     work: int
 
 
@@ -66,22 +62,17 @@ class Ground:
         """The end and the middle of the bar as cells of zero width."""
         return points(self.half, np.zeros(1), self.sums), points(self.half, np.ones(1), self.sums)
 
-    @cached_property
-    def _price_places(self) -> Array:
-        return np.union1d(self.edges, np.linspace(0.0, 1.0, _PRICE_PLACES))
-
     def points(self, places: list[Array]) -> list[Cells]:
         """Return one layer of points, cells of zero width, for each array of positions."""
         return points(self.half, np.concatenate(places), self.sums).split([t.size for t in places])
 
-    def _chain(self, layers: list[Cells], price: Array, least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
-        """Return the layers between the bar's two ends with their order price and the walls' bounds, and room for
-        their costs; steps between the same layers share theirs."""
+    def _chain(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
+        """Return the layers between the bar's two ends with the walls' bounds, and room for their costs; steps between
+        the same layers share theirs."""
         known: dict[tuple[int, float], Cells] = {}
         for layer, low in zip([*layers, self._ends[1]], least, strict=True):
             if (id(layer), low) not in known:
-                priced = layer.priced(price) if price[1].any() else layer
-                known[id(layer), low] = priced.floored(low)
+                known[id(layer), low] = layer.floored(low)
         own = [self._ends[0]]
         own += [known[id(layer), low] for layer, low in zip([*layers, self._ends[1]], least, strict=True)]
         blocks: dict[tuple[int, int, float], int] = {}
@@ -98,27 +89,24 @@ class Ground:
         costs = Costs(np.empty((room, 2, 2)), ahead, rest, np.empty((len(table), 2), dtype=np.int64))
         return Layers(table, starts, np.array(begins), most, self.half.law), costs
 
-    def through(
-        self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, multiplier: float
-    ) -> Through:
+    def through(self, layers: list[Cells], least: Sequence[float], most: Array, multiplier: float) -> Through:
         """Return the bound of all break points in the layers at one multiplier."""
-        chain, costs = self._chain(layers, price, least, most)
+        chain, costs = self._chain(layers, least, most)
         sought = forward(multiplier, chain, costs)
         backward(chain, costs)
-        path = np.empty((3, most.size))
+        path = np.empty((2, most.size))
         trace(multiplier, chain, costs, path)
         each = np.split((costs.ahead + costs.rest).min(axis=1), chain.starts[1:-1])[1:-1]
         work = _CALL + _STEP * sought + _PAIR * len(costs.step)
-        rows = path[2, :-1].astype(int) - chain.starts[1:-2]
-        return Through(float(costs.ahead[-1, 0]), each, path[0], rows.tolist(), work)
+        return Through(float(costs.ahead[-1, 0]), each, path[0], work)
 
     def around(
-        self, layers: list[Cells], price: Array, least: Sequence[float], most: Array, start: float, tolerance: float,
+        self, layers: list[Cells], least: Sequence[float], most: Array, start: float, tolerance: float,
         enough: float = math.inf,
     ) -> Around:  # fmt: skip
         """Return the greatest bound over the multiplier (see ``greatest_dual``); the layers are points."""
-        chain, costs = self._chain(layers, price, least, most)
-        soft, stiff = np.empty((2, 3, most.size))
+        chain, costs = self._chain(layers, least, most)
+        soft, stiff = np.empty((2, 2, most.size))
         multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
         return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
 
@@ -128,31 +116,6 @@ class Ground:
             return self.half.weigh(places)
         levels = self.half.least(places)
         return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
-
-    def price_of_order(self, places: Array, walls: Walls) -> Array:
-        """Return the order price m, which keeps a step from splitting into decreasing steps: positions and values,
-        (2, n).
-
-        -(t - t0) - lambda (beta' (B(t) - B(t0)) + phi' (S(t) - S(t0))), 0 at both ends of a step whose wall is
-        governed by the deflection; where that is negative, the step would rather increase, and m is 0.
-        """
-        at = np.union1d(self._price_places, places)
-        price = np.zeros((2, at.size))
-        price[0] = at
-        if not 0.0 < walls.multiplier < math.inf:
-            return price
-        floors = self.half.least(places)
-        starts = np.flatnonzero(np.diff(walls.levels, prepend=-1.0))
-        for first, last in zip(starts, [*(starts[1:] - 1), walls.levels.size - 1], strict=True):
-            begin, end, u = places[first - 1] if first else 0.0, places[last], walls.levels[last]
-            inside = (at > begin) & (at < end)
-            if not inside.any() or u <= floors[last] * (1.0 + 1e-9):
-                continue
-            bend, shear = self.sums.upto(at[inside]) - self.sums.upto(np.array([begin]))
-            beta, phi = slopes(u, *self.half.law.tolist())
-            gain = begin - at[inside] - walls.multiplier * (bend * beta + shear * phi)
-            price[1, inside] = np.maximum(gain, 0.0)
-        return price
 
 
 def ground(half: Half, sums: Sums | None, count: int) -> Ground:

@@ -1,10 +1,10 @@
 """Cheapest steps through cells of break points by dynamic programming, for one deflection multiplier.
 
-A step from t0 to t1 costs, with Y the price of length, B and S the cumulative deflection coefficients,
+A step from t0 to t1 costs, with B and S the cumulative deflection coefficients,
 
-    psi(t0, t1) = min over u >= f(t1) of u (Y(t1) - Y(t0)) + lambda ((B(t1) - B(t0)) beta(u) + (S(t1) - S(t0)) phi(u)).
+    psi(t0, t1) = min over u >= f(t1) of u (t1 - t0) + lambda ((B(t1) - B(t0)) beta(u) + (S(t1) - S(t0)) phi(u)).
 
-If Y, B and S are linear in both cells and f is ignored, psi is a minimum of functions that are linear in each of t0
+If B and S are linear in both cells and f is ignored, psi is a minimum of functions that are linear in each of t0
 and t1: concave, so its minimum is at the cells' ends. B and S are replaced by linear lower bounds, the same for the
 steps on both sides of a break point: with B' for B, the sum over all steps changes by
 
@@ -13,7 +13,7 @@ steps on both sides of a break point: with B' for B, the sum over all steps chan
 where u increases, and by little where neighbouring walls differ little. f is replaced by a linear lower bound L: for
 u that increases with L, the curvature of psi in t1 is at most
 
-    k = 2 L' Y' + lambda L'^2 (B beta'' + S phi''),
+    k = 2 L' + lambda L'^2 (B beta'' + S phi''),
 
 so that in the cell psi is at most k h^2/8 below its end values (beta'' and phi'' decrease with u, so those of the
 minimum of L apply). If no wall at the ends lies on L or has jumped to the solid section, L is not binding and the
@@ -40,9 +40,9 @@ from solvers.pin.section.flexibility import curvatures, flexibilities
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-AT, FLOOR, PRICE, BENT, SHEARED = 0, 2, 4, 6, 8
-COLUMNS = 10
-"""Columns of a table of cells: position, L, Y, and the lower bounds of B and S, at both ends of every cell."""
+AT, FLOOR, BENT, SHEARED = 0, 2, 4, 6
+COLUMNS = 8
+"""Columns of a table of cells: position, L, and the lower bounds of B and S, at both ends of every cell."""
 _MAX_TRIALS = 60
 _WIDE = 4.0
 """Ratio of two enclosing multipliers above which their geometric mean is tried."""
@@ -85,7 +85,7 @@ def _loss(
     ``fixed``: some wall at the ends lies on L; ``bend`` and ``shear`` are the maximum coefficients.
     """
     low, rise = after[FLOOR], after[FLOOR + 1] - after[FLOOR]
-    loss = 0.25 * rise * max(after[PRICE + 1] - after[PRICE], 0.0) if fixed else 0.0
+    loss = 0.25 * rise * max(after[AT + 1] - after[AT], 0.0) if fixed else 0.0
     if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
@@ -118,7 +118,7 @@ def _step_cost(
         for f in range(tips):
             if before[AT + e] > after[AT + f]:
                 continue
-            width = after[PRICE + f] - before[PRICE + e]
+            width = after[AT + f] - before[AT + e]
             more_bend, more_shear = after[BENT + f] - before[BENT + e], after[SHEARED + f] - before[SHEARED + e]
             bend, shear = max(more_bend, 0.0), max(more_shear, 0.0)
             floor = min(after[FLOOR + f], most)
@@ -149,7 +149,7 @@ def _step_cost(
                 out[e, f] -= loss
             elif out[e, f] < np.inf:
                 # Only the lower bound of the wall, at the thin end, is certain.
-                out[e, f] = least * max(after[PRICE + f] - before[PRICE + e], 0.0)
+                out[e, f] = least * max(after[AT + f] - before[AT + e], 0.0)
     return u, sought
 
 
@@ -201,21 +201,20 @@ def backward(layers: Layers, costs: Costs) -> None:
 
 @kernel
 def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
-    """Write the cheapest path's break points, walls and rows of the table into ``path`` (3, steps); return its
-    relative deflection."""
+    """Write the cheapest path's break points and walls into ``path`` (2, steps); return its relative deflection."""
     kappa, a, b = layers.law
     at, total = 2 * (layers.starts[-1] - 1), 0.0
     for k in range(path.shape[1] - 1, -1, -1):
         j, f, before = at // 2, at % 2, costs.via[at // 2, at % 2]
         after, ahead, e = layers.table[j], layers.table[before // 2], before % 2
-        width = max(after[PRICE + f] - ahead[PRICE + e], 0.0)
+        width = max(after[AT + f] - ahead[AT + e], 0.0)
         bend, shear = max(after[BENT + f] - ahead[BENT + e], 0.0), max(after[SHEARED + f] - ahead[SHEARED + e], 0.0)
         u = min(after[FLOOR + f], layers.most[k])
         if lam > 0.0 and (bend > 0.0 or shear > 0.0):
             u = place_below(lam, width, bend, shear, u, layers.most[k], 0.5, kappa, a, b)
             beta, phi = flexibilities(max(u, 1e-300), kappa, a, b)
             total += bend * beta + shear * phi
-        path[0, k], path[1, k], path[2, k] = after[AT + f], u, j
+        path[0, k], path[1, k] = after[AT + f], u
         at = before
     return total
 
@@ -227,7 +226,7 @@ def greatest_dual(
     """Return the multiplier of the greatest bound, from ``start``, that bound, and the work as in ``forward``.
 
     All layers are points. Ends where the bound is known to ``tolerance`` or has reached ``enough``. ``soft`` and
-    ``stiff`` (3, steps) receive the cheapest paths on either side (or the same one), as in ``trace``.
+    ``stiff`` (2, steps) receive the cheapest paths on either side (or the same one), as in ``trace``.
     """
     low, low_value, low_slope, high, high_value, high_slope = 0.0, 0.0, 0.0, np.inf, 0.0, 0.0
     lam, best, value, work = start, start, -np.inf, 0
@@ -239,7 +238,7 @@ def greatest_dual(
         if own > value:
             best, value = lam, own
         to_soft = slope > 0.0
-        for i in range(3):
+        for i in range(2):
             for k in range(path.shape[1]):
                 if to_soft or low == 0.0:
                     soft[i, k] = path[i, k]

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from bench.rod_problems import problem
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.outcome import EffectState, Status
@@ -122,6 +123,13 @@ def test_no_local_search_on_the_check_finds_a_better_strip(seed):
     best = min(best_rival(problem, selection, start) for start in starts)
     assert best >= own - outcome.accuracy.estimated - 1e-7
     assert outcome.accuracy.met
+
+
+def test_a_flat_valley_is_followed_to_the_bound():
+    # The side force falls by 1e-6 from half the greatest width to the greatest.
+    asked = problem(555)
+    outcome = rod.design(asked)
+    assert outcome.value.check.dimensions.b == pytest.approx(asked.bounds.b[1], rel=1e-9)
 
 
 def test_the_bound_of_the_full_model_holds_for_strips_that_the_full_model_admits():

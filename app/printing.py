@@ -128,7 +128,7 @@ def _bound(influence: float) -> str:
 
 def _accuracy(accuracy: dict[str, Any]) -> str:
     met = "" if accuracy["met"] else ", NOT MET"
-    return f"requested {accuracy['requested']:g}, estimated {accuracy['estimated']:.1g}{met}"
+    return f"requested {accuracy['requested']:g}, estimated {accuracy['estimated']:.2g}{met}"
 
 
 @contextmanager

@@ -25,8 +25,10 @@ from babel.messages.pofile import read_po, write_po
 from pydantic import BaseModel
 
 from app.designs import claims
+from app.designs.crank_dynamics.chain import INSTANTS
 from app.designs.drawing import sentences_of
 from app.designs.kind import Kind, Mode
+from app.designs.problems import OUT_OF_TIME, SOLVER_FAILED
 from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
 from app.exports.registry import EXPORTS
@@ -82,6 +84,14 @@ _ELSEWHERE = (
     "any",
     "pin",
     "bushing",
+    OUT_OF_TIME,
+    SOLVER_FAILED,
+    "The memory bound was reached",
+    "The result is not finite",
+    "The service stopped",
+    "transmission angle least",
+    "transmission angle greatest",
+    *INSTANTS.values(),
 )
 """What frameworks and other parts of the service say on pages."""
 _EVIDENCE = (

@@ -28,7 +28,7 @@ SOURCES = (
     _APP / "designs" / "crank_masses" / "kind.py",
     *(_APP / name for name in ("run_references.py", "solve_failures.py")),
     *(_APP / "batches" / f"{name}.py" for name in ("chunk", "intake", "service", "sweep")),
-    _APP / "jobs" / "warming.py",
+    *(_APP / "jobs" / f"{name}.py" for name in ("errors", "warming")),
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))
 """Of these the words beside formulas; formulas themselves and the names of sources are the same everywhere."""

@@ -47,6 +47,13 @@ def test_imports_are_minimal(code: str, unwanted: set[str]) -> None:
     assert not imported(code) & unwanted
 
 
+def test_idle_workers_import_the_libraries_of_exports() -> None:
+    idle = "from app.jobs import calls, warm_markers; warm_markers.exists = lambda part: False"
+    loaded = imported(f"{idle}; [*calls.load_step_by_step()]")
+    assert {"ezdxf", "typst"} <= loaded
+    assert not {"build123d", "OCP"} & loaded
+
+
 def test_a_kind_imports_no_other() -> None:
     loaded = modules("from app.designs.registry import KINDS; KINDS['pin-profile']")
     assert "solvers.pin.check" in loaded

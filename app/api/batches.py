@@ -64,7 +64,8 @@ async def submit_batch(
     idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
 ) -> Response:
     """Rows as NDJSON, CSV or Parquet with kind and mode in the query, or a sweep as JSON. Responds once every item is
-    durably stored. An invalid row becomes a refused item and does not affect the others."""
+    durably stored. An invalid row becomes a refused item and does not affect the others. A CSV may also be separated by
+    semicolons or tabs; its numbers may then have decimal commas."""
     service = _service(request)
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     digest = hashlib.sha256(media_type.encode() + b"\n")

@@ -104,10 +104,13 @@ class Lines:
         return Row(line, content) if content.strip() else None
 
 
-def header_of(row: Row) -> tuple[str, ...]:
-    """The column names in the first record of a CSV. Raises ValueError."""
-    [record] = list(csv.reader(row.content.decode().splitlines(keepends=True), strict=True))
-    return tuple(name.strip() for name in record)
+def header_of(row: Row) -> tuple[tuple[str, ...], str]:
+    """The column names in the first record of a CSV, and what separates them: a comma, else a semicolon or a tab, as
+    spreadsheets write where numbers have decimal commas. Raises ValueError."""
+    text = row.content.decode()
+    delimiter = next((each for each in ",;\t" if each in text), ",")
+    [record] = list(csv.reader(text.splitlines(keepends=True), delimiter=delimiter, strict=True))
+    return tuple(name.strip() for name in record), delimiter
 
 
 class Receiver:

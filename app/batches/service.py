@@ -86,7 +86,7 @@ class BatchService:
         head: list[Row] = []
         if as_csv:
             header, head = await _first_row(lines, parts)
-            source = table_source(ask, _header(header), "csv")
+            source = table_source(ask, *_header(header))
 
         async def rows() -> AsyncIterator[list[Row]]:
             if head:
@@ -123,7 +123,7 @@ class BatchService:
             names = tuple(table.schema_arrow.names)
         except (pyarrow.ArrowException, OSError):
             raise Problem(400, "No Parquet", "the body cannot be read as a Parquet file") from None
-        source = table_source(ask, names, "cells")
+        source = table_source(ask, names)
 
         def rows() -> Any:
             line = 0
@@ -264,10 +264,14 @@ class Asked:
         return canonical_json([self.kind, self.mode, self.name, self.detail])
 
 
-def table_source(ask: Asked, names: tuple[str, ...], form: str) -> Source:
-    """The source description of a table. Raises Problem for a column that is not a field."""
+def table_source(ask: Asked, names: tuple[str, ...], delimiter: str = "") -> Source:
+    """The source description of a table, a CSV if it has a delimiter. Raises Problem for a column that is not a
+    field."""
     _check_columns(ask, names, "")
-    return Source(form, names, texts(ask.kind, ask.mode, names), varied=names)
+    texts_of = texts(ask.kind, ask.mode, names)
+    if not delimiter:
+        return Source("cells", names, texts_of, varied=names)
+    return Source("csv", names, texts_of, varied=names, delimiter=delimiter)
 
 
 def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
@@ -287,7 +291,7 @@ def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
         raise Problem(422, INVALID, "the columns do not fit", found)
 
 
-def _header(row: Row | None) -> tuple[str, ...]:
+def _header(row: Row | None) -> tuple[tuple[str, ...], str]:
     allowed = "a first line of dotted field names"
     try:
         if row is None or row.unfit:

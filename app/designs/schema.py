@@ -187,7 +187,7 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="the best to be had; null: nothing")
+    attainable: float | None = Field(description="the best to be had, of a rod to about a hundredth; null: nothing")
     advice: str
 
 
@@ -249,7 +249,7 @@ def _with_accuracy_warning(result: dict[str, Any] | None, accuracy: Accuracy) ->
     """The result with a warning prepended if the requested accuracy was missed."""
     if result is None or "warnings" not in result or accuracy.met:
         return result
-    requested, estimated = figures(accuracy.requested), figures(accuracy.estimated, 1)
+    requested, estimated = figures(accuracy.requested), figures(accuracy.estimated, 2)
     missed = f"the accuracy of {requested} is not met: the estimated error is {estimated}"
     return {**result, "warnings": [missed, *result["warnings"]]}
 

@@ -15,7 +15,7 @@ from typing import Any, Literal
 from pydantic import Field
 
 from app.designs.schema import Strict
-from app.designs.units import figures, power, with_unit
+from app.designs.units import figures, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
@@ -203,13 +203,13 @@ def _spare(margin: float | None, texts: NullTranslations) -> str:
 def _missed(
     governing: CriterionJson | None, verdict: CriterionJson, accuracy: CriterionJson, texts: NullTranslations
 ) -> str:
-    figures = {name: power(accuracy[name]) for name in ("requested", "estimated")}
+    told = {name: figures(accuracy[name], 2) for name in ("requested", "estimated")}
     if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
         return (
             texts.gettext(
                 "The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated, "
                 "more than there is to spare."
             )
-            % figures
+            % told
         )
-    return texts.gettext("The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated.") % figures
+    return texts.gettext("The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated.") % told

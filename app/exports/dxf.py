@@ -157,4 +157,4 @@ def _escaped(text: str) -> str:
     return text.replace("^", "^ ").replace("%%", "% %").replace("\\", "/")
 
 
-DXF = Export("dxf", "DXF: the dimensioned drawing, true size", "image/vnd.dxf", "dxf", make, has_part)
+DXF = Export("dxf", "DXF: the dimensioned drawing, true size", "image/vnd.dxf", "dxf", make, has_part, module="ezdxf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from app.designs.registry import KINDS
 from app.exports.csv_file import CSV
 from app.exports.dxf import DXF
-from app.exports.export import Export, Run
+from app.exports.export import Export, ExportProcess, Run
 from app.exports.parameters import PARAMETERS
 from app.exports.report import HTML, PDF
 from app.exports.run_json import JSON
@@ -13,6 +13,12 @@ from app.exports.step import STEP
 from app.exports.svg import SVG
 
 EXPORTS: dict[str, Export] = {export.name: export for export in (HTML, PDF, JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
+
+
+def worker_libraries() -> list[str]:
+    """The libraries of the formats that workers make, as far as they are installed."""
+    exports = (export for export in EXPORTS.values() if export.where is ExportProcess.WORKER)
+    return [export.module for export in exports if export.module and not export.missing]
 
 
 def exports_for(run: Run) -> dict[str, Export]:

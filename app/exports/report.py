@@ -28,4 +28,6 @@ def make_pdf(_kind: Kind, run: Run, options: ExportOptions) -> bytes:
 
 
 HTML = Export("html", "HTML: the report, with the calculation by hand", "text/html; charset=utf-8", "html", make_html)
-PDF = Export("pdf", "PDF: the same report to print, its request attached", "application/pdf", "pdf", make_pdf)
+PDF = Export(
+    "pdf", "PDF: the same report to print, its request attached", "application/pdf", "pdf", make_pdf, module="typst"
+)

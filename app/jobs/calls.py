@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 from app.designs.kind import Mode
@@ -80,10 +81,18 @@ def no_idle_work() -> Iterator[None]:
 
 
 def load_step_by_step() -> Iterator[None]:
-    """Load the compiled kernels of every kind and mode, one per step."""
+    """Load the compiled kernels of every kind and mode, then the libraries of exports, one per step.
+
+    Importing one takes a second: as part of a call, it would exceed the time of a short job, whose worker is then
+    replaced by one without it.
+    """
     from app.designs.rehearsals import PARTS
+    from app.exports.registry import worker_libraries
 
     for part in PARTS:
         if warm_markers.exists(part):
             load(*part)
             yield
+    for library in worker_libraries():
+        import_module(library)
+        yield

@@ -218,8 +218,8 @@ def _accuracy(run: Mapping[str, Any]) -> Iterator[Block]:
     told = run["accuracy"]
     if told:
         asked = _("Asked for %(requested)s, estimated %(estimated)s:") % {
-            "requested": power(told["requested"]),
-            "estimated": power(told["estimated"]),
+            "requested": figures(told["requested"], 2),
+            "estimated": figures(told["estimated"], 2),
         }
         settings = ", ".join(f"{plain(name)} {_number(value)}" for name, value in told["settings"].items())
         met = _("met") if told["met"] else _("not met")

@@ -40,13 +40,18 @@ class UnreadableRow(Exception):
 @dataclass(frozen=True)
 class Source:
     """How rows are parsed: ``form`` is ndjson, csv or cells; ``columns`` are dotted names; cells of ``texts`` are never
-    parsed as numbers; ``base`` is the part common to all bodies; ``varied`` are the fields that differ."""
+    parsed as numbers; ``base`` is the part common to all bodies; ``varied`` are the fields that differ; ``delimiter``
+    separates the cells of a CSV, and where it is no comma, a comma may stand for a decimal point.
+
+    An empty cell of a table is a field not given, the null of a sweep replaces what its base has.
+    """
 
     form: str
     columns: tuple[str, ...] = ()
     texts: frozenset[str] = frozenset()
     base: Mapping[str, Any] = field(default_factory=dict)
     varied: tuple[str, ...] = ()
+    delimiter: str = ","
 
     def to_json(self) -> bytes:
         return canonical_json(
@@ -56,6 +61,7 @@ class Source:
                 "texts": sorted(self.texts),
                 "base": dict(self.base),
                 "varied": list(self.varied),
+                "delimiter": self.delimiter,
             }
         )
 
@@ -68,6 +74,7 @@ class Source:
             frozenset(told["texts"]),
             told["base"],
             tuple(told["varied"]),
+            told.get("delimiter", ","),
         )
 
     def body(self, row: Row) -> dict[str, Any]:
@@ -91,7 +98,7 @@ class Source:
         except UnicodeDecodeError:
             raise UnreadableRow("is no UTF-8") from None
         try:
-            records = list(csv.reader(text.splitlines(keepends=True), strict=True))
+            records = list(csv.reader(text.splitlines(keepends=True), delimiter=self.delimiter, strict=True))
         except csv.Error as error:
             raise UnreadableRow(f"cannot be read as CSV: {error}") from None
         if len(records) != 1:
@@ -103,13 +110,14 @@ class Source:
     def _cell(self, name: str, text: str) -> Any:
         if text == "" or name in self.texts:
             return text or None
-        if text in ("true", "false", "null") or text[0] in "-0123456789.+[{" or text[:1].isspace():
+        if text in ("true", "false", "null") or text[0] in "-0123456789.,+[{" or text[:1].isspace():
             bare = text.strip()
             try:
                 return _json(bare.removeprefix("+").encode())
             except UnreadableRow:
                 # Tables are written by many programs: 5., .5 and 05 are numbers in them, if not in JSON.
-                return float(bare) if _NUMBER.fullmatch(bare) else text
+                number = bare if self.delimiter == "," else bare.replace(",", ".", 1)
+                return float(number) if _NUMBER.fullmatch(number) else text
         return text
 
 
@@ -146,10 +154,11 @@ _DECODER = json.JSONDecoder(object_pairs_hook=_unique_names, parse_constant=_rej
 
 
 def _nested(base: Mapping[str, Any], columns: Sequence[str], cells: Sequence[Any]) -> dict[str, Any]:
-    """The base with each non-empty cell set at its dotted path; a numeric step is an array index."""
+    """The base with each cell set at its dotted path, without a base the non-empty ones; a numeric step is an array
+    index."""
     found = _copied(base)
     for name, value in zip(columns, cells, strict=True):
-        if value is None:
+        if value is None and not base:
             continue
         here: Any = found
         steps = name.split(".")

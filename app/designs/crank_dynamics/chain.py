@@ -13,7 +13,7 @@ from app.designs.crank_dynamics.request import DynamicsRequest
 TAYLOR = "C. F. Taylor: The Internal-Combustion Engine in Theory and Practice II"
 LECTURES = "university lectures on the dynamics of the crank mechanism; docs/theory/crank-dynamics.md"
 FOLLOWED = ("reciprocating_inertia", "rod_inertia_couple", "pin_offset", "engine")
-_INSTANTS = {
+INSTANTS = {
     "gas_force_max": "gas force",
     "rod_compression_max": "rod's compression",
     "rod_tension_max": "rod's tension",
@@ -131,7 +131,7 @@ class _Crank:
     def _instants(self) -> None:
         c, worst = self.chain, list(self.result["worst"])
         c.title("The same at every instant that loads a part")
-        rows = ", ".join(f"{k} {_INSTANTS[w['name']]}" for k, w in enumerate(worst))
+        rows = ", ".join(f"{INSTANTS[w['name']]}: {k}" for k, w in enumerate(worst))
         c.remark(rows)
         # symbols with the row number as subscript; the formulas are those above
         columns = [Column("phi", "angle", DEGREE), Column("p", "pressure", "MPa")]
@@ -149,7 +149,7 @@ class _Crank:
                 "crank_pin_load_max": f"sqrt(T_{k}**2 + (Z_{k} - K_B)**2)",
                 "main_bearing_load_max": f"sqrt(T_{k}**2 + (Z_{k} - K_rot)**2)",
             }[w["name"]]
-            c.step(f"F_{k}", formula, f"greatest {_INSTANTS[w['name']]}", "N", TAYLOR, w["force_n"])
+            c.step(f"F_{k}", formula, f"greatest {INSTANTS[w['name']]}", "N", TAYLOR, w["force_n"])
 
     def _whole(self) -> None:
         c, r = self.chain, self.result

@@ -76,7 +76,10 @@ class SchmidtLoad(_Load):
 
 
 class TableLoad(_Load):
-    """Pressures at crank angles, joined by a monotone periodic cubic."""
+    """Pressures at crank angles, joined by a monotone periodic cubic.
+
+    A last point may close the turn with the pressure of the first.
+    """
 
     kind: Literal["table"]
     angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="rising, within one turn")
@@ -84,11 +87,19 @@ class TableLoad(_Load):
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
     def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.TableLoad:
+        points = slice(-1 if self._closes else None)
         return rod.TableLoad(
-            tuple(math.radians(a) for a in self.angle_deg),
-            tuple(p * MEGA for p in self.pressure_mpa),
+            tuple(math.radians(a) for a in self.angle_deg[points]),
+            tuple(p * MEGA for p in self.pressure_mpa[points]),
             _pascal(self.back_pressure_mpa),
         )
+
+    @property
+    def _closes(self) -> bool:
+        """Whether the last point repeats the first one a turn later."""
+        angle, pressure = self.angle_deg, self.pressure_mpa
+        turn = math.isclose(angle[-1] - angle[0], 360.0, rel_tol=1e-9)
+        return len(angle) == len(pressure) and turn and pressure[-1] == pressure[0]
 
 
 class ConstantLoad(_Load):

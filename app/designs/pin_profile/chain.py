@@ -143,6 +143,8 @@ class _Pin:
         for n, x, from_end, words, reported in places:
             self._section(n, x, from_end, words, reported)
         c = self.chain
+        if "sigma_eq_w" not in c.known:
+            return
         c.step("k", "sigma_eq_w / sigma_adm", "use of the allowable stress")
         if self.material.allowable_shear is not None:
             c.given("tau_adm", "allowable shear stress", self.material.allowable_shear / MEGA, "MPa")
@@ -310,7 +312,7 @@ class _Pin:
         ratio = r["bore_mid_mm"] / self.request.geometry.outer_diameter_mm
         c.title("The ring in the middle")
         if ratio > _FORMULA_HOLDS:
-            thin = f"The ring is thin (d/D = {ratio:.3f}, more than {_FORMULA_HOLDS})"
+            thin = f"The ring is thin (d/D is {ratio:.3f}, more than {_FORMULA_HOLDS})"
             said = f"{thin}: an elastic ring's series joins in there, which is left to the run."
             c.remark(said)
             return

@@ -2649,7 +2649,7 @@ class ShortfallResult(TypedDict):
     required: float
     """the required value"""
     attainable: float | None
-    """the best to be had; null: nothing"""
+    """the best to be had, of a rod to about a hundredth; null: nothing"""
     advice: str
     """what would have to change"""
 
@@ -2734,7 +2734,8 @@ class SweptBox(TypedDict):
 
 
 class TableLoad(TypedDict):
-    """Pressures at crank angles, joined by a monotone periodic cubic."""
+    """Pressures at crank angles, joined by a monotone periodic cubic. A last point may close the turn with the
+    pressure of the first."""
 
     kind: Literal["table"]
     """discriminator of the form, or the kind of design"""

@@ -148,6 +148,26 @@ def test_numbers_of_a_table_as_programs_write_them() -> None:
     assert source.body(Row(1, b"05,"))["name"] == "05"
 
 
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+def test_a_table_of_a_spreadsheet_with_decimal_commas(client: TestClient, delimiter: str) -> None:
+    fields = {"name": "1,5", "load.force_n": "4500,5", **_dotted(PIN, skip="load"), "material.poisson": ",3"}
+    cells = ("" if cell is None else str(cell).replace(".", ",") for cell in fields.values())
+    lines = "\ufeff" + delimiter.join(fields) + "\r\n" + delimiter.join(cells)
+    batch = ended(client, submit(client, lines.encode(), "text/csv"))
+    [row] = rows_of(client, batch)
+    spec = client.get(f"/api/v1/runs/{row['run_id']}").json()["spec"]
+    assert (row["status"], spec["name"], spec["load"]["force_n"]) == ("succeeded", "1,5", 4500.5)
+
+
+def test_null_in_a_sweep_replaces_what_its_base_has(client: TestClient) -> None:
+    base = {**PIN, "limits": {"min_wall_mm": 3.0}}
+    asked = sweep(base=base, vary={"limits.min_wall_mm": {"values": [None, 3.0, 4.0]}})
+    rows = rows_of(client, ended(client, submit(client, asked, "application/json", AT)))
+    specs = [client.get(f"/api/v1/runs/{row['run_id']}").json()["spec"] for row in rows]
+    assert [spec["limits"]["min_wall_mm"] for spec in specs] == [None, 3.0, 4.0]
+    assert [row["limits.min_wall_mm"] for row in rows] == [None, 3.0, 4.0]
+
+
 @pytest.mark.parametrize(
     "text",
     ['{"a":1,"a":1}', '{"a":1,"a" :2}', '{"b":{"a":"x","a":"x"}}', '[{"a":[1,{"b":null,"b":null}]}]', '{"":1,"":2}'],

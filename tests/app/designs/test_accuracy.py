@@ -169,6 +169,20 @@ def test_quantities_with_a_flat_objective_are_not_judged():
     assert "ovalization_um" not in kind.judged(Mode.DESIGN)
 
 
+def test_a_rod_design_is_judged_by_what_does_not_jump():
+    """In the example's optimum two sections govern fatigue equally, with stress amplitudes that differ by 5 %."""
+    kind = KINDS["flexible-rod"]
+    job = kind.jobs[Mode.DESIGN]
+
+    def judged(accuracy):
+        request = job.request.model_validate({**kind.example(Mode.DESIGN), "accuracy": accuracy})
+        return kind.judged_values(job.run(request).result, Mode.DESIGN)
+
+    exact = judged(1e-8)
+    for accuracy in (1e-3, 1e-4):
+        assert judged(accuracy) == pytest.approx(exact, rel=5.0 * accuracy)
+
+
 def test_a_closed_form_has_nothing_to_study():
     assert modes_of(KINDS["crank-masses"]) == (Mode.ANALYSIS,)
 

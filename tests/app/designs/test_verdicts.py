@@ -215,7 +215,16 @@ def test_sentences(criteria, sentence):
     assert said(*criteria) == sentence
 
 
+@pytest.mark.parametrize(
+    ("estimated", "told"),
+    [(1.2343e-6, "1.2e-6"), (2.04e-5, "2e-5"), (0.0153, "0.015"), (1.0496, "1"), (18160.5, "18160")],
+)
+def test_an_accuracy_barely_missed_differs_from_what_was_asked(estimated, told):
+    sentence = said(at_least("n", 2.0, 4.0, SLACK), accuracy=Accuracy(1e-6, estimated))
+    assert f"The accuracy asked for is not met: 1e-6 asked, {told} estimated" in sentence
+
+
 def test_a_missed_accuracy_that_may_change_the_verdict_is_distinguished():
     close, ample = (said(at_least("n", 2.0, reached, SLACK), accuracy=MISSED) for reached in (2.001, 4.0))
-    assert close.endswith("The accuracy asked for is not met: 1e-6 asked, 3e-2 estimated, more than there is to spare.")
-    assert ample.endswith("The accuracy asked for is not met: 1e-6 asked, 3e-2 estimated.")
+    assert close.endswith("The accuracy asked for is not met: 1e-6 asked, 0.03 estimated, more than there is to spare.")
+    assert ample.endswith("The accuracy asked for is not met: 1e-6 asked, 0.03 estimated.")

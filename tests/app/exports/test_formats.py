@@ -299,6 +299,17 @@ def test_an_angle_out_of_reach_is_refused():
     assert refused.pointer == "/angle_deg"
 
 
+@pytest.mark.parametrize("high", [0.86, 0.88, 0.9, 0.92, 0.95])
+def test_a_crank_that_cannot_turn_is_drawn_up_to_its_stops(high):
+    run = solved("impact-linkage", Mode.CHECK, restitution={"low": 0.2, "high": high})
+    reach = run["result"]["confined_deg"]
+    assert reach is not None
+    for angle in (None, reach, -reach):
+        part = KINDS["impact-linkage"].part(run, angle)
+        for solid in part.solids:
+            assert all(map(math.isfinite, (*solid.shift, solid.turn_deg)))
+
+
 def test_each_takes_less_than_a_second():
     """Ten times as much as it needs, for machines under load."""
     for name, export in EXPORTS.items():

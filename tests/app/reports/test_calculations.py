@@ -119,3 +119,10 @@ def test_a_free_bore_is_integrated_by_a_coarser_rule(form):
     assert bent.reported == pytest.approx(bent.result.shown, rel=_SIMPSON)
     stress = next(step for words, step in steps.items() if words.startswith("equivalent stress"))
     assert stress.reported == pytest.approx(stress.result.shown, rel=_BY_HAND)
+
+
+@pytest.mark.parametrize("force", [0.0, 1e-9])
+def test_a_pin_without_a_wall_gets_a_report(force):
+    spec = {**KINDS["pin-profile"].example(Mode.DESIGN), "load": {"force_n": force}, "form": {"kind": "free"}}
+    run = solved("pin-profile", Mode.DESIGN, {**spec, "limits": {"max_slope": 0.3}})
+    assert "no wall here" in html(report_of(run))

@@ -118,3 +118,20 @@ def test_a_report_is_in_the_requested_language(slug, code):
     cyrillic = re.findall(r"\b[а-яіїєґё]{4,}\b", body.lower())
     # Untranslated: sources, names, statements on proofs.
     assert len(words) < 0.25 * len(cyrillic), sorted(set(words))
+
+
+@pytest.mark.parametrize("code", ["ru", "uk"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "The time budget ran out",
+        "the solve did not end within its budget of 10 s",
+        "The ring is thin (d/D is 0.677, more than 0.65)",
+        "greatest load of the main bearings",
+        "gas force: 0, rod's compression: 1, load of the wrist pin: 2",
+        "transmission_angle_greatest",
+    ],
+)
+def test_no_english_word_is_left(text, code):
+    with speaking(code):
+        assert not re.search("[a-z]{3}", spoken(text))

@@ -78,8 +78,12 @@ class BentStrip:
     def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
         """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
         z = np.atleast_1d(np.asarray(stations, dtype=float))
-        more = self._series(z, self.bent) if self.bent.size else np.empty((0, 0))
-        return _fibre_stresses(self.strip, self.states, z, more, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
+        more = self.more_bent(z)
+        return fibre_stresses(self.strip, self.states, z, more, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
+
+    def more_bent(self, stations: Array) -> Array:
+        """What corrections add to V'' [1/m], (stations, angles); nothing, (0, 0), without any."""
+        return self._series(stations, self.bent) if self.bent.size else np.empty((0, 0))
 
     def _tangential(self, slope: Array) -> Array:
         return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
@@ -94,7 +98,7 @@ class BentStrip:
 
 
 @kernel
-def _fibre_stresses(
+def fibre_stresses(
     strip: Strip, states: Array, stations: Array, more: Array, direct: float, bending: float, inclined: bool
 ) -> Array:
     """``BentStrip.fibre_stresses``, with what is added to V'' (stations, angles), if anything is."""

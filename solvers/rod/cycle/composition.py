@@ -22,7 +22,6 @@ from solvers.rod.cycle.state import (
     ROWS,
     STROKE,
     Strip,
-    axial_force_with_friction,
     fill_states,
 )
 from solvers.rod.load.axial_force import Drive, drive_of
@@ -234,19 +233,26 @@ class Cycle:
 
         If friction buckles the strip this is twice the critical compression.
         """
-        return axial_force_with_friction(self.drive, self.strip, np.ascontiguousarray(angle))
+        return self.states(np.ascontiguousarray(angle))[FORCE]
 
     def at(self, angle: ArrayLike) -> Instants:
         """The machine at the given crank angles [rad]."""
         angle = np.ascontiguousarray(np.atleast_1d(np.asarray(angle, dtype=float)))
+        states = self.states(angle)
+        return Instants(angle, states[FORCE], states[STROKE], self.bent(states))
+
+    def states(self, angle: Array) -> Array:
+        """The states of the linear strip at crank angles [rad], (ROWS, angles)."""
         states = np.empty((ROWS, angle.size))
         fill_states(self.drive, self.strip, angle, states)
-        shape = BentStrip.linear(self.strip, states)
-        if self.refinements:
-            bent = np.zeros((max(r.bent_terms for r in self.refinements), angle.size))
-            sunk = np.zeros((max(r.sunk_terms for r in self.refinements), angle.size))
-            added = [refinement.add(states, bent, sunk) for refinement in self.refinements]
-            side, moment = np.sum(added, axis=0)
-            inclined = any(refinement.inclines for refinement in self.refinements)
-            shape = BentStrip(self.strip, states, bent, sunk, side, moment, inclined)
-        return Instants(angle, states[FORCE], states[STROKE], shape)
+        return states
+
+    def bent(self, states: Array) -> BentStrip:
+        """The strip at its states, with all corrections."""
+        if not self.refinements:
+            return BentStrip.linear(self.strip, states)
+        bent = np.zeros((max(r.bent_terms for r in self.refinements), states.shape[1]))
+        sunk = np.zeros((max(r.sunk_terms for r in self.refinements), states.shape[1]))
+        side, moment = np.sum([refinement.add(states, bent, sunk) for refinement in self.refinements], axis=0)
+        inclined = any(refinement.inclines for refinement in self.refinements)
+        return BentStrip(self.strip, states, bent, sunk, side, moment, inclined)

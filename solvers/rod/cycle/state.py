@@ -158,17 +158,6 @@ def _fill_state(
 
 
 @kernel
-def axial_force_with_friction(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """P [N] at the angles, (n,)."""
-    out = np.empty(angle.size)
-    for i in range(angle.size):
-        out[i] = axial_force(drive, angle[i])
-        if strip.friction != 0.0:
-            out[i] = closed_force(strip, out[i], drive.crank_radius * math.sin(angle[i]))
-    return out
-
-
-@kernel
 def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
     """6 |M|/Lp - |T| per unit stroke and unit EI: positive where the piston contacts both walls."""
     force = axial_force(drive, angle)

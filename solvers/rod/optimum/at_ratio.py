@@ -73,7 +73,6 @@ def _least(
     centre, y, best, at, place = np.zeros(free), np.zeros(free), np.zeros(free), start.copy(), np.empty(3)
     wide, most, least = reach, _GRID.size**free, np.inf
     for _ in range(_ZOOMS):
-        least = np.inf
         for n in range(most):
             rest, value, outside, missed, greatest = n, cost, 0.0, 0.0, -np.inf
             for k in range(free - 1, -1, -1):
@@ -86,19 +85,25 @@ def _least(
                     place[v] += way[v, k] * y[k]
                 outside = max(outside, max(box[v, 0] - place[v], place[v] - box[v, 1]))
             value += _WALL * outside
-            if value >= least and top.size == 0:
+            # A place is left as soon as it is known to be dearer than the least so far.
+            for i in range(top.size):
+                height = top[i]
+                for k in range(free):
+                    height += top_slopes[i, k] * y[k]
+                greatest = max(greatest, height)
+                if value + top_weight * greatest >= least:
+                    break
+            value += top_weight * greatest if top.size > 0 else 0.0
+            if value >= least:
                 continue
             for i in range(limited.size):
                 excess = limited[i]
                 for k in range(free):
                     excess += limited_slopes[i, k] * y[k]
                 missed = max(missed, excess)
-            for i in range(top.size):
-                height = top[i]
-                for k in range(free):
-                    height += top_slopes[i, k] * y[k]
-                greatest = max(greatest, height)
-            value += PENALTY * missed + (top_weight * greatest if top.size > 0 else 0.0)
+                if value + PENALTY * missed >= least:
+                    break
+            value += PENALTY * missed
             if value < least:
                 least = value
                 for k in range(free):

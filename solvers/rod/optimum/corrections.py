@@ -22,7 +22,6 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.rod import rows
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.scene import Dimensions
@@ -35,8 +34,8 @@ _FREQUENCY_STEP = 1e-4
 _MEAN = 2.0 * math.pi * np.arange(128) / 128
 """Angles of the mean axial force."""
 _CENTRE = (0.0, 0.0, 0.0)
-RowsOf = Callable[[FullStrip], Array]
-"""Rows of a strip, (rows,)."""
+AddedTo = Callable[[FullStrip], Array]
+"""What a strip's corrections add to its rows, (rows,)."""
 _ROUNDING = 1e-13
 """Of places y: what is less is nought, for the directions that a strip has not been moved in."""
 Pairs = tuple[tuple[int, int], ...]
@@ -50,8 +49,8 @@ CURVED_ACROSS: Pairs = ((0, 0),)
 class Stencil:
     """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
     and kept; ``bends`` are the pairs of directions whose curvatures are looked at. Of the directions those of indices
-    in ``free`` are of sizes that may be chosen at will. Strips that were ``solved``, by y, are without their
-    corrections, and with them, at the resolution that the centre asked for."""
+    in ``free`` are of sizes that may be chosen at will. Strips were ``solved``, by y, at the resolution that the centre
+    asked for."""
 
     centre: FullStrip
     step: float
@@ -59,7 +58,7 @@ class Stencil:
     bends: Pairs
     free: tuple[int, ...]
     watch: Callable[[], None]
-    solved: dict[tuple[float, ...], tuple[FullStrip, FullStrip]] = field(default_factory=dict)
+    solved: dict[tuple[float, ...], FullStrip] = field(default_factory=dict)
 
     @staticmethod
     def around(
@@ -101,7 +100,7 @@ class Stencil:
         together = self.centre.cycle.beside([cycles[place].dimensions for place in beside])
         cycles.update((place, own) for place, own in zip(beside, together, strict=True) if own is not None)
         for place, cycle in cycles.items():
-            self.solved[place] = FullStrip(cycle.without_corrections()), FullStrip(cycle)
+            self.solved[place] = FullStrip(cycle)
 
     def _cycle(self, y: tuple[float, ...]) -> Cycle:
         """The strip at y, its resolution to be sought."""
@@ -126,10 +125,10 @@ class Stencil:
 
 @dataclass(frozen=True)
 class Added:
-    """What the corrections add to the rows of strips near ``home``, shape (rows,) at each."""
+    """What the corrections add to the rows of strips near ``home``, shape (rows,) at each, as ``added_to`` reads it."""
 
     stencil: Stencil
-    rows_of: RowsOf
+    added_to: AddedTo
     home: FullStrip
     at_home: Array
     _slopes: dict[int, Array] = field(default_factory=dict)
@@ -137,10 +136,9 @@ class Added:
     _bends: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     @staticmethod
-    def near(home: FullStrip, stencil: Stencil, rows_of: RowsOf) -> Added:
+    def near(home: FullStrip, stencil: Stencil, added_to: AddedTo) -> Added:
         """The polynomial near a strip that was solved with its corrections."""
-        plain = rows_of(FullStrip(home.cycle.without_corrections()))
-        return Added(stencil, rows_of, home, difference(rows_of, plain, home))
+        return Added(stencil, added_to, home, added_to(home))
 
     def at(self, x: Array) -> Array:
         """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
@@ -155,10 +153,23 @@ class Added:
                 out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
         return out
 
+    def slopes(self, x: Array, free: NDArray[np.intp]) -> Array:
+        """Its derivatives by ln b, ln h, ln l, (rows, 3), of sizes of indices ``free`` if of these alone."""
+        s, out = self.stencil, np.zeros((self.at_home.size, 3))
+        y = s.place(x)
+        for k in np.flatnonzero(np.any(np.abs(s.directions[:, free]) > _ROUNDING, axis=1)).tolist():
+            slope = self._slope(k).copy()
+            for v, w in s.bends:
+                along = y[w] * (v == k) + y[v] * (w == k and v != w)
+                if along != 0.0:
+                    slope += along * self._bend(v, w)
+            out += np.outer(slope, s.directions[k])
+        return out
+
     def slopes_at_ratio(self) -> Array:
-        """Derivatives by ln(b, h, l) at a constant frequency ratio, (rows, 3): nothing across it."""
-        slopes = sum(np.outer(self._slope(k), way) for k, way in enumerate(self.stencil.directions))
-        steepest = log_frequency_ratio(self.stencil.centre.cycle)[1]
+        """Derivatives by ln(b, h, l) at the centre and at a constant frequency ratio, (rows, 3): nothing across it."""
+        slopes = self.slopes(self.stencil.origin, np.arange(3))
+        steepest = frequency_slopes(self.stencil.centre.cycle)
         return slopes - np.outer(slopes @ steepest, steepest) / (steepest @ steepest)
 
     def _slope(self, k: int) -> Array:
@@ -192,14 +203,8 @@ class Added:
     def _around(self, y: tuple[float, ...]) -> Array:
         if y not in self._beside:
             self.stencil.solve(y)
-            plain, corrected = self.stencil.solved[y]
-            self._beside[y] = difference(self.rows_of, self.rows_of(plain), corrected)
+            self._beside[y] = self.added_to(self.stencil.solved[y])
         return self._beside[y]
-
-
-def difference(rows_of: RowsOf, plain: Array, corrected: FullStrip) -> Array:
-    """What corrections add to the rows of a strip, from those without; nothing where it buckles."""
-    return rows_of(corrected) - plain if plain[rows.STABILITY] < 0.0 else np.zeros_like(plain)
 
 
 def stands(cycle: Cycle) -> bool:
@@ -207,23 +212,25 @@ def stands(cycle: Cycle) -> bool:
     return -float(np.min(cycle.axial_force(_MEAN))) < min(FullStrip(cycle).critical)
 
 
-def log_frequency_ratio(cycle: Cycle) -> tuple[float, Array]:
-    """ln(omega_1/omega) of a strip under the mean of its axial force, and its derivatives by ln(b, h, l)."""
-    scene, x = cycle.scene, logarithms(cycle.dimensions)
+def log_frequency_ratio(cycle: Cycle) -> float:
+    """ln(omega_1/omega) of a strip under the mean of its axial force."""
     mean = float(np.mean(cycle.axial_force(_MEAN)))
+    return math.log(natural_frequency(cycle.scene, cycle.dimensions, mean) / cycle.scene.mechanism.speed)
 
-    def at(place: Array) -> float:
-        return math.log(natural_frequency(scene, dimensions_of(place, scene), mean) / scene.mechanism.speed)
 
-    here = at(x)
-    return here, np.array([(here - at(x - _FREQUENCY_STEP * unit)) / _FREQUENCY_STEP for unit in np.eye(3)])
+def frequency_slopes(cycle: Cycle) -> Array:
+    """The derivatives of ``log_frequency_ratio`` by ln(b, h, l) under the same mean force."""
+    scene, x, mean = cycle.scene, logarithms(cycle.dimensions), float(np.mean(cycle.axial_force(_MEAN)))
+    places = [x, *(x - _FREQUENCY_STEP * unit for unit in np.eye(3))]
+    logs = [math.log(natural_frequency(scene, dimensions_of(place, scene), mean)) for place in places]
+    return (logs[0] - np.array(logs[1:])) / _FREQUENCY_STEP
 
 
 def _frequency_first(cycle: Cycle, free: tuple[int, ...]) -> Array:
     """Orthonormal directions, rows: those of sizes of indices ``free`` first, and of all these first the one in which
     the frequency ratio changes most."""
     axes = np.eye(3)[list(free or range(3))]
-    steepest = axes.T @ (axes @ log_frequency_ratio(cycle)[1])
+    steepest = axes.T @ (axes @ frequency_slopes(cycle))
     first = steepest / np.linalg.norm(steepest)
     others = axes if len(axes) > 1 else np.eye(3)
     beside = others - np.outer(others @ first, first)

@@ -19,7 +19,7 @@ from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
-from solvers.rod.optimum.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, difference, stands
+from solvers.rod.optimum.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, stands
 from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
 from solvers.rod.optimum.rows_at_peaks import RowsAtPeaks
@@ -192,7 +192,9 @@ class FullModel:
         self.checks += 1
         within = accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK)
         choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
-        cycle = self._cycle(d, tolerance_of(within))
+        known = self._strips.get(d)
+        solved = known is not None and known.cycle.tolerance <= tolerance_of(within)
+        cycle = known.cycle if solved else self._cycle(d, tolerance_of(within))
         found = check_chosen(cycle, choice, within, self.criterion)
         if cycle.tolerance <= self._tolerance:
             self._keep(FullStrip(cycle))
@@ -251,7 +253,7 @@ class FullRows:
     @cached_property
     def _added(self) -> Added | None:
         home = self.model.strip(self.home)
-        return None if self.stencil is None else Added.near(home, self.stencil, self._read)
+        return None if self.stencil is None else Added.near(home, self.stencil, self._read.added)
 
     @cached_property
     def _read(self) -> RowsAtPeaks:
@@ -287,29 +289,28 @@ class FullRows:
 
     def taken_apart(self, x: Array) -> tuple[Array, Array]:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
-        plain = self.plain_values(x)
-        return plain, difference(self._read, plain, self.model.strip(self._dimensions(x)))
+        return self.plain_values(x), self._read.added(self.model.strip(self._dimensions(x)))
 
     def slopes(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
         zero."""
-        return self._slopes(self.values, x, free)
-
-    def plain_slopes(self, x: Array) -> Array:
-        """The same of the rows without corrections."""
-        return self._slopes(self.plain_values, x, ALL)
+        plain = self.plain_slopes(x, free)
+        if self._added is None or not self.plain_values(x)[rows.STABILITY] < 0.0:
+            return plain
+        return plain + self._added.slopes(x, free)
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
         return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
 
-    def _slopes(self, values_at: Callable[[Array], Array], x: Array, free: Array) -> Array:
-        here, out = values_at(x), np.zeros((self.layout.size, 3))
+    def plain_slopes(self, x: Array, free: Array = ALL) -> Array:
+        """The same of the rows without corrections."""
+        here, out = self.plain_values(x), np.zeros((self.layout.size, 3))
         for v in free:
             step = _STEP * np.eye(3)[v]
             # Beside buckling only the other side has strips.
             for side in (-1.0,) if v == 2 and self._ends(x + step) else (1.0, -1.0):
-                values = values_at(x + side * step)
+                values = self.plain_values(x + side * step)
                 if values[rows.UTILISATION] != rows.BUCKLED:
                     out[:, v] = (values - here) / (side * _STEP)
                     break
@@ -317,7 +318,11 @@ class FullRows:
 
     def _dimensions(self, x: Array) -> Dimensions:
         """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
-        return self.home if np.array_equal(x, logarithms(self.home)) else dimensions_of(x, self.model.scene)
+        return self.home if np.array_equal(x, self._at) else dimensions_of(x, self.model.scene)
+
+    @cached_property
+    def _at(self) -> Array:
+        return logarithms(self.home)
 
     def _ends(self, x: Array) -> bool:
         """Whether a strip would be longer than the rod."""

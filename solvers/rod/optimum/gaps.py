@@ -26,7 +26,7 @@ import numpy as np
 
 from solvers.rod import rows
 from solvers.rod.optimum.at_ratio import AtRatio
-from solvers.rod.optimum.corrections import log_frequency_ratio
+from solvers.rod.optimum.corrections import frequency_slopes, log_frequency_ratio
 from solvers.rod.optimum.full_model import Array, FullRows
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.local_search import PENALTY, Iterate, Task
@@ -108,7 +108,7 @@ class Gaps:
 
     def leave_out(self, end: Iterate) -> float:
         """No search begins close to the end of one; the ln Omega there."""
-        ratio = log_frequency_ratio(end.memory.active.home_cycle)[0]
+        ratio = log_frequency_ratio(end.memory.active.home_cycle)
         self.known.append(math.exp(ratio))
         return ratio
 
@@ -139,7 +139,7 @@ class Gaps:
     def _path(self, best: Iterate, side: float) -> list[Place]:
         """The cheapest strips of rising (``side`` 1) or falling Omega where it has not been followed."""
         active, x, out = best.memory.active, best.x, []
-        ratio = log_frequency_ratio(active.home_cycle)[0]
+        ratio = log_frequency_ratio(active.home_cycle)
         until, step = ratio + side * _GAPS * math.exp(-ratio), side * math.exp(-ratio) / _STEPS
         least = self._at_ratio(best, active)
         if least is None:
@@ -151,7 +151,7 @@ class Gaps:
         while side * (until - ratio) > 0.0:
             x, before = least(plain + added, slopes, x, step, _PACE * abs(step))[0], ratio
             strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
-            ratio = log_frequency_ratio(strip.cycle)[0]
+            ratio = log_frequency_ratio(strip.cycle)
             if side * (ratio - before) < _LEAST_STEP * abs(step) or np.max(np.abs(x - best.x)) > _FARTHEST:
                 return out
             plain, slopes = active.plain_values(x), slopes_of(x)
@@ -180,14 +180,14 @@ class Gaps:
             if abs(thicker) > near:
                 x = best.x + thicker * np.array([-3.0, 1.0, 0.0])
                 strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
-                place = _held(active, least, x, log_frequency_ratio(strip.cycle)[0], active.plain_slopes(x))
+                place = _held(active, least, x, log_frequency_ratio(strip.cycle), active.plain_slopes(x))
                 out += [] if place is None else [place]
         return out
 
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with the limits as the best strip's exact check shifts them."""
         p = program(self.task.objective, best.limits, active.layout, self.task.guard)
-        return AtRatio.of(p, self.box, log_frequency_ratio(active.home_cycle)[1])
+        return AtRatio.of(p, self.box, frequency_slopes(active.home_cycle))
 
 
 def _held(active: FullRows, least: AtRatio, x: Array, ratio: float, slopes: Array) -> Place | None:

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram, severities
 from solvers.numerics import periodic
+from solvers.numerics.jit import kernel
 
 Array = NDArray[np.float64]
 
@@ -150,12 +151,23 @@ def _closely(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[A
 
 def _tops(angle: Array, values: Array, below: float) -> Array:
     """The angles of the peaks of rows of values that lie below their row's greatest by no greater share."""
-    left, right = np.roll(values, 1, axis=1), np.roll(values, -1, axis=1)
-    level = np.nanmax(values, axis=1, keepdims=True)
-    peaks = (values >= left) & (values >= right) & (values >= level - below * np.abs(level))
-    bend, slope = (2.0 * values - left - right)[peaks], 0.5 * (right - left)[peaks]
-    shift = slope / np.where(bend > 0.0, bend, np.inf)
-    return np.unique(np.round(angle[np.nonzero(peaks)[1]] + shift * angle[1], 5))
+    return np.unique(np.round(_top_places(values, below) * angle[1], 5))
+
+
+@kernel
+def _top_places(values: Array, below: float) -> Array:
+    """``_tops`` in steps of the grid; beside a missing value (nan) is no peak."""
+    found = [0.0 for _ in range(0)]
+    for row in values:
+        level = -np.inf
+        for value in row:
+            level = max(level, value) if value == value else level
+        for i in range(row.size):
+            left, here, right = row[i - 1], row[i], row[(i + 1) % row.size]
+            if here >= left and here >= right and here >= level - below * abs(level):
+                bend = 2.0 * here - left - right
+                found.append(i + (0.5 * (right - left) / bend if bend > 0.0 else 0.0))
+    return np.array(found)
 
 
 def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:

@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics.jit import kernel
 from solvers.rod import rows
+from solvers.rod.cycle.bent_strip import fibre_stresses
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.optimum.full_strip import FullStrip
 from solvers.rod.optimum.peak_model import buckled_rows, log, peak, reaction_rows
 from solvers.rod.optimum.peaks import Peaks
@@ -42,43 +44,55 @@ class RowsAtPeaks:
 
     def __call__(self, strip: FullStrip) -> Array:
         """Shape (rows,)."""
-        out, d = np.zeros(self.layout.size), strip.dimensions
-        out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
-        pushed = highest(-strip.cycle.axial_force(self._pushed))
-        for row, critical in zip((rows.STABILITY, rows.SIDEWAYS), strip.critical, strict=True):
-            out[row] = math.log(pushed / critical) if pushed > 0.0 else rows.NEVER_COMPRESSED
-        if out[rows.STABILITY] < 0.0:
-            self._read_loads(strip, out)
-        if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
-            buckled_rows(out)
+        states = strip.cycle.states(self._angles)
+        out = self._stability(strip, states)
+        self._read_loads(strip, states, out)
         return out
 
-    def _read_loads(self, strip: FullStrip, out: Array) -> None:
-        """The other rows of a strip that does not buckle."""
-        parts, piston = self.parts, self.scene.piston
-        reactions = strip.reactions(self._reactions) if self._reactions.size else np.empty((2, 0))
-        read_loads(
-            strip.stresses(self._angles, self._stations), parts.order, parts.starts, parts.utilisations, parts.stresses,
-            *self.diagram, reactions, pressure_per_load(piston.diameter, piston.skirt_length), out,
-        )  # fmt: skip
-        if self.power:
-            out[rows.POWER] = log(strip.friction_power())
+    def added(self, strip: FullStrip) -> Array:
+        """What its corrections add to the rows of a strip, (rows,); nothing where it buckles."""
+        states = strip.cycle.states(self._angles)
+        plain = self._stability(strip, states)
+        out = plain.copy()
+        self._read_loads(FullStrip(strip.cycle.without_corrections()), states, plain)
+        self._read_loads(strip, states, out)
+        return out - plain
+
+    def _stability(self, strip: FullStrip, states: Array) -> Array:
+        """The rows, so far those of sizes and of stability."""
+        out, d = np.zeros(self.layout.size), strip.dimensions
+        out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
+        inside, outside = strip.critical
+        pushed = highest(-states[FORCE, 3 * (self.peaks.angles.size + self.peaks.reactions.size) :])
+        out[rows.STABILITY] = math.log(pushed / inside) if pushed > 0.0 else rows.NEVER_COMPRESSED
+        out[rows.SIDEWAYS] = math.log(pushed / outside) if pushed > 0.0 else rows.NEVER_COMPRESSED
+        return out
+
+    def _read_loads(self, strip: FullStrip, states: Array, out: Array) -> None:
+        """The other rows; of a strip that buckles they mean nothing."""
+        if out[rows.STABILITY] < 0.0:
+            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent(states)
+            stations, modulus = (1.0 - self._stations) * d.l, self.scene.material.elastic_modulus
+            read_loads(
+                shape.strip, states, stations, shape.more_bent(stations), shape.more_side, shape.more_moment,
+                shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order, parts.starts, parts.utilisations,
+                parts.stresses, *self.diagram, self.peaks.reactions.size,
+                pressure_per_load(piston.diameter, piston.skirt_length), out,
+            )  # fmt: skip
+            if self.power:
+                out[rows.POWER] = log(strip.friction_power())
+        if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
+            buckled_rows(out)
 
     @cached_property
     def _angles(self) -> Array:
-        return self.peaks.threes(self.apart)
+        """Those of stresses, of reactions, and of the greatest compression."""
+        p = self.peaks
+        return np.concatenate([p.threes(self.apart), p.reaction_threes(self.apart), p.pushed_threes(self.apart)])
 
     @cached_property
     def _stations(self) -> Array:
         return self.peaks.stations()
-
-    @cached_property
-    def _pushed(self) -> Array:
-        return self.peaks.pushed_threes(self.apart)
-
-    @cached_property
-    def _reactions(self) -> Array:
-        return self.peaks.reaction_threes(self.apart)
 
 
 @kernel
@@ -92,16 +106,24 @@ def highest(values: Array) -> float:
 
 @kernel
 def read_loads(
-    stress: Array, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array, parabola: Array,
-    reactions: Array, per_force: float, out: Array,
+    strip: Strip, states: Array, stations: Array, more_bent: Array, more_side: Array, more_moment: Array,
+    inclined: bool, direct: float, bending: float, order: Index, starts: Index, utilisations: Index, stresses: Index,
+    lines: Array, parabola: Array, peaks: int, per_force: float, out: Array,
 ) -> None:  # fmt: skip
-    """The rows of utilisation, stress, side force and pressure with their parts, from samples at the peaks: stresses
-    [Pa] (2, sections, 3 angles), reactions (2, 3 angles) [N], of the second of which ``per_force`` [1/m^2] makes a
-    pressure."""
+    """The rows of utilisation, stress, side force and pressure with their parts, from states and corrections as in
+    ``BentStrip``: those of stresses, as in ``Parts``, and then of so many ``peaks`` of reactions [N], of the second of
+    which ``per_force`` [1/m^2] makes a pressure, all at angles in threes."""
+    stress = fibre_stresses(strip, states, stations, more_bent, direct, bending, inclined)
     used, strained = part_values(stress, order, starts, utilisations, stresses, lines, parabola)
     out[UTILISATION], out[STRESS] = log(used.max()), log(strained.max())
     for n in range(used.size):
         out[FIRST_PART + n] = log(used[n])
     for n in range(strained.size):
         out[FIRST_PART + used.size + n] = log(strained[n])
+    reactions = np.empty((2, 3 * peaks))
+    for i in range(3 * peaks):
+        at = 3 * order.size + i
+        side, moment = states[SIDE, at] + more_side[at], states[MOMENT, at] + more_moment[at]
+        reactions[0, i] = abs(side)
+        reactions[1, i] = abs(side) + strip.lever * abs(moment + side * strip.offset)
     reaction_rows(reactions, per_force, FIRST_PART + used.size + strained.size, out)

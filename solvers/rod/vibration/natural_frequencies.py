@@ -54,9 +54,10 @@ def _coefficients(polynomials: int, order: int) -> Array:
     return columns
 
 
-def _derivatives(zeta: Array, polynomials: int, order: int) -> Array:
+@lru_cache(maxsize=256)
+def _derivatives(zeta: tuple[float, ...], polynomials: int, order: int) -> Array:
     """Derivatives d^order/dzeta^order of the polynomials, whose second ones have unit norm: (points, basis)."""
-    return legendre_at(2.0 * np.asarray(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
+    return legendre_at(2.0 * np.array(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
 
 
 @lru_cache(maxsize=8)
@@ -64,7 +65,8 @@ def _quadrature(polynomials: int) -> tuple[Array, Array, Array, Array]:
     """Gauss points and weights on [0, 1] and, at the points, value and slope of the polynomials."""
     x, w = legendre.leggauss(polynomials + _MORE_POINTS)
     zeta = 0.5 * (x + 1.0)
-    return zeta, 0.5 * w, _derivatives(zeta, polynomials, 0), _derivatives(zeta, polynomials, 1)
+    value, slope = (_derivatives(tuple(zeta.tolist()), polynomials, order) for order in (0, 1))
+    return zeta, 0.5 * w, value, slope
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,7 @@ class StripBasis:
 
     def values(self, zeta: Array, order: int) -> Array:
         """d^order psi/dz^order at the sections: (..., sections, basis)."""
-        return self._per_length(_derivatives(zeta, self.polynomials, order) @ self.combination, order)
+        return self._per_length(_derivatives(tuple(zeta.tolist()), self.polynomials, order) @ self.combination, order)
 
     def series(self, order: int) -> Array:
         """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (..., terms, basis)."""
@@ -98,7 +100,7 @@ class StripBasis:
 
     def uncombined(self, zeta: float, order: int) -> Array:
         """d^order/dz^order at one section of the polynomials that ``combination`` combines: (..., polynomials)."""
-        one = _derivatives(np.array([zeta]), self.polynomials, order)
+        one = _derivatives((zeta,), self.polynomials, order)
         return self._per_length(one, order)[..., 0, :]
 
     def quadrature(self) -> tuple[Array, Array]:
@@ -118,7 +120,7 @@ def strip_basis(length: ArrayLike, rod_length: ArrayLike, polynomials: int = POL
     """The constrained basis for strips of free length l on rods of length L [m]."""
     length = np.asarray(length, dtype=float)
     _, weights, value, first = _quadrature(polynomials)
-    end_value, end_slope = (_derivatives(np.array([1.0]), polynomials, order)[0] for order in (0, 1))
+    end_value, end_slope = (_derivatives((1.0,), polynomials, order)[0] for order in (0, 1))
     l, e = length[..., None, None], (np.asarray(rod_length) - length)[..., None, None]
     constraint = end_value + (e / l) * end_slope
     # The null space of the one constraint: the trailing columns of a full QR factorisation.
@@ -147,7 +149,7 @@ class Energies(NamedTuple):
 def energies() -> Energies:
     """Of as many polynomials as any force asks for."""
     _, weights, value, first = _quadrature(_MOST_POLYNOMIALS)
-    end, slope = (_derivatives(np.array([1.0]), _MOST_POLYNOMIALS, order)[0] for order in (0, 1))
+    end, slope = (_derivatives((1.0,), _MOST_POLYNOMIALS, order)[0] for order in (0, 1))
     mass, geometric = (np.ascontiguousarray(f.T @ (weights[:, None] * f)) for f in (value, first))
     return Energies(mass, geometric, end, slope)
 

@@ -29,15 +29,7 @@ from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
-from solvers.rod.vibration.motion import (
-    MOST_RINGING,
-    Errors,
-    Motion,
-    excited,
-    motion,
-    motions_beside,
-)
-from solvers.rod.vibration.natural_frequencies import StripBasis
+from solvers.rod.vibration.motion import MOST_RINGING, Errors, Motion, excited, motion, motions_beside
 
 LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
@@ -109,18 +101,14 @@ class SteadyVibration:
     inclines = False
 
     @property
-    def basis(self) -> StripBasis:
-        return self.motion.basis
-
-    @property
     def bent_terms(self) -> int:
         """Legendre coefficients of V''."""
-        return self.basis.series(2).shape[0]
+        return self._bent.shape[0]
 
     @property
     def sunk_terms(self) -> int:
         """Legendre coefficients of V."""
-        return self.basis.series(0).shape[0]
+        return self._sunk.shape[0]
 
     @property
     def quiet(self) -> SteadyVibration:
@@ -131,19 +119,29 @@ class SteadyVibration:
         """V'', V, T and M0 of what rings."""
         side, moment = self._reactions
         begins = self.excitation.corners.size
-        return Rippling(self.motion.ringing, self.basis.series(2), self.basis.series(0), side, moment, begins)
+        return Rippling(self.motion.ringing, self._bent, self._sunk, side, moment, begins)
+
+    @cached_property
+    def _bent(self) -> Array:
+        """Series of V'' of the basis' unit amplitudes."""
+        return self.motion.basis.series(2)
+
+    @cached_property
+    def _sunk(self) -> Array:
+        """Series of V."""
+        return self.motion.basis.series(0)
 
     @cached_property
     def _reactions(self) -> tuple[Array, Array]:
         """T [N] and M0 [N m] of the basis' unit amplitudes."""
-        stiffness, clamp = self.motion.strip.stiffness, np.zeros(1)
-        return -stiffness * self.basis.values(clamp, 3)[0], stiffness * self.basis.values(clamp, 2)[0]
+        stiffness, basis, clamp = self.motion.strip.stiffness, self.motion.basis, np.zeros(1)
+        return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
         amplitude = self.motion.at(states[ANGLE])
-        bent[: self.bent_terms] += self.basis.series(2) @ amplitude
-        sunk[: self.sunk_terms] += self.basis.series(0) @ amplitude
+        bent[: self.bent_terms] += self._bent @ amplitude
+        sunk[: self.sunk_terms] += self._sunk @ amplitude
         side, moment = self._reactions
         return side @ amplitude, moment @ amplitude
 

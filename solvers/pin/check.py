@@ -37,6 +37,8 @@ from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings, where_
 Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
+_EQUAL = 1e-9
+"""Relative difference of stresses that are as great."""
 
 
 def check(
@@ -190,7 +192,9 @@ def assess(
     uses, allowable_shear = program.uses(walls), scene.material.allowable_shear
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = program.forces
-    worst = int(np.argmax(equivalent))
+    greatest = equivalent.max()
+    # Of a part as strong all along, the first section; not the one that rounding chooses.
+    worst = int(np.argmax(equivalent >= (1.0 - _EQUAL) * greatest))
     bore, outer = sought.diameters(walls)
     middle = x.size - 1 if scene.symmetric else program.anchor
     deflection = program.deflection(sought.solidity_of(walls))
@@ -208,7 +212,7 @@ def assess(
         least_wall=0.5 * sought.unit_diameter * float(walls.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
-        equivalent_stress_max=finite(equivalent[worst]),
+        equivalent_stress_max=finite(greatest),
         worst_section=float(x[worst]),
         shear_stress_max=None if allowable_shear is None else finite(allowable_shear * uses[1].max()),
         strength_utilisation=finite(use.max()),

@@ -67,8 +67,8 @@ def table(data: bytes) -> int:
     """Parse CSV with its header."""
     rows = _rows(data, quotes=True)
     try:
-        names = header_of(rows[0]) if rows and not rows[0].unfit else ()
-        source = table_source(Asked(PIN.slug, "check"), names, "csv")
+        names, delimiter = header_of(rows[0]) if rows and not rows[0].unfit else ((), ",")
+        source = table_source(Asked(PIN.slug, "check"), names, delimiter)
     except (ValueError, csv.Error, Problem):
         return 0
     return _judge(Source.from_json(source.to_json()), rows[1:])

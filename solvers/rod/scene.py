@@ -58,6 +58,10 @@ class Piston:
         return math.pi * self.diameter**2 / 4
 
 
+JUMP = 1e-6
+"""Half-width [rad] of the smooth step that replaces a jump of the pressure."""
+
+
 class PressureCurve(NamedTuple):
     """Kernel representation of a pressure cycle.
 
@@ -86,6 +90,12 @@ class Load(Protocol):
 
     def curve(self) -> PressureCurve:
         """Kernel representation of the pressure."""
+
+    def corners(self) -> NDArray[np.float64]:
+        """Angles [rad] at which a derivative of the pressure jumps, or the pressure itself."""
+
+    def jumps(self) -> NDArray[np.float64]:
+        """Those of them at which the pressure itself jumps; the curve rises there within ``JUMP`` on either side."""
 
 
 @dataclass(frozen=True)

@@ -83,6 +83,12 @@ class SchmidtLoad:
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.p_min), float(self.delta), float(self.theta), _NO_BREAKS, _NO_PIECES)
 
+    def corners(self) -> NDArray[np.float64]:
+        return np.empty(0)
+
+    def jumps(self) -> NDArray[np.float64]:
+        return np.empty(0)
+
 
 @dataclass(frozen=True)
 class ConstantLoad:
@@ -106,6 +112,12 @@ class ConstantLoad:
 
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.constant_pressure), 0.0, 0.0, _NO_BREAKS, _NO_PIECES)
+
+    def corners(self) -> NDArray[np.float64]:
+        return np.empty(0)
+
+    def jumps(self) -> NDArray[np.float64]:
+        return np.empty(0)
 
 
 @dataclass(frozen=True)
@@ -159,6 +171,12 @@ class TableLoad:
 
     def curve(self) -> PressureCurve:
         return self._middle
+
+    def corners(self) -> NDArray[np.float64]:
+        return self._middle.breaks[:-1]
+
+    def jumps(self) -> NDArray[np.float64]:
+        return np.empty(0)
 
     @cached_property
     def _middle(self) -> PressureCurve:

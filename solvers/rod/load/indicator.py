@@ -18,15 +18,11 @@ from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.panels import split
 from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
-from solvers.rod.scene import Mechanism, Piston, PressureCurve
+from solvers.rod.scene import JUMP, Mechanism, Piston, PressureCurve
 
-_RAMP = 1e-6
-"""Half-width [rad] of the smooth step that replaces a jump at a dead centre. The piston is at rest there: the
-approximation error is of the order of the square, 1e-12."""
-
-_PIECES_PER_TURN = 4096
-"""Cubic pieces per revolution: a cubic through four points of a piece has the error 5e-4 p'''' (2 pi/4096)^4 =
-3e-15 p''''."""
+_WIDEST, _CLOSE, _MOST_HALVINGS = TURN / 64, 3e-12, 12
+"""Pieces of the curve at first, at most that wide [rad]; they are halved, so often at most, until between the points of
+their cubics the pressure is as close, as a share of the greatest."""
 
 _THROUGH_FOUR = 0.5 * np.array(
     [[-9.0, 27.0, -27.0, 9.0], [18.0, -45.0, 36.0, -9.0], [-11.0, 18.0, -9.0, 2.0], [2.0, 0.0, 0.0, 0.0]]
@@ -39,7 +35,8 @@ class IndicatorLoad:
     """Pressures over one revolution from an indicator diagram; ``back_pressure`` [Pa], or the cycle's mean.
 
     The volume at an angle is V_c + pi D^2/4 x(phi), x that of the exact slider-crank. If the pressures of the two
-    strokes differ at a dead centre, the jump is a smooth step of 2e-6 rad. Raises InvalidInput, with the field under
+    strokes differ at a dead centre, the jump is a smooth step of 2e-6 rad; the piston is at rest there, so the error is
+    of the order of the square, 1e-12. Raises InvalidInput, with the field under
     ``load``, for a four-stroke diagram (a flexible rod's cycle is one revolution) and for invalid points.
     """
 
@@ -64,25 +61,48 @@ class IndicatorLoad:
     @cached_property
     def _curve(self) -> PressureCurve:
         """Cubics through four points per piece, with the diagram's points and additional ones as ends; the step at a
-        dead centre is itself a cubic."""
+        dead centre is itself a cubic, of two pieces."""
         centres = np.array([centre for centre, _ in self.unrolled.jumps] + [TURN])
         points = self.unrolled.breaks
-        away = np.min(np.abs(points[:, None] - centres), axis=1) > 2.0 * _RAMP
-        ends = np.concatenate([points[away], centres[1:] - _RAMP, centres + _RAMP])
-        ends = split(np.unique(ends), TURN / _PIECES_PER_TURN)
-        low, width = ends[:-1], np.diff(ends)
-        values = self.unrolled.pressure(low + width * np.arange(4)[:, None] / 3.0)
-        values[3, :-1] = values[0, 1:]
-        values[3, -1] = values[0, 0]
-        pieces = _THROUGH_FOUR @ values
-        step = np.min(np.abs(low + 0.5 * width - centres[:, None]), axis=0) < 0.5 * _RAMP
-        before, rise = values[0, step], values[3, step] - values[0, step]
-        pieces[:, step] = np.stack([-2.0 * rise, 3.0 * rise, 0.0 * rise, before])
-        pieces /= width ** np.arange(3, -1, -1)[:, None]
+        away = np.min(np.abs(points[:, None] - centres), axis=1) > 2.0 * JUMP
+        ends = np.concatenate([points[away], centres[1:] - JUMP, centres[1:], centres + JUMP])
+        ends = split(np.unique(ends), _WIDEST)
+        for _ in range(_MOST_HALVINGS):
+            _, values, missed = self._cubics(ends)
+            far = (missed > _CLOSE * np.abs(values).max()) & (np.diff(ends) > 2.0 * JUMP)
+            if not far.any():
+                break
+            ends = np.sort(np.concatenate([ends, (0.5 * (ends[1:] + ends[:-1]))[far]]))
+        pieces, values, _ = self._cubics(ends)
+        rising = np.flatnonzero(np.isin(ends[1:-1], centres))
+        before, rise = values[0, rising], values[3, rising + 1] - values[0, rising]
+        none = np.zeros_like(rise)
+        pieces[:, rising] = np.stack([-0.25 * rise, 0.75 * rise, none, before])
+        pieces[:, rising + 1] = np.stack([-0.25 * rise, none, 0.75 * rise, before + 0.5 * rise])
+        pieces /= np.diff(ends) ** np.arange(3, -1, -1)[:, None]
         return PressureCurve(0.0, 0.0, 0.0, ends, np.ascontiguousarray(pieces))
+
+    def _cubics(self, ends: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
+        """Coefficients of the cubics through four points of every piece, by its shares, highest power first, (4,
+        pieces); the pressures there; and what they miss between the points (pieces,)."""
+        low, width = ends[:-1], np.diff(ends)
+        values = self.unrolled.pressure(low + width * np.arange(7)[:, None] / 6.0)
+        values[6, :-1] = values[0, 1:]
+        values[6, -1] = values[0, 0]
+        pieces = _THROUGH_FOUR @ values[::2]
+        missed = np.vander(np.array([1.0, 3.0, 5.0]) / 6.0, 4) @ pieces - values[1::2]
+        return pieces, values[::2], np.abs(missed).max(axis=0)
 
     def curve(self) -> PressureCurve:
         return self._curve
+
+    def corners(self) -> NDArray[np.float64]:
+        points, centres = np.mod(self.unrolled.breaks, TURN), self.jumps()
+        apart = np.abs(np.mod(points[:, None] - centres + 0.5 * TURN, TURN) - 0.5 * TURN)
+        return np.unique(np.concatenate([points[np.min(apart, axis=1, initial=TURN) > 2.0 * JUMP], centres]))
+
+    def jumps(self) -> NDArray[np.float64]:
+        return np.array([centre for centre, _ in self.unrolled.jumps])
 
     def pressure(self, angle: ArrayLike) -> NDArray[np.float64]:
         ends, pieces = self._curve.breaks, self._curve.pieces
@@ -104,7 +124,7 @@ class IndicatorLoad:
         centres = np.array([centre for centre, _ in self.unrolled.jumps])
         points = np.unique(np.mod(self.unrolled.breaks, TURN))
         points = sharpest(points, self.unrolled.pressure(points))
-        return np.unique(np.mod(np.concatenate([points, centres - _RAMP, centres + _RAMP]), TURN))
+        return np.unique(np.mod(np.concatenate([points, centres - JUMP, centres + JUMP]), TURN))
 
 
 def mended(

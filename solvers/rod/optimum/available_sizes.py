@@ -29,7 +29,7 @@ from solvers.rod.scene import Dimensions
 _SHIFTS = 5
 _MOST_LOOKED_AT = 40
 """Sizes looked at on the full model around one strip."""
-_WRONG = 0.05
+_WRONG = 0.3
 """Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
 _SLICES = 6
 """In other gaps, that are looked at."""
@@ -175,15 +175,18 @@ def _cost_shift(context: Context, around: Dimensions) -> float:
 def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
     """Strips whose sizes are a few steps away from a strip's, within the bounds."""
     sizes, b = context.sizes, context.bounds
-    widths = _steps(d.b, sizes.step_b, b.b)
     lengths = _steps(d.l, sizes.step_l, b.l)
     heights = [d.h]
     if sizes.stock_h is not None:
         stock = sorted({h for h in sizes.stock_h if b.h[0] <= h <= b.h[1]})
         at = min(range(len(stock)), key=lambda n: abs(stock[n] - d.h))
         heights = stock[max(at - _STEPS, 0) : at + _STEPS + 1]
-    for width, height, length in product(widths, heights, lengths):
-        yield Dimensions(width, height, length)
+    for height in heights:
+        # As wide as this one, or as stiff.
+        stiff = min(max(d.b * (d.h / height) ** 3, b.b[0]), b.b[1])
+        widths = {*_steps(d.b, sizes.step_b, b.b), *_steps(stiff, sizes.step_b, b.b)}
+        for width, length in product(sorted(widths), lengths):
+            yield Dimensions(width, height, length)
 
 
 def _steps(size: float, step: float | None, within: tuple[float, float]) -> list[float]:

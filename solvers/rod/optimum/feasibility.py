@@ -94,7 +94,7 @@ def _least_violating(context: Context, start: Dimensions) -> Local | None:
     best = context.best()
     if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
         return best
-    for strip in spread(context.cycle, context.task.limits, context.bounds):
+    for strip in _starts_beside(context):
         known = list(context.ends)
         end = context.search_from(strip, context.bounds)
         best = context.best()
@@ -104,6 +104,13 @@ def _least_violating(context: Context, start: Dimensions) -> Local | None:
             # Two ways led to the same strip, and no noise makes valleys of its own.
             break
     return best
+
+
+def _starts_beside(context: Context) -> list[Dimensions]:
+    """The strip with which the core has the greatest reserve to all limits, and strips spread over the bounds."""
+    cycle, limits, bounds = context.cycle, context.task.limits, context.bounds
+    most = least_violation(cycle, limits, bounds)
+    return [*([] if most is None else [most[1]]), *spread(cycle, limits, bounds)]
 
 
 def checked_only(context: Context, strip: Dimensions) -> Iterate | None:

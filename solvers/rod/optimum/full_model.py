@@ -98,7 +98,7 @@ class FullModel:
     def textured(self) -> bool:
         """Whether a table's points set the strip ringing: to follow that takes long, and noise limits what may be known
         of it."""
-        return self.rings and self.scene.load.curve().breaks.size > FEW_CORNERS
+        return self.rings and self.scene.load.corners().size > FEW_CORNERS
 
     @property
     def ripples(self) -> bool:
@@ -210,7 +210,8 @@ class FullModel:
         """Where a strip's results peak; it must not buckle."""
         strip = self.strip(d)
         pushed = compression_peaks(strip.cycle.axial_force)
-        return peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
+        peaks = peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
+        return peaks.on_one_side(self.scene.load.jumps(), self.angle_step)
 
     def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one, which has these peaks, maybe with those of others."""

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import Diagram, severities
 from solvers.numerics import periodic
 from solvers.numerics.jit import kernel
+from solvers.rod.scene import JUMP
 
 Array = NDArray[np.float64]
 
@@ -84,6 +85,20 @@ class Peaks(NamedTuple):
         """With those of other peaks that are not next to one of these."""
         apart = ANGLE_STEP, SECTION_STEP, ANGLE_STEP, ANGLE_STEP
         return Peaks(*(_with_others(own, other, a) for own, other, a in zip(self, earlier, apart, strict=True)))
+
+    def on_one_side(self, jumps: Array, apart: float) -> Peaks:
+        """With peaks on either side of a jump in place of those whose threes it would part."""
+        angles, reactions, pushed = (_on_one_side(x, jumps, apart) for x in (self.angles, self.reactions, self.pushed))
+        return self._replace(angles=angles, reactions=reactions, pushed=pushed)
+
+
+def _on_one_side(angles: Array, jumps: Array, apart: float) -> Array:
+    if not (angles.size and jumps.size):
+        return angles
+    away = np.mod(angles[:, None] - jumps + np.pi, 2.0 * np.pi) - np.pi
+    met = np.any(np.abs(away) < apart, axis=0)
+    sides = jumps[met, None] + (apart + JUMP) * np.array([-1.0, 1.0])
+    return np.unique(np.concatenate([angles[np.all(np.abs(away) >= apart, axis=1)], sides.ravel()]))
 
 
 def _threes(angles: Array, apart: float) -> Array:

@@ -28,7 +28,7 @@ from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
 from solvers.rod.vibration.motion import MOST_RINGING, Errors, Motion, excited, motion, motions_beside
 
 LEAST_ERROR = 3e-11
@@ -139,11 +139,28 @@ class SteadyVibration:
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude = self.motion.at(states[ANGLE])
+        amplitude = self._amplitudes(states)
         bent[: self.bent_terms] += self._bent @ amplitude
         sunk[: self.sunk_terms] += self._sunk @ amplitude
         side, moment = self._reactions
         return side @ amplitude, moment @ amplitude
+
+    def _amplitudes(self, states: Array) -> Array:
+        """d at the states' angles, (basis, angles). Within a step that replaces a jump of the force the strip as a
+        whole stays where it is, so that d makes up for the quasi-static shape."""
+        angle, excitation = states[ANGLE], self.excitation
+        still_at = off_jumps(angle, excitation.jumps)
+        found, within = self.motion.at(still_at), still_at != angle
+        if within.any():
+            sides = states_at(excitation.drive, excitation.strip, still_at[within])
+            equation = self._equation
+            found[:, within] += equation.modes @ (equation.still(sides) - equation.still(states[:, within])).T
+        return found
+
+    @cached_property
+    def _equation(self) -> StripEquation:
+        e, polynomials = self.excitation, self.motion.basis.polynomials
+        return StripEquation.of(e.strip, e.inertia, e.mean, polynomials, 0.0)
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
@@ -211,7 +228,8 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
             if full or rung == len(LADDER) - 1:
                 break
-            rung = _enough_polynomials(rung, errors, wanted) if many else _more_polynomials(rung, errors, wanted)
+            few = _enough_polynomials if many or excitation.jumps.size else _more_polynomials
+            rung = few(rung, errors, wanted)
             if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):
                 break
             equation = _equation(cycle, excitation, rung)

@@ -8,6 +8,7 @@ from itertools import product
 import numpy as np
 import pytest
 
+from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
 from tests.solvers.rod.dense_search import MISSED, random_problem, sample
@@ -95,3 +96,17 @@ def test_fine_steps_cost_little(objective):
     least = cost_of(free, rod.design(free, CORE))
     assert least * (1 - 1e-6) <= cost_of(free, outcome) <= least * 1.02
     assert outcome.certificate.gap < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("seed", "rival"),
+    [(296, rod.Dimensions(0.009, 0.0005, 0.0156)), (832, rod.Dimensions(0.0075, 0.0004, 0.021))],
+    ids=["as stiff in another thickness", "the next length"],
+)
+def test_sizes_that_rivals_found_are_found(seed, rival):
+    asked = realistic(seed)
+    best = rod.design(asked).value.check
+    beside = rod.check(asked.scene, rival, accuracy=1e-6).value
+    assert asked.requirements.met_by(beside)
+    density = asked.scene.material.density
+    assert asked.objective.log_cost(best, density) <= asked.objective.log_cost(beside, density) + 1e-6

@@ -1,0 +1,78 @@
+"""A pressure that jumps at the dead centres sets the strip ringing, as a steep rise does."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from app.designs.flexible_rod.request import CheckRequest, DesignRequest
+from solvers import rod
+from solvers.effects import EffectSelection
+
+DIAGRAM = {
+    "kind": "indicator",
+    "clearance_volume_cm3": 2.0,
+    "strokes": [
+        {"volume_cm3": [2.0, 2.25, 2.55, 2.942], "pressure_mpa": [2.4, 2.1, 1.8, 1.55]},
+        {"volume_cm3": [2.942, 2.55, 2.25, 2.0], "pressure_mpa": [1.5, 1.7, 2.0, 2.3]},
+    ],
+}
+MOVED = frozenset({"beam_column", "friction", "rod_inertia"})
+SELECTION = EffectSelection(MOVED, frozenset(effect.name for effect in rod.EFFECTS) - MOVED)
+RISE = 4e-4
+"""Half-width [rad] of the steep rise that stands for a jump; the first mode turns by a hundredth of a radian in it."""
+
+
+def request(kind: type, **parts: object) -> object:
+    body = {
+        "mechanism": {"crank_radius_mm": 1.5, "rod_length_mm": 45.5, "speed_hz": 50},
+        "piston": {"diameter_mm": 20, "skirt_length_mm": 27, "friction_coefficient": 0.15},
+        "load": DIAGRAM,
+        "material": {
+            "elastic_modulus_gpa": 210,
+            "fatigue_limit_mpa": 480,
+            "fatigue_reduction": 1.15,
+            "mean_stress_sensitivity": 0.12,
+            "yield_strength_mpa": 1200,
+            "density_kg_m3": 7850,
+        },
+    }
+    return kind.model_validate(body | parts)
+
+
+def steep(load: rod.IndicatorLoad) -> rod.TableLoad:
+    """The same pressures in a table, the jumps being steep rises."""
+    away = np.concatenate([[RISE], np.geomspace(2e-3, 0.1, 30), np.linspace(0.12, 0.5 * math.pi, 60)])
+    angle = np.sort(np.concatenate([c + side * away for c in (0.0, math.pi) for side in (-1.0, 1.0)]) % (2.0 * math.pi))
+    angle = angle[np.append(np.diff(angle) > 1e-6, True)]
+    return rod.TableLoad(tuple(angle.tolist()), tuple(load.pressure(angle).tolist()), load.reference_pressure())
+
+
+def test_a_jump_is_a_steep_rise():
+    asked = request(CheckRequest, dimensions={"b_mm": 9, "h_mm": 0.46, "l_mm": 23})
+    scene, strip = asked.scene(), asked.strip()
+    found = rod.check(scene, strip, SELECTION, accuracy=1e-6)
+    rising = rod.check(rod.Scene(scene.mechanism, scene.piston, steep(scene.load), scene.material), strip, SELECTION)
+    assert found.accuracy.estimated < 1e-3
+    for read in ("fatigue_safety", "side_force_max", "friction_power"):
+        value, expected = (getattr(outcome.value.stresses, read) for outcome in (found, rising))
+        assert value == pytest.approx(expected, rel=1e-3), read
+    still = rod.check(scene, strip, EffectSelection(MOVED - {"rod_inertia"}, SELECTION.exclude | {"rod_inertia"}))
+    # What rings is ten times what the two may differ by.
+    assert abs(still.value.stresses.fatigue_safety / found.value.stresses.fatigue_safety - 1.0) > 1e-2
+
+
+def test_a_strip_that_a_jump_sets_ringing_is_designed():
+    asked = request(
+        DesignRequest,
+        requirements={"min_fatigue_safety": 2.65, "min_stability_safety": 1.8},
+        bounds={"b_mm": [4, 9], "h_mm": [0.2, 1.0], "l_mm": [8, 26]},
+        objective="mass",
+    ).problem()
+    outcome = rod.design(asked)
+    strip = outcome.value.check.dimensions
+    assert asked.requirements.met_by(rod.check(asked.scene, strip).value)
+    # A strip that is known to be admissible.
+    assert outcome.value.check.mass < 0.7 * 7850.0 * 9e-3 * 0.46e-3 * 23e-3

@@ -193,8 +193,8 @@ def assess(
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = program.forces
     greatest = equivalent.max()
-    # Of a part as strong all along, the first section; not the one that rounding chooses.
-    worst = int(np.argmax(equivalent >= (1.0 - _EQUAL) * greatest))
+    # Of a part as strong all along, the last section; not the one that rounding chooses.
+    worst = x.size - 1 - int(np.argmax(equivalent[::-1] >= (1.0 - _EQUAL) * greatest))
     bore, outer = sought.diameters(walls)
     middle = x.size - 1 if scene.symmetric else program.anchor
     deflection = program.deflection(sought.solidity_of(walls))

@@ -112,7 +112,8 @@ class Context:
         """One local search, kept among the ends; it is given up where it is not going to come below a ``known`` ln
         objective."""
         self.started.append(logarithms(start))
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known)
+        ends = self.ends if self.model.rings else ()
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends)
         if local is not None:
             self.ends.append(local)
         return local

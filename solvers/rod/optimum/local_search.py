@@ -8,6 +8,7 @@ within a trust region. The search ends at a strip that the exact check admits an
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,8 @@ from solvers.rod.scene import Dimensions, Scene
 ROUNDS = 10
 _FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD, _BEST = 0.1, 0.75, 0.9
+SAME = 2e-3
+"""In ln b, ln h, ln l: up to where two ends are one."""
 PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
@@ -95,8 +98,10 @@ def local_search(
     radius: float = _FIRST_RADIUS,
     rounds: int = ROUNDS,
     known: float = math.inf,
+    ends: Sequence[Local] = (),
 ) -> Local | None:
-    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up.
+    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up, or where it
+    leads to one of the ``ends`` of others.
 
     A search that is not going to come below a ``known`` ln objective is given up.
     """
@@ -115,6 +120,8 @@ def local_search(
             break
         if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
             break
+        if at.admissible and any(_leads_to(end, step, at.log_cost - promised, task.enough) for end in ends):
+            return None
         moved = float(np.max(np.abs(step - at.x)))
         if moved == 0.0 or radius < model.least_radius:
             break
@@ -135,6 +142,12 @@ def local_search(
         if _better(trial, best):
             best = trial
     return Local(best, gain, rounds)
+
+
+def _leads_to(end: Local, step: Array, log_cost: float, enough: float) -> bool:
+    """Whether a step goes to where another search has come to its end, with no less a cost."""
+    close = end.best.admissible and end.gain <= enough and float(np.max(np.abs(step - end.best.x))) < SAME
+    return close and log_cost > end.best.log_cost - enough
 
 
 def iterate(

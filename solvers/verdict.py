@@ -17,6 +17,8 @@ from solvers.outcome import Accuracy, EffectReport, EffectState
 MAX_SLACK = 1e-3
 """Maximum relative violation at which a criterion still counts as met."""
 
+NEGLIGIBLE_ERROR = 1e-5
+"""Relative error that puts no verdict in doubt: loads and materials are never known as well."""
 
 UNREPORTED_INFLUENCE = 1e-2
 """Relative influence of an omitted effect above which a caution is issued: the default tolerance of ``auto``."""
@@ -58,10 +60,11 @@ def slack_of(accuracy: Accuracy) -> float:
 
 
 def doubt(accuracy: Accuracy, designed: bool = False) -> float:
-    """Relative error of the values within which a verdict is uncertain: the estimate, or 0 if it is within the slack.
+    """Relative error of the values within which a verdict is uncertain: the estimate, or 0 if that is within the slack
+    or negligible.
 
     A design (``designed``) lies on its limits on purpose, so that it is certain if it has the accuracy requested."""
-    expected = accuracy.estimated <= slack_of(accuracy) or (designed and accuracy.met)
+    expected = accuracy.estimated <= max(slack_of(accuracy), NEGLIGIBLE_ERROR) or (designed and accuracy.met)
     return 0.0 if expected else accuracy.estimated
 
 

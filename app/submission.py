@@ -123,7 +123,10 @@ class Service:
         if not job.repeatable:
             return None
         earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-        if earlier is None or not runs.complete(earlier) or (job.best_in_time and not runs.met(earlier)):
+        if earlier is None or not runs.complete(earlier):
+            return None
+        # More time may find a better design; a diagnosis it does not change.
+        if job.best_in_time and earlier.status == RunStatus.SUCCEEDED and not runs.met(earlier):
             return None
         return runs.repeated(run, earlier, started)
 

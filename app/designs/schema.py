@@ -209,7 +209,7 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="the best to be had, of a rod to about a hundredth; null: nothing")
+    attainable: float | None = Field(description="the best to be had, known as accuracy.estimated says; null: nothing")
     advice: str
 
 

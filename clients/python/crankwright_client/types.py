@@ -2649,7 +2649,7 @@ class ShortfallResult(TypedDict):
     required: float
     """the required value"""
     attainable: float | None
-    """the best to be had, of a rod to about a hundredth; null: nothing"""
+    """the best to be had, known as accuracy.estimated says; null: nothing"""
     advice: str
     """what would have to change"""
 

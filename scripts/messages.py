@@ -52,6 +52,7 @@ TEMPLATES = ROOT / "app" / "web" / "templates"
 _APP = ROOT / "app"
 SOURCES = (
     *(path for folder in ("web", "words", "reports") for path in sorted((_APP / folder).rglob("*.py"))),
+    _APP / "api" / "exports.py",
     _APP / "designs" / "verdict.py",
     *(
         path

@@ -305,6 +305,10 @@ class RodModel:
         wall = self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
         return wall * np.abs(speed)
 
+    def force_corners(self) -> Array:
+        """Angles at which the axial force has a corner."""
+        return self.corners(self.still) if "friction_feedback" in self.effects else np.empty(0)
+
     def corners(self, at: Callable[[Array], Bent]) -> Array:
         """Angles at which contact changes between one wall and both."""
         piston = self.scene.piston

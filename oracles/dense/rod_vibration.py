@@ -52,8 +52,8 @@ class Driven(Protocol):
 
     def deflection(self, bent: Any, z: Array) -> Array: ...
 
-    def corners(self, shape: Any) -> Array:
-        """Angles of corners of the force, for the shapes ``still``."""
+    def force_corners(self) -> Array:
+        """Angles at which the axial force or a derivative of it jumps."""
 
     def axial_force(self, angle: Array) -> Array: ...
 
@@ -147,7 +147,7 @@ def periodic_motion(
     geometric = (slopes.T * weights) @ slopes + e * end.T @ end
     n, own = functions, slice(0, functions)
 
-    corners = model.corners(model.still) if "friction_feedback" in model.effects else np.empty(0)
+    corners = model.force_corners()
     mean = _mean_force(model, corners)
     squares, modes = eigh(model.stiffness * np.eye(n) + mean * geometric[own, own], inertia[own, own])
     borne = inertia[own, own] @ modes

@@ -87,6 +87,17 @@ def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
     browser = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg=1", headers={"Accept": "text/html"})
     assert browser.status_code == 202
     assert "refresh" in browser.headers
+    assert "The file is being made" in browser.text
+
+
+def test_the_page_that_promises_a_file_is_in_the_readers_language(client, run, monkeypatch):
+    monkeypatch.setattr("app.run_exports.WAIT_S", 0.0)
+    monkeypatch.setitem(registry.EXPORTS, "json", replace(registry.EXPORTS["json"], where=ExportProcess.WORKER))
+    for code, said in (("uk", "Файл створюється"), ("ru", "Файл создаётся")):
+        headers = {"Accept": "text/html", "Accept-Language": code}
+        page = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg={len(code)}{ord(code[0])}", headers=headers)
+        assert page.status_code == 202
+        assert f'<html lang="{code}">' in page.text and said in page.text
 
 
 def test_angles_are_numbers_and_tools_are_known(client, run):

@@ -154,7 +154,9 @@ def registered() -> set[str]:
                         with measuring(units):
                             in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
-    found |= {text for kind in KINDS.values() for texts in (kind.labels, kind.denials) for text in texts.values()}
+    for kind in KINDS.values():
+        for texts in (kind.labels, kind.denials, *kind.form.options.values()):
+            found |= set(texts.values())
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
     found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}

@@ -90,8 +90,8 @@ async def comparison(
 
 
 def _numbers(kind: Kind, mode: str, result: dict[str, Any]) -> dict[str, Any]:
-    """The scalars of a result in the order of its model, choices as the form words them; without standard
-    uncertainties, which are shown beside their results."""
+    """The scalars of a result in the order of its model, with choices in words; without standard uncertainties, which
+    are shown with their results."""
     names = [*kind.jobs[Mode(mode)].result.model_fields] if mode in kind.jobs else []
     found = {}
     for name in [*names, *(other for other in result if other not in names)]:

@@ -133,8 +133,8 @@ class SolverRequest(Strict):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object, where both a check and a design are possible, is one of these; by its fields alone
-        unless a kind overrides it."""
+        """Whether a raw object that may be a check or a design is meant as this model: decided by its fields, unless a
+        kind overrides this."""
         return False
 
     def selection(self) -> EffectSelection:

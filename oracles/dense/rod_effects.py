@@ -59,8 +59,8 @@ def families(q: Array, z: Array) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Bent:
-    """The strip's state at n angles, each field of shape (n,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C [1/m], s D
-    [1/m^2]; A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
+    """The state of the strip at n angles; every field has the shape (n,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C
+    [1/m], s D [1/m^2]; A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
 
     angle: Array
     force: Array
@@ -233,7 +233,7 @@ class RodModel:
     # Judged results
 
     def severity(self, high: Array, low: Array) -> Array:
-        """Serensen's equivalent stress, by which the fatigue limit is divided."""
+        """Serensen's equivalent stress [Pa]; the fatigue safety is the fatigue limit divided by it."""
         m = self.scene.material
         return m.fatigue_reduction * 0.5 * (high - low) + m.mean_stress_sensitivity * np.maximum(
             0.5 * (high + low), 0.0

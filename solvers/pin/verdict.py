@@ -103,7 +103,7 @@ def _not_judged(ring: RingResult | None) -> tuple[str, ...]:
 
 
 def _of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
-    """Return a caution if shear is excluded while the deflection is limited."""
+    """Return a caution if shear is left out although the deflection is limited."""
     return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 
 

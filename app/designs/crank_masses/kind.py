@@ -219,7 +219,7 @@ _ROUNDING = 1e-14
 
 
 def run_masses(request: MassesRequest) -> Answer:
-    """Solve."""
+    """Determine the masses by the requested method."""
     asked, started = request.root, time.perf_counter()
     try:
         found = asked.solve()
@@ -244,7 +244,7 @@ def run_masses(request: MassesRequest) -> Answer:
 
 
 def figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The rod's mass that goes with the piston; of an estimate, which does not divide it, all of the rod's mass."""
+    """The rod's mass at the wrist pin; for an estimate, which does not divide the rod, its whole mass."""
     name = "rod_mass_kg" if result["rod_mass_at_pin_kg"] is None else "rod_mass_at_pin_kg"
     return name, result[name]
 

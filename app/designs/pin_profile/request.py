@@ -240,7 +240,7 @@ class CheckRequest(PinRequest):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object, or one that was stored with every field, is a check rather than a design."""
+        """Whether a raw object, or a stored one with every field filled in, is a check rather than a design."""
         if value.get("variable") == "outer":
             given = value.get("geometry")
             outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None

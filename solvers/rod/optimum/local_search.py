@@ -39,7 +39,9 @@ _LEAST_EXCESS = 1e-16
 _STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
 CATCHES_UP = 4.0
-"""Times what a step promises: what all that follow are expected to gain at most."""
+_CATCHES_UP_INSIDE = 2.5
+"""Times what a step promises: what all that follow are expected to gain at most; the same of a step that ends within
+the trust region."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
 
@@ -118,11 +120,12 @@ def local_search(
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
-        if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
-            break
         if at.admissible and any(_leads_to(end, step, at.log_cost - promised, task.enough) for end in ends):
             return None
         moved = float(np.max(np.abs(step - at.x)))
+        catches_up = CATCHES_UP if moved > 0.95 * radius else _CATCHES_UP_INSIDE
+        if at.admissible and at.log_cost - catches_up * max(promised, task.enough) > known:
+            break
         if moved == 0.0 or radius < model.least_radius:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)

@@ -46,7 +46,7 @@ _FINE_ANGLE_STEP = 1e-3
 _SMOOTH, _RINGING, _FINE = 1e-7, 5e-4, 1e-5
 """Radii that no trust is left in: where results are smooth, between resonances, and there where the last digits
 count."""
-_KEPT, _STENCILS = 16, 3
+_KEPT, _STENCILS = 64, 3
 """Strips and stencils that are remembered."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""

@@ -42,6 +42,8 @@ CATCHES_UP = 4.0
 _CATCHES_UP_INSIDE = 2.5
 """Times what a step promises: what all that follow are expected to gain at most; the same of a step that ends within
 the trust region."""
+_KEEPS = 0.8
+"""Of what a step to the end of another search promises: what is counted on."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
 
@@ -120,7 +122,7 @@ def local_search(
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
-        if at.admissible and any(_leads_to(end, step, at.log_cost - promised, task.enough) for end in ends):
+        if at.admissible and any(_leads_to(end, step, at.log_cost - _KEEPS * promised, task.enough) for end in ends):
             return None
         moved = float(np.max(np.abs(step - at.x)))
         catches_up = CATCHES_UP if moved > 0.95 * radius else _CATCHES_UP_INSIDE

@@ -34,7 +34,7 @@ _MOST_STEPS = 40
 _MOST_HALVINGS = 40
 _NARROWEST = 1e-9
 _EPS = float(np.finfo(float).eps)
-_INSIDE = 1e-14
+INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
@@ -88,8 +88,8 @@ def _points(left: Array, right: Array, rule: Rule) -> Array:
 def inside(angle: Array, rule: Rule) -> Array:
     """Move the end points of panels (panels n,) slightly inward."""
     angle = angle.reshape(-1, rule.points.size).copy()
-    angle[:, 0] += _INSIDE
-    angle[:, -1] -= _INSIDE
+    angle[:, 0] += INSIDE
+    angle[:, -1] -= INSIDE
     return angle.ravel()
 
 

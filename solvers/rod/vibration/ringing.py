@@ -8,7 +8,7 @@ slow modes, then their speeds, then amplitude and speed of every fast mode.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
-from solvers.rod.vibration.equation import StripEquation, each
+from solvers.rod.cycle.state import FORCE
+from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation
 from solvers.rod.vibration.free_modes import free_mode
 
@@ -122,83 +123,87 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     return ringing, float(left[ringing])
 
 
-@dataclass(frozen=True)
-class FreeModes:
-    """Fast modes that may ring, from the ``first`` on, on elements between ``edges`` (..., elements + 1) of which those
-    of ``panels`` lie behind corners: ``shape`` and ``rate`` (..., modes, elements, points, all modes) of a and a' in a
-    free motion that grows as exp(``phase``) (..., modes, elements, points) from the element's first end, and by
-    ``since`` (..., modes, elements) from the last corner to there; ``missed`` (..., modes) are errors of the phase over
-    the turn [rad]. Points are those of the ``rule``."""
+class FreeModes(NamedTuple):
+    """Fast modes that may ring, from the ``first`` on, on elements between ``edges`` (elements + 1,) of which those of
+    ``panels`` lie behind corners: ``shape`` (modes, elements, points, all modes) of a free motion that grows as
+    exp(``phase``) (modes, elements, points) from the element's first end, and by ``since`` (modes, elements) from the
+    last corner to there; ``missed`` (modes,) are errors of the phase over the turn [rad]. States ``behind`` corners and
+    ``before`` the next ones, of the modes up to the last one that rings, are for the real and the imaginary part of
+    each one's amplitude behind the corner: (panels, 2 modes, states)."""
 
-    rule: Radau
-    first: int
     edges: Array
     panels: NDArray[np.int64]
     shape: Complex
-    rate: Complex
     phase: Complex
     since: Complex
     missed: Array
+    behind: Array
+    before: Array
 
-    @staticmethod
-    def of(
-        equation: StripEquation,
-        rule: Radau,
-        edges: Array,
-        panels: NDArray[np.int64],
-        states: Array,
-        first: int,
-        enough: Array,
-    ) -> FreeModes:
-        """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, ..., elements
-        points)."""
-        widths = np.diff(edges)
-        swing = equation.swing(states).reshape(*widths.shape, -1)
 
-        def of_one(*own: Array) -> tuple[Array, ...]:
-            found = [free_mode(first + k, *own, rule, phase, _MOST_TIMES) for k, phase in enumerate(enough.tolist())]
-            return tuple(np.stack(part) for part in zip(*found, strict=True))
-
-        shape, rate, phase, missed = each(
-            equation.mean.shape, of_one, widths, swing, equation.slowness, equation.damping, equation.coupling
+@kernel
+def free_modes(
+    equation: StripEquation, rule: Radau, edges: Array, panels: NDArray[np.int64], states: Array, first: int,
+    enough: Array,
+) -> FreeModes:  # fmt: skip
+    """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, elements points) at
+    the points of the ``rule``."""
+    m, n, ringing, p, count = first, equation.slowness.size, enough.size, rule.points.size, edges.size - 1
+    last, swing, widths = first + ringing, np.empty((count, p)), np.diff(edges)
+    for e in range(count):
+        for i in range(p):
+            swing[e, i] = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+    damping, missed = equation.loss * np.sqrt(equation.slowness), np.zeros(ringing)
+    shapes = np.empty((ringing, count, p, n), np.complex128)
+    phases = np.empty((ringing, count, p), np.complex128)
+    since = np.empty((ringing, count), np.complex128)
+    behind, before = np.empty((panels.size, 2 * ringing, 2 * last)), np.empty((panels.size, 2 * ringing, 2 * last))
+    for r in range(ringing):
+        shape, rate, phase, error = free_mode(
+            m + r, widths, swing, equation.slowness, damping, equation.coupling, rule, enough[r], _MOST_TIMES
         )
-        gone = np.cumsum(phase[..., -1], axis=-1) - phase[..., -1]
-        gone -= np.repeat(gone[..., panels], np.diff(np.append(panels, widths.shape[-1])), axis=-1)
-        return FreeModes(rule, first, edges, panels, shape, rate, phase, np.exp(gone), missed.sum(axis=-1))
+        panel, gone = 0, 0.0j
+        for e in range(count):
+            missed[r] += error[e]
+            if panel < panels.size and panels[panel] == e:
+                panel, gone = panel + 1, 0.0j
+            since[r, e] = np.exp(gone)
+            gone += phase[e, p - 1]
+            for i in range(p):
+                phases[r, e, i] = phase[e, i]
+                for a in range(n):
+                    shapes[r, e, i, a] = shape[e, i, a]
+        for k in range(panels.size):
+            stop = (panels[k + 1] if k + 1 < panels.size else count) - 1
+            for out, e, i in ((behind, panels[k], 0), (before, stop, p - 1)):
+                grown = since[r, e] * np.exp(phase[e, i])
+                for a in range(last):
+                    # Slow modes' amplitudes, then their speeds; fast modes' by turns.
+                    place, speed = (a, m + a) if a < m else (2 * a, 2 * a + 1)
+                    one, other = shape[e, i, a] * grown, rate[e, i, a] * grown * np.sqrt(equation.slowness[a])
+                    out[k, 2 * r, place], out[k, 2 * r + 1, place] = one.real, -one.imag
+                    out[k, 2 * r, speed], out[k, 2 * r + 1, speed] = other.real, -other.imag
+    return FreeModes(edges, panels, shapes, phases, since, missed, behind, before)
 
-    @property
-    def _lasting(self) -> NDArray[np.int64]:
-        """How many elements every panel has."""
-        return np.diff(np.append(self.panels, self.since.shape[-1]))
 
-    def behind(self, equation: StripEquation) -> Array:
-        """States behind corners, of the modes up to the last one that rings, for the real and the imaginary part of
-        each one's amplitude there: (..., panels, 2 ringing, states)."""
-        return self._states(equation, self.panels, 0)
-
-    def before(self, equation: StripEquation) -> Array:
-        """The same before the next corners."""
-        return self._states(equation, self.panels + self._lasting - 1, -1)
-
-    def _states(self, equation: StripEquation, elements: NDArray[np.int64], point: int) -> Array:
-        m, last = self.first, self.first + self.missed.shape[-1]
-        grown = self.since[..., elements] * np.exp(self.phase[..., elements, point])
-        amplitude, speed = (
-            (part[..., elements, point, :last] * grown[..., None]).swapaxes(-3, -2) for part in (self.shape, self.rate)
-        )
-        speed = speed * np.sqrt(equation.slowness[..., None, None, :last])
-        fast = np.stack([amplitude[..., m:], speed[..., m:]], axis=-1).reshape(*amplitude.shape[:-1], -1)
-        both = np.concatenate([amplitude[..., :m], speed[..., :m], fast], axis=-1)
-        parts = np.stack([both.real, -both.imag], axis=-2)
-        return parts.reshape(*both.shape[:-2], -1, both.shape[-1])
-
-    def ringing(self, equation: StripEquation, begun: Complex) -> list[Ripple]:
-        """With these amplitudes behind the corners (..., panels, modes), of every strip; parts of a ripple are
-        amplitudes of the basis."""
-        start = np.repeat(begun, self._lasting, axis=-2) * self.since.mT
-        shape = self.shape.swapaxes(-4, -3) @ equation.modes[..., None, None, :, :].mT
-        strips = [
-            part.reshape(-1, *part.shape[part.ndim - own :])
-            for part, own in ((self.edges, 1), (start, 2), (self.phase.swapaxes(-3, -2), 3), (shape, 4))
-        ]
-        return [ripple_of(*one, self.rule) for one in zip(*strips, strict=True)]
+@kernel
+def ringing_of(free: FreeModes, modes: Array, begun: Complex, rule: Radau) -> Ripple:
+    """With the amplitudes behind the corners (panels, modes) and the equation's ``modes``; parts of the ripple are
+    amplitudes of the basis."""
+    ringing, count, p, n = free.shape.shape
+    start, phase = np.empty((count, ringing), np.complex128), np.empty((count, ringing, p), np.complex128)
+    parts, panel = np.empty((count, ringing, p, 2, n)), -1
+    for e in range(count):
+        if panel + 1 < free.panels.size and free.panels[panel + 1] == e:
+            panel += 1
+        for r in range(ringing):
+            start[e, r] = begun[panel, r] * free.since[r, e]
+            for i in range(p):
+                phase[e, r, i] = free.phase[r, e, i]
+                for a in range(n):
+                    parts[e, r, i, 0, a], parts[e, r, i, 1, a] = (
+                        free.shape[r, e, i, a].real,
+                        free.shape[r, e, i, a].imag,
+                    )
+    shape = np.dot(parts.reshape(count * ringing * p * 2, n), modes.T)
+    return ripple_of(free.edges, start, phase, shape.reshape(count, ringing, p, 2, modes.shape[0]), rule)

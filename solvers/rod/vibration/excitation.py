@@ -71,9 +71,9 @@ class Excitation:
         corners, anchors = _anchors(cycle)
         if drive.breaks.size and not corners.size:
             wanted = max(wanted, 1e-6)
-        edges = split(anchors, _WIDEST)
-        if corners.size < MANY:
-            edges = _following(drive, strip, jumps, edges, rule_of(RULE.points.size), wanted)
+        if corners.size >= MANY:
+            wanted = np.inf
+        edges = _following(drive, strip, jumps, anchors, rule_of(RULE.points.size), wanted)
         states = states_in(drive, strip, jumps, edges, RULE)
         return Excitation(strip, drive, _inertia(cycle), corners, jumps, anchors, edges, states)
 
@@ -209,30 +209,47 @@ def states_in(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Rada
 
 
 @kernel
-def _following(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Rule, wanted: float) -> Array:
-    """Edges among which polynomials through the points of a rule follow forces and moment (``panels.resolve``)."""
-    n, rows, scale = rule.points.size, (FORCE, SIDE, MOMENT), np.full(3, 1e-300)
-    left, right, starts, angle = edges[:-1], edges[1:], np.empty(0), np.empty(0)
-    while left.size > 0:
-        angle = np.empty(left.size * n)
-        for e in range(left.size):
+def _following(drive: Drive, strip: Strip, jumps: Array, anchors: Array, rule: Rule, wanted: float) -> Array:
+    """Edges, anchors among them, between which polynomials through the points of a rule follow forces and moment to
+    ``wanted`` of the greatest of each."""
+    n, rows, scale, count = rule.points.size, (FORCE, SIDE, MOMENT), np.full(3, 1e-300), 0
+    left, right, starts = [0.0 for _ in range(0)], [0.0 for _ in range(0)], [0.0 for _ in range(0)]
+    for k in range(anchors.size - 1):
+        whole = anchors[k + 1] - anchors[k]
+        parts = max(math.ceil(whole / _WIDEST * (1.0 - 1e-9)), 1)
+        for part in range(parts):
+            left.append(anchors[k] + part / parts * whole)
+            right.append(anchors[k] + (part + 1) / parts * whole if part + 1 < parts else anchors[k + 1])
+    while len(left) > 0:
+        angle = np.empty(len(left) * n)
+        for e in range(len(left)):
             for i in range(n):
                 angle[e * n + i] = 0.5 * (left[e] + right[e]) + 0.5 * (right[e] - left[e]) * rule.points[i]
             angle[e * n] += INSIDE
             angle[(e + 1) * n - 1] -= INSIDE
-        states, halve = states_beside(drive, strip, jumps, angle), np.zeros(left.size, np.bool_)
+        states, halve, number = states_beside(drive, strip, jumps, angle), np.zeros(len(left), np.bool_), 0
         for k in range(3):
             scale[k] = max(scale[k], largest(states[rows[k]]))
-        for e in range(left.size):
+        for e in range(len(left)):
             for k in range(3):
                 missed = panel_error(states[rows[k], e * n : (e + 1) * n], rule)
                 halve[e] = halve[e] or missed > wanted * scale[k]
             halve[e] = halve[e] and right[e] - left[e] > _APART
-        if starts.size + left.size + halve.sum() > _MOST_ELEMENTS:
-            halve = np.zeros(left.size, np.bool_)
-        starts, middle = np.concatenate((starts, left[~halve])), 0.5 * (left[halve] + right[halve])
-        left, right = np.concatenate((left[halve], middle)), np.concatenate((middle, right[halve]))
-    return np.sort(np.concatenate((starts, edges[-1:])))
+            number += halve[e]
+        if count + len(left) + number > _MOST_ELEMENTS:
+            halve[:] = False
+        lefts, rights = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
+        for e in range(len(left)):
+            if halve[e]:
+                middle = 0.5 * (left[e] + right[e])
+                lefts += [left[e], middle]
+                rights += [middle, right[e]]
+            else:
+                starts.append(left[e])
+                count += 1
+        left, right = lefts, rights
+    starts.append(anchors[-1])
+    return np.sort(np.array(starts))
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:

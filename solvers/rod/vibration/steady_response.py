@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
@@ -111,11 +112,11 @@ class SteadyVibration:
         """Legendre coefficients of V."""
         return self._sunk.shape[0]
 
-    @property
+    @cached_property
     def quiet(self) -> SteadyVibration:
-        return replace(self, motion=self.motion.quiet)
+        return replace(self, motion=self.motion.quiet) if self.motion.ringing.modes else self
 
-    @property
+    @cached_property
     def ringing(self) -> Rippling:
         """V'', V, T and M0 of what rings."""
         side, moment = self._reactions
@@ -140,11 +141,7 @@ class SteadyVibration:
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude = self._amplitudes(states)
-        bent[: self.bent_terms] += self._bent @ amplitude
-        sunk[: self.sunk_terms] += self._sunk @ amplitude
-        side, moment = self._reactions
-        return side @ amplitude, moment @ amplitude
+        return spread(self._amplitudes(states), self._bent, self._sunk, *self._reactions, bent, sunk)
 
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles). Within a step that replaces a jump of the force the strip as a
@@ -164,6 +161,25 @@ class SteadyVibration:
     def _equation(self) -> StripEquation:
         e, polynomials = self.excitation, self.motion.basis.polynomials
         return StripEquation.of(e.strip, e.inertia, e.mean, polynomials, 0.0)
+
+
+@kernel
+def spread(
+    amplitude: Array, of_bent: Array, of_sunk: Array, side: Array, moment: Array, bent: Array, sunk: Array
+) -> tuple[Array, Array]:
+    """``SteadyVibration.add`` from amplitudes (basis, angles) and what unit amplitudes make."""
+    for out, share in ((bent, of_bent), (sunk, of_sunk)):
+        for t in range(share.shape[0]):
+            for b in range(share.shape[1]):
+                if share[t, b] != 0.0:
+                    for i in range(amplitude.shape[1]):
+                        out[t, i] += share[t, b] * amplitude[b, i]
+    force, couple = np.zeros(amplitude.shape[1]), np.zeros(amplitude.shape[1])
+    for b in range(amplitude.shape[0]):
+        for i in range(amplitude.shape[1]):
+            force[i] += side[b] * amplitude[b, i]
+            couple[i] += moment[b] * amplitude[b, i]
+    return force, couple
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:

@@ -40,8 +40,8 @@ class StripEquation(NamedTuple):
     the greatest first; ``modes`` takes amplitudes of the modes to those of the basis; ``coupling`` is G [1/N], with
     eigenvalues ``rates`` and, in columns, eigenvectors ``turned``; ``stretched`` is h, ``carried`` b [1/m] and
     ``clamp`` V'' and V''' of the modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2
-    psi_n z dz, of which shear makes use; ``last`` (2, 4) are V'' and V''' at the clamp of the last four polynomials, for
-    unit amplitudes of the basis.
+    psi_n z dz, of which shear makes use; ``last`` (2, 4) are V'' and V''' at the clamp of the last four polynomials,
+    for unit amplitudes of the basis.
     """
 
     strip: Strip
@@ -113,7 +113,7 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
     first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
     size = math.hypot(first, second)
     blend = (-second / size, first / size)
-    combination, half = np.zeros((n + 1, n)), np.empty(n)
+    combination = np.zeros((n + 1, n))
     combination[0, 0], combination[1, 0] = blend
     for j in range(1, n):
         combination[j + 1, j] = 1.0

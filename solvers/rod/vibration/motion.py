@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau, radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
-from solvers.rod.cycle.state import MOMENT, SIDE, Strip
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import SOFTEST, StripEquation
 from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoothness, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
-from solvers.rod.vibration.ringing import chosen, closing, free_modes, phases, ringing_of, rung
+from solvers.rod.vibration.ringing import chosen, free_modes, ringing_of, rung
 from solvers.rod.vibration.turn import Turn, close, turn_of
 
 Array = NDArray[np.float64]
@@ -46,7 +46,8 @@ def _missed_by(rule: Radau) -> Array:
     return np.eye(most) - whole[:, :few] @ known
 
 
-_OF_RINGING = tuple((rule, _missed_by(rule)) for rule in (radau(3), radau(5), radau(7)))
+_OF_RINGING = radau(3), radau(5), radau(7)
+_MISSED = np.stack([_missed_by(rule) for rule in _OF_RINGING])
 
 
 @dataclass(frozen=True)
@@ -129,14 +130,10 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     enough = np.empty(0)
     if corners:
         static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-        here = np.concatenate([begun, np.ones((begun.shape[0], 1))], axis=1)[:, None]
-        jump = (here @ turn.lefts - np.roll(here @ turn.rights, 1, axis=0))[:, 0]
-        jump[:, : 2 * m] = 0.0
         coarse, few = excitation.edges, rule_of_ringing(equation, excitation, m, wanted)
         states_of_few, panels = excitation.states_on(coarse, few), excitation.panels(coarse)
-        phase = phases(equation, few, coarse, states_of_few, m)
-        enlarged = closing(equation, phase, m)
-        shares, given = rung(equation, excitation, phase, m, jump, static)
+        forces = excitation.states[FORCE, panels * RULE.points.size]
+        enlarged, shares, given = rung(equation, turn, begun, few, coarse, panels, states_of_few, forces, static)
         count, omitted = chosen(shares, m, MOST_RINGING, wanted)
         if count:
             enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
@@ -190,16 +187,32 @@ def rule_of_ringing(equation: StripEquation, excitation: Excitation, slow: int, 
     What a polynomial through fewer points misses of the slowest such mode's frequency, times an element's width, is
     what its phase misses there; a share of ``wanted`` of a radian in the turn is enough. In many narrow elements six
     points always have been."""
-    n, widths = min(slow, equation.slowness.size - 1), np.diff(excitation.edges)
-    swing = equation.swing(excitation.states).reshape(widths.size, -1)
-    pace = equation.pace[n] * np.sqrt(np.maximum(1.0 + swing * equation.coupling[n, n], 0.1))
-    most = _SMALLER[-1] if widths.size >= MANY else RULE
-    for rule, missed in _OF_RINGING:
-        if rule.points.size >= most.points.size:
-            break
-        if widths @ np.abs(pace @ missed.T).max(axis=1) <= _PHASE_SHARE * wanted:
-            return rule
-    return most
+    many = excitation.edges.size > MANY
+    rules = tuple(rule for rule in _OF_RINGING if not many or rule.points.size < _SMALLER[-1].points.size)
+    missed = phases_missed(equation, excitation.edges, excitation.states, slow, _MISSED)
+    enough = (rule for rule, radians in zip(rules, missed.tolist(), strict=False) if radians <= _PHASE_SHARE * wanted)
+    return next(enough, _SMALLER[-1] if many else RULE)
+
+
+@kernel
+def phases_missed(equation: StripEquation, edges: Array, states: Array, slow: int, missed: Array) -> Array:
+    """What the phase of the first mode behind the ``slow`` ones misses in the turn [rad] by rules of which polynomials
+    miss so much (rules, points, points), from states at the points."""
+    n, (rules, p, _) = min(slow, equation.slowness.size - 1), missed.shape
+    out, pace = np.zeros(rules), np.empty(p)
+    for e in range(edges.size - 1):
+        for i in range(p):
+            swing = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+            pace[i] = math.sqrt(max(1.0 + swing * equation.coupling[n, n], 0.1) / equation.slowness[n])
+        for r in range(rules):
+            most = 0.0
+            for i in range(p):
+                total = 0.0
+                for k in range(p):
+                    total += missed[r, i, k] * pace[k]
+                most = max(most, abs(total))
+            out[r] += (edges[e + 1] - edges[e]) * most
+    return out
 
 
 def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: float, wanted: float) -> Motion:
@@ -307,8 +320,8 @@ def read(
                 for c in range(columns):
                     change += begin[e, c] * turn.change[e, i, c, q]
                 changed = max(changed, abs(change) / greatest[q])
-    # By how much the fast modes disagree where an element ends and the next one begins: what is wrong beside a corner as
-    # it is at the next ends of elements, that rings.
+    # By how much the fast modes disagree where an element ends and the next one begins. What is wrong beside a corner
+    # as it is at the next ends of elements, that rings.
     margin = np.ones((count, fast))
     for k in range(turn.first.size if corners else 0):
         for a in range(fast):
@@ -333,7 +346,7 @@ def read(
 @kernel
 def _space(equation: StripEquation, samples: Array, greatest: Array) -> float:
     """What the polynomials along the strip leave out, from amplitudes of the basis (points, basis)."""
-    n, l, space, last = samples.shape[1], equation.strip.length, 0.0, np.empty(4)
+    n, space, last = samples.shape[1], 0.0, np.empty(4)
     most = np.zeros(n)
     for i in range(samples.shape[0]):
         for a in range(n):

@@ -8,6 +8,7 @@ slow modes, then their speeds, then amplitude and speed of every fast mode.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -18,8 +19,9 @@ from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
 from solvers.rod.cycle.state import FORCE
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.vibration.excitation import TURN
 from solvers.rod.vibration.free_modes import free_mode
+from solvers.rod.vibration.turn import Turn
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -34,57 +36,95 @@ _MARGIN = 2.0
 """On the ringing of what is left out."""
 
 
-def phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
-    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes), from the
-    states at the rule's points."""
-    swing, count = equation.swing(states)[:, None, None], equation.slowness.size
-    own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, count))
-    stiffness = 1.0 + swing[:, 0] * own[n]
-    # What the other modes do in step with one, as they are by themselves.
-    away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
-    away[:, np.arange(n.size), n] = np.inf
-    stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
-    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(edges)
-    return widths[:, None] * (rule.integral[-1] @ rate.reshape(widths.size, rule.points.size, n.size))
-
-
-def closing(equation: StripEquation, phase: Array, slow: int) -> Array:
-    """By which closing the turn enlarges what every fast mode rings with, from its ``phases``."""
-    n = np.arange(slow, slow + phase.shape[1])
-    out = np.full(equation.slowness.size - slow, _CLOSING)
-    kept = np.exp(-0.5 * TURN * equation.damping[n] / equation.slowness[n])
-    left = np.hypot(1.0 - kept, 2.0 * np.sqrt(kept) * np.sin(0.5 * phase.sum(axis=0)))
-    out[: n.size] = 1.0 / np.clip(left, 1e-300, 1.0)
-    return out
-
-
+@kernel
 def rung(
-    equation: StripEquation, excitation: Excitation, phase: Array, slow: int, jump: Array, greatest: Array
-) -> tuple[Array, Array]:
-    """What every fast mode rings with, and what it is given by all corners together, as shares of V'' or V''' at the
-    clamp, whichever suffers more: (fast,) each.
+    equation: StripEquation, turn: Turn, begun: Array, rule: Radau, edges: Array, panels: NDArray[np.int64],
+    states: Array, forces: Array, greatest: Array,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """By which closing the turn enlarges what every fast mode rings with; what each rings with; and what it is given by
+    all corners together: (fast,) each, the latter as shares of V'' or V''' at the clamp, whichever suffers more.
 
     At a corner a mode of the strip as it is there is given what differs between the two sides; on its way to the next
-    one it turns and is damped. Modes whose ``phases`` are not known are taken to ring in step with every corner. From
-    jumps of the states of all modes (corners, 2 modes), amplitude and speed by turns, and the greatest V'' and V'''.
+    one it turns and is damped. Modes whose phases are not known are taken to ring in step with every corner. From the
+    panels' first states (panels, 2 m), states at the rule's points between ``edges``, of which ``panels`` begin panels,
+    the ``forces`` [N] behind the corners, and the greatest V'' and V'''.
     """
-    panels, phased = excitation.panels(excitation.edges), phase.shape[1]
-    swing = equation.swing(excitation.states)[panels * RULE.points.size]
-    root, n = np.sqrt(equation.slowness), np.arange(slow, equation.slowness.size)
-    stiffness = np.eye(root.size) + swing[:, None, None] * equation.coupling
-    square, own = np.linalg.eigh(stiffness / np.outer(root, root))
-    # A mode has the same sign at every corner.
-    own *= np.sign(np.einsum("cnn->cn", own))[:, None]
-    share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
-    amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
-    speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
-    given, share = amplitude[:, slow:] - 1j * speed[:, slow:], share[:, slow:]
-    total = np.sum(np.abs(given) * share, axis=0)
-    given[:, phased:] = np.abs(given[:, phased:])
-    rate = np.outer(np.diff(excitation.edges), -0.5 * equation.damping[n] / equation.slowness[n]).astype(np.complex128)
-    rate[:, :phased] += 1j * phase
-    amplitudes = _repeating(given, np.exp(np.add.reduceat(rate, panels)))
-    return np.max(amplitudes * share, axis=0), total
+    m, n, corners, slowness = turn.slow, equation.slowness.size, panels.size, equation.slowness
+    fast, root, damping = n - m, np.sqrt(slowness), equation.loss * np.sqrt(slowness)
+    phase = _phases(equation, rule, edges, states, m)
+    phased, enlarged = phase.shape[1], np.full(fast, _CLOSING)
+    for k in range(phased):
+        kept, angle = math.exp(-0.5 * TURN * damping[m + k] / slowness[m + k]), 0.0
+        for e in range(phase.shape[0]):
+            angle += phase[e, k]
+        left = math.hypot(1.0 - kept, 2.0 * math.sqrt(kept) * math.sin(0.5 * angle))
+        enlarged[k] = 1.0 / min(max(left, 1e-300), 1.0)
+    given, kept = np.zeros((corners, fast), np.complex128), np.empty((corners, fast), np.complex128)
+    share, total, matrix, jump = np.empty((corners, fast)), np.zeros(fast), np.empty((n, n)), np.empty((2, fast))
+    for c in range(corners):
+        jump[:] = 0.0
+        for row in range(2 * m + 1):
+            here, before = (begun[c, row], begun[c - 1, row]) if row < 2 * m else (1.0, 1.0)
+            for k in range(fast):
+                for q in range(2):
+                    at = 2 * (m + k) + q
+                    jump[q, k] += here * turn.lefts[c, row, at] - before * turn.rights[c - 1, row, at]
+        swing = equation.strip.couples * forces[c] - equation.mean
+        for i in range(n):
+            for j in range(n):
+                matrix[i, j] = ((1.0 if i == j else 0.0) + swing * equation.coupling[i, j]) / (root[i] * root[j])
+        square, own = np.linalg.eigh(matrix)
+        for k in range(fast):
+            # A mode has the same sign at every corner.
+            sign, amplitude, speed = 1.0 if own[m + k, m + k] >= 0.0 else -1.0, 0.0, 0.0
+            for j in range(fast):
+                amplitude += jump[0, j] * root[m + j] * own[m + j, m + k] * sign
+                speed += jump[1, j] * own[m + j, m + k] * sign
+            given[c, k] = amplitude - 1j * speed / math.sqrt(square[m + k])
+            share[c, k] = 0.0
+            for q in range(2):
+                seen = 0.0
+                for j in range(n):
+                    seen += equation.clamp[q, j] / root[j] * own[j, m + k]
+                share[c, k] = max(share[c, k], abs(seen) / greatest[q])
+            total[k] += abs(given[c, k]) * share[c, k]
+            if k >= phased:
+                given[c, k] = abs(given[c, k])
+            rate = 0.0j
+            for e in range(panels[c], panels[c + 1] if c + 1 < corners else edges.size - 1):
+                rate -= 0.5 * (edges[e + 1] - edges[e]) * damping[m + k] / slowness[m + k]
+                if k < phased:
+                    rate += 1j * phase[e, k]
+            kept[c, k] = np.exp(rate)
+    amplitudes, most = _repeating(given, kept), np.zeros(fast)
+    for c in range(corners):
+        for k in range(fast):
+            most[k] = max(most[k], amplitudes[c, k] * share[c, k])
+    return enlarged, most, total
+
+
+@kernel
+def _phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
+    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes), from the
+    states at the rule's points."""
+    n, p, count = equation.slowness.size, rule.points.size, edges.size - 1
+    phase = np.zeros((count, min(_PHASED, n - slow)))
+    for e in range(count):
+        for i in range(p):
+            swing = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+            for m in range(phase.shape[1]):
+                mode = slow + m
+                stiffness = 1.0 + swing * equation.coupling[mode, mode]
+                own = stiffness
+                # What the other modes do in step with one, as they are by themselves.
+                for k in range(n):
+                    if k != mode:
+                        away = 1.0 + swing * equation.coupling[k, k]
+                        away -= own * equation.slowness[k] / equation.slowness[mode]
+                        stiffness -= (swing * equation.coupling[mode, k]) ** 2 / away
+                rate = math.sqrt(max(stiffness, 0.01) / equation.slowness[mode])
+                phase[e, m] += (edges[e + 1] - edges[e]) * rule.integral[p - 1, i] * rate
+    return phase
 
 
 @kernel

@@ -302,7 +302,7 @@ class FullRows:
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
-        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
+        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio)
 
     def plain_slopes(self, x: Array, free: Array = ALL) -> Array:
         """The same of the rows without corrections."""

@@ -44,6 +44,8 @@ _CATCHES_UP_INSIDE = 2.5
 the trust region."""
 _KEEPS = 0.8
 """Of what a step to the end of another search promises: what is counted on."""
+_ROUNDING = 1e-9
+"""Of ln b, ln h, ln l."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
 
@@ -105,7 +107,7 @@ def local_search(
     ends: Sequence[Local] = (),
 ) -> Local | None:
     """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up, or where it
-    leads to one of the ``ends`` of others.
+    leads to one of the ``ends`` of others within them.
 
     A search that is not going to come below a ``known`` ln objective is given up.
     """
@@ -113,6 +115,7 @@ def local_search(
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
+    bottoms = [end.best for end in ends if _is_bottom(end, box, task.enough)]
     best, gain = at, math.inf
     for turn in range(1, rounds + 1):
         step, promised = _promised(model, task, box, at, radius)
@@ -122,7 +125,8 @@ def local_search(
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
-        if at.admissible and any(_leads_to(end, step, at.log_cost - _KEEPS * promised, task.enough) for end in ends):
+        expected = at.log_cost - _KEEPS * promised + task.enough
+        if at.admissible and any(_same(step, other.x) and expected > other.log_cost for other in bottoms):
             return None
         moved = float(np.max(np.abs(step - at.x)))
         catches_up = CATCHES_UP if moved > 0.95 * radius else _CATCHES_UP_INSIDE
@@ -149,10 +153,14 @@ def local_search(
     return Local(best, gain, rounds)
 
 
-def _leads_to(end: Local, step: Array, log_cost: float, enough: float) -> bool:
-    """Whether a step goes to where another search has come to its end, with no less a cost."""
-    close = end.best.admissible and end.gain <= enough and float(np.max(np.abs(step - end.best.x))) < SAME
-    return close and log_cost > end.best.log_cost - enough
+def _is_bottom(end: Local, box: Array, enough: float) -> bool:
+    """Whether another search has come to its end, at a strip within these bounds."""
+    inside = np.all((box[:, 0] - _ROUNDING < end.best.x) & (end.best.x < box[:, 1] + _ROUNDING))
+    return end.best.admissible and end.gain <= enough and bool(inside)
+
+
+def _same(x: Array, other: Array) -> bool:
+    return float(np.max(np.abs(x - other))) < SAME
 
 
 def iterate(

@@ -112,6 +112,7 @@ class Context:
         """One local search, kept among the ends; it is given up where it is not going to come below a ``known`` ln
         objective."""
         self.started.append(logarithms(start))
+        # Where nothing rings there are few searches, and they are to confirm each other's ends.
         ends = self.ends if self.model.rings else ()
         local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends)
         if local is not None:

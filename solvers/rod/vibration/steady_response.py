@@ -244,11 +244,7 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
             if full or rung == len(LADDER) - 1:
                 break
-            if many or excitation.jumps.size:
-                falls = _FALLS_BEHIND_JUMPS if excitation.jumps.size else _FALLS
-                rung = _enough_polynomials(rung, errors, wanted, falls)
-            else:
-                rung = _more_polynomials(rung, errors, wanted)
+            rung = _enough_polynomials(rung, errors, wanted) if many else _more_polynomials(rung, errors, wanted)
             if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):
                 break
             equation = _equation(cycle, excitation, rung)
@@ -269,11 +265,11 @@ def _more_polynomials(rung: int, errors: Errors, wanted: float) -> int:
     return min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
 
 
-def _enough_polynomials(rung: int, errors: Errors, wanted: float, falls: float) -> int:
+def _enough_polynomials(rung: int, errors: Errors, wanted: float) -> int:
     """The rung that is enough by how errors fall; beyond the ladder where none is, as noise may have it: what it leaves
     unknown is not worth the time of any other."""
     known = lambda one: (LADDER[one] - 1) // 2 - 1  # noqa: E731
-    called_for = known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / falls)
+    called_for = known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / _FALLS)
     return next((one for one in range(rung + 1, len(LADDER)) if known(one) >= called_for), len(LADDER))
 
 

@@ -53,11 +53,12 @@ class Excitation:
     jumps itself, ``anchors`` all these and others between
     which it is smooth, over one turn from the first corner on, ``edges`` the ends of elements, anchors among them,
     ``states`` those at ``RULE``'s points of every element, one after the other; ``inertia`` is rho A omega^2
-    [N/m^2]."""
+    [N/m^2]; ``stretch`` [1/(N m)] makes of a force the curvature that has the same stress."""
 
     strip: Strip
     drive: Drive
     inertia: float
+    stretch: float
     corners: Array
     jumps: Array
     anchors: Array
@@ -75,7 +76,7 @@ class Excitation:
             wanted = np.inf
         edges = _following(drive, strip, jumps, anchors, rule_of(RULE.points.size), wanted)
         states = states_in(drive, strip, jumps, edges, RULE)
-        return Excitation(strip, drive, _inertia(cycle), corners, jumps, anchors, edges, states)
+        return Excitation(strip, drive, _inertia(cycle), _stretch(cycle), corners, jumps, anchors, edges, states)
 
     def beside(self, cycle: Cycle) -> Excitation | None:
         """Of a strip next to this one, on the same elements, which go with the corners; None where corners come and
@@ -89,7 +90,7 @@ class Excitation:
             return None
         edges = np.interp(self.edges, self.anchors, anchors)
         states = states_in(drive, strip, self.jumps, edges, RULE)
-        return Excitation(strip, drive, _inertia(cycle), corners, self.jumps, anchors, edges, states)
+        return Excitation(strip, drive, _inertia(cycle), _stretch(cycle), corners, self.jumps, anchors, edges, states)
 
     def halved(self, where: NDArray[np.bool_]) -> Excitation:
         """With two elements in place of each one that is marked."""
@@ -295,3 +296,8 @@ def _inertia(cycle: Cycle) -> float:
     """rho A omega^2 [N/m^2]."""
     d = cycle.dimensions
     return cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
+
+
+def _stretch(cycle: Cycle) -> float:
+    """h/(6 EI) [1/(N m)]."""
+    return cycle.dimensions.h / (6.0 * cycle.strip.stiffness)

@@ -46,9 +46,9 @@ MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
 FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _LOOSELY = 32, 1_850_000, 500_000, 1e-6
 """Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
 that."""
-_FALLS, _FALLS_BEHIND_JUMPS = 4.0, 1.0
-"""Behind them, and behind jumps of the force, what faster modes ring with falls about like this power of the number of
-those that are known."""
+_FALLS, _FALLS_BEHIND_JUMPS, _FALLS_UNDAMPED = 4.0, 10.0, 1.0
+"""Behind them what faster modes ring with falls about like this power of the number of those that are known; and what
+greatest values suffer from it behind jumps of the force, with damping, which ends it the sooner, and without."""
 
 _MOST_TRIES, _MOST_VAIN = 8, 2
 _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
@@ -245,8 +245,8 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
             if full or rung == len(LADDER) - 1:
                 break
             if many or excitation.jumps.size:
-                falls = _FALLS_BEHIND_JUMPS if excitation.jumps.size else _FALLS
-                rung = _enough_polynomials(rung, errors, wanted, falls)
+                damped = _FALLS_BEHIND_JUMPS if equation.loss else _FALLS_UNDAMPED
+                rung = _enough_polynomials(rung, errors, wanted, damped if excitation.jumps.size else _FALLS)
             else:
                 rung = _more_polynomials(rung, errors, wanted)
             if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):

@@ -13,7 +13,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau, radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.vibration.equation import SOFTEST, StripEquation
+from solvers.rod.vibration.equation import SOFTEST, StripEquation, quasi_static
 from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoothness, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.ringing import chosen, free_modes, ringing_of, rung
@@ -112,9 +112,7 @@ class Motion:
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        angle = np.ascontiguousarray(angle)
-        found = amplitudes(self.edges, self.samples, self.rule, angle)
-        return found + parts_at(self.ringing, angle) if self.ringing.modes else found
+        return amplitudes(self.edges, self.samples, self.rule, self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
@@ -123,7 +121,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     m, modes, corners = slow, equation.slowness.size, excitation.corners.size > 0
     rule, edges = _elements(equation, excitation, m, step, wanted)
     states = excitation.states_on(edges, rule)
-    turn = turn_of(equation, rule, states, edges, excitation.panels(edges), m, wanted)
+    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = close(turn, _NONE_RINGS, _NONE_RINGS)
 
     ringing, omitted, missed, enlarged = no_ripple(modes, rule), 0.0, 0.0, np.ones(modes - m)
@@ -223,7 +221,7 @@ def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: f
     equation = StripEquation.of(beside.strip, beside.inertia, beside.mean, found.basis.polynomials, loss)
     edges = np.interp(found.edges, around.anchors, beside.anchors)
     states = beside.states_on(edges, rule)
-    turn = turn_of(equation, rule, states, edges, around.panels(found.edges), m, wanted)
+    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, around.panels(found.edges), m, wanted)
     ringing, behind, before = found.ringing, _NONE_RINGS, _NONE_RINGS
     if found.phases.size:
         few, panels = radau(ringing.points.size - 1), around.panels(around.edges)
@@ -367,10 +365,11 @@ def _left_by_series(last: Array) -> float:
 
 
 @kernel
-def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array:
-    """What polynomials (elements, points, basis) on elements of the turn make at the angles, (basis, angles)."""
+def amplitudes(edges: Array, samples: Array, rule: Radau, ringing: Ripple, angle: Array) -> Array:
+    """What polynomials (elements, points, basis) on elements of the turn, and what rings, make at the angles, (basis,
+    angles)."""
     p, basis = samples.shape[1], samples.shape[2]
-    out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
+    out, share, row = parts_at(ringing, angle), np.empty(p), np.empty(basis)
     for i in range(angle.size):
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
@@ -381,5 +380,5 @@ def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array
             for b in range(basis):
                 row[b] += share[k] * samples[e, k, b]
         for b in range(basis):
-            out[b, i] = row[b]
+            out[b, i] += row[b]
     return out

@@ -146,9 +146,7 @@ class SteadyVibration:
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles). Within a step that replaces a jump of the force the strip as a
         whole stays where it is, so that d makes up for the quasi-static shape."""
-        angle, excitation = states[ANGLE], self.excitation
-        if not excitation.jumps.size:
-            return self.motion.at(angle)
+        angle, excitation = np.ascontiguousarray(states[ANGLE]), self.excitation
         still_at = off_jumps(angle, excitation.jumps)
         found, within = self.motion.at(still_at), still_at != angle
         if within.any():

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
-from solvers.rod.vibration.equation import StripEquation, quasi_static
+from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.slow_modes import Parts, carried, factor, slow_motion, substitute
 
 Array = NDArray[np.float64]
@@ -57,14 +57,13 @@ class Turn(NamedTuple):
 
 @kernel
 def turn_of(
-    equation: StripEquation, rule: Radau, states: Array, edges: Array, first: NDArray[np.int64], slow: int,
-    wanted: float,
+    equation: StripEquation, rule: Radau, flat: Array, quiet: Array, forced: Array, edges: Array,
+    first: NDArray[np.int64], slow: int, wanted: float,
 ) -> Turn:  # fmt: skip
-    """From states (rows, elements points) at a rule's points of elements between edges (elements + 1,); series that
-    could give more than ``wanted`` are not asked to."""
+    """From what ``quasi_static`` gives at a rule's points of elements between edges (elements + 1,), of which the force
+    is overwritten; series that could give more than ``wanted`` are not asked to."""
     m, n, p, count = slow, equation.slowness.size, rule.points.size, edges.size - 1
     fast, columns, widths, panels = n - m, 2 * m + 1, np.diff(edges), first.size
-    flat, quiet, forced = quasi_static(equation, states)
     swing, still, right = flat.reshape(count, p), quiet.reshape(count, p, n), forced.reshape(count, p, n)
     damping = equation.loss * np.sqrt(equation.slowness)
     if equation.loss != 0.0:

@@ -97,16 +97,20 @@ def check(
 
     ``accuracy`` is the requested relative numerical accuracy of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
     criterion, by default Serensen's; ``demands`` are the effects that limits require.
-    Raises InvalidInput for an invalid request, and for pressures that change too quickly for any digit of the stresses
-    to be found, EffectConflict for an excluded effect that is required.
+    Raises InvalidInput for an invalid request, and for a speed too high or pressures that change too quickly for any
+    digit of the stresses to be found, EffectConflict for an excluded effect that is required.
     """
     require_accuracy(accuracy)
     require_within_rod(scene, dimensions)
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
     outcome = check_chosen(cycle, choice, accuracy, criterion)
-    if outcome.value.stresses is not None and cycle.refinement_error >= _NOTHING_KNOWN and scene.load.corners().size:
-        raise unknown_vibration()
+    if outcome.value.stresses is not None and cycle.refinement_error >= _NOTHING_KNOWN:
+        if outcome.value.natural_frequency < scene.mechanism.speed:
+            reason = "exceeds the strip's natural frequency by too much for its vibration to be found"
+            raise InvalidInput("mechanism.speed", reason, "below the natural frequency, or no effect rod_inertia")
+        if scene.load.corners().size:
+            raise unknown_vibration()
     return outcome
 
 

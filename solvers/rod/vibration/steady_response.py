@@ -204,7 +204,7 @@ def unknown_vibration() -> InvalidInput:
     return InvalidInput(
         "load",
         "the pressure changes within too small an angle for the strip's vibration to be found",
-        "points farther apart or less noise, or the effect rod_inertia excluded",
+        "points farther apart or less noise, or no effect rod_inertia",
     )
 
 

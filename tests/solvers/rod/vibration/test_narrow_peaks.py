@@ -78,3 +78,11 @@ def test_a_peak_too_narrow_for_the_vibration_is_refused_by_the_load(width):
     # Without vibration its stresses are known.
     still = EffectSelection(MOVED - {"rod_inertia"}, SELECTION.exclude | {"rod_inertia"})
     assert rod.check(peak(width), STRIP, still).accuracy.met
+
+
+@pytest.mark.parametrize("load", [PAPER.load, peak(20.0).load])
+def test_a_speed_far_above_the_strip_is_refused_as_such(load):
+    fast = replace(PAPER, load=load, mechanism=replace(PAPER.mechanism, speed=1e6))
+    with pytest.raises(InvalidInput, match="natural frequency") as refusal:
+        rod.check(fast, STRIP, SELECTION)
+    assert refusal.value.field == "mechanism.speed"

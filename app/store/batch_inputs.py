@@ -11,7 +11,6 @@ import json
 import re
 import zlib
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -125,10 +124,12 @@ def _json(content: bytes) -> Any:
     # pydantic's parser takes a third of the time, but passes over names that appear twice. Without escapes, the quotes
     # tell: every string has two, and those that a repeated name hides are missing when the result is written again.
     if b"\\" not in content:
-        with suppress(ValueError):
+        try:
             found = from_json(content, allow_inf_nan=False)
             if content.count(b'"') == to_json(found).count(b'"'):
                 return found
+        except ValueError:
+            pass
     try:
         return _DECODER.decode(content.decode(json.detect_encoding(content), "surrogatepass"))
     except UnreadableRow:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -45,8 +45,7 @@ REFUSED = "refused"
 """Status of an answer to an invalid request."""
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """A solver's outcome in the names and units of the API; finite JSON values only.
 
     ``status`` is "succeeded", "infeasible", "failed" or ``REFUSED``. ``result`` has the shape of the job's result

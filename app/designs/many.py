@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -87,4 +86,4 @@ def without_tables(job: Job, answer: Answer, detail: Detail) -> Answer:
     """The answer without its tables unless ``detail`` is full."""
     if detail is Detail.FULL or answer.result is None:
         return answer
-    return replace(answer, result={name: value for name, value in answer.result.items() if name not in job.tables})
+    return answer._replace(result={name: value for name, value in answer.result.items() if name not in job.tables})

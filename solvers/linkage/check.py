@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 
@@ -68,8 +69,7 @@ def check(
     return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).alone()
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """Arguments of one call of ``check``."""
 
     scene: Scene

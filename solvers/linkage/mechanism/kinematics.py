@@ -6,7 +6,7 @@ Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -111,8 +111,12 @@ class FourBar:
         return u.reshape(s.shape), x.reshape(s.shape)
 
 
+@lru_cache(maxsize=32, typed=True)
 def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
-    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
+    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio.
+
+    Cached with what is derived from it: in a sweep of speeds, loads or limits the mechanism is the same.
+    """
     return FourBar(kind, kind.family(Gain(restitution), parameter))
 
 

@@ -17,7 +17,7 @@ _PARTS = ("result", "problem", "effects", "accuracy", "verdict")
 
 @dataclass(frozen=True)
 class EncodedAnswer:
-    """An answer whose ``parts`` are JSON as it is stored and returned, with what the service needs to know of them.
+    """An answer whose ``parts`` are JSON exactly as stored and returned, with the facts that the service needs.
 
     ``holds`` is the verdict's, ``figure`` the headline number of the result and ``figure_name`` its name; ``plots`` and
     ``exports`` are the names of those offered, ``effects`` the name and the state of each effect. ``finite`` is false
@@ -72,9 +72,10 @@ def offered(
 
 
 def _finite(text: bytes | None, value: Any) -> bool:
-    """Whether a value and its JSON have only finite numbers; the words may stand in a text, too.
+    """Whether a value, and hence its JSON, has only finite numbers; the words NaN and Infinity may also occur in a
+    text.
 
-    A letter is found thirty times as fast as a word, and long results have hardly any.
+    A letter is found thirty times as fast as a word, and long results contain hardly any.
     """
     return text is None or not (_has(text, b"N", b"NaN") or _has(text, b"I", b"Infinity")) or finite(value)
 

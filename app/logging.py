@@ -38,7 +38,7 @@ class _Handler(logging.StreamHandler):
 
 
 class _LazyLogger:
-    """A logger that imports structlog with its first record; what its level excludes costs next to nothing."""
+    """A logger that imports structlog with its first record; records below its level cost next to nothing."""
 
     def __init__(self, name: str) -> None:
         self._name, self._logger = name, logging.getLogger(name)

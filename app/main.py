@@ -168,7 +168,7 @@ def create_app(
     app.add_middleware(Speaking)
     app.add_middleware(Heads)
     contract.install(app)
-    submissions.install(app)  # first, since every route before it is tried in vain
+    submissions.install(app)  # first, because every route before it delays the match
     for router in (
         operation.router,
         runs.router,

@@ -28,7 +28,8 @@ ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
 
 @cache
 def labelled(metric: Any, *values: str) -> Any:
-    """The child of a metric for these labels, whose look-up checks and locks; there are few."""
+    """A metric's child for these labels, cached, because the library's look-up validates and locks; there are few of
+    them."""
     return metric.labels(*values)
 
 

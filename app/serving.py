@@ -89,7 +89,7 @@ class _Server(uvicorn.Server):
 
     async def startup(self, sockets: list | None = None) -> None:
         await super().startup(sockets)
-        gc.freeze()  # what now lives, lives on: a full collection would hold up a request for a tenth of a second
+        gc.freeze()  # permanent objects: to scan them would delay a request by a tenth of a second
         if not self.started:
             return
         port = self.servers[0].sockets[0].getsockname()[1]
@@ -99,15 +99,15 @@ class _Server(uvicorn.Server):
             threading.Thread(target=_demonstrate, args=(base,), name="demo", daemon=True).start()
 
     def handle_exit(self, sig: int, frame: FrameType | None) -> None:
-        # The next signal may interrupt this very handler (make and a terminal both send one to the service), and this
-        # one any other code of the thread: waiting for a lock here could wait for oneself.
+        # The next signal may interrupt this handler (make and a terminal both send one), and this handler any other
+        # code of the thread: waiting for a lock here could deadlock.
         if not self._told and self._loop is not None:
             self._told = True
             self._loop.call_soon_threadsafe(self._announce)
         super().handle_exit(sig, frame)
 
     def _announce(self) -> None:
-        """Tell the application that the service stops, and end its solves before the drain is over."""
+        """Tell the application that the service is stopping, and end its solves before the drain is over."""
         service = getattr(self._application.state, "service", None)
         if service is None:  # stopped during its start
             return

@@ -7,8 +7,8 @@ from datetime import timedelta
 from pydantic import Field
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
+from app.addresses import is_loopback
 from app.designs.schema import MAX_TIME_S
-from app.edge.hosts import is_loopback
 from app.logging import LogFormat, LogLevel
 from app.store.leases import LEASE_S
 

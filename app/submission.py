@@ -62,6 +62,7 @@ Call = Callable[[float, Report], Awaitable[Any]]
 
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
+_EXPORT_PATIENCE = 5.0  # a report takes 0.2 s of an idle processor, and no file more than a few times that
 _SHORT_TRIES = 2  # a quick job may once have been delayed by a loaded machine
 _MAX_FULL_RESULTS = 64
 _CRASH_RETRIES = 5
@@ -122,7 +123,10 @@ class Service:
         if not job.repeatable:
             return None
         earlier = await self.store.find_answer(run.spec_hash, run.solver_name, run.solver_version)
-        if earlier is None or not runs.complete(earlier) or (job.best_in_time and not runs.met(earlier)):
+        if earlier is None or not runs.complete(earlier):
+            return None
+        # More time may find a better design; a diagnosis it does not change.
+        if job.best_in_time and earlier.status == RunStatus.SUCCEEDED and not runs.met(earlier):
             return None
         return runs.repeated(run, earlier, started)
 
@@ -181,20 +185,27 @@ class Service:
             self.progress.pop(run.id, None)
 
     async def _queued(
-        self, call: Call, kill_s: float, short: bool, report: Report = ignore_progress, on_start: OnStart | None = None
+        self,
+        call: Call,
+        kill_s: float,
+        short: bool,
+        report: Report = ignore_progress,
+        on_start: OnStart | None = None,
+        patience: float = 1.0,
     ) -> Any:
         """Run a call when the fair queue admits it.
 
         Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
-        ``short_s`` gives its worker back and starts again, the second time as a long one.
+        ``short_s``, times ``patience``, gives its worker back and starts again, the second time as a long one.
         """
+        short_s = patience * self.limits.short_s
         who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
         for _ in range(_SHORT_TRIES if short else 0):
             async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
                 try:
-                    return await call(min(kill_s, self.limits.short_s), report)
+                    return await call(min(kill_s, short_s), report)
                 except BudgetExceeded:
-                    if kill_s <= self.limits.short_s:
+                    if kill_s <= short_s:
                         raise
         async with self.queue.slot(JobLength.LONG, who, max_wait_s):
             if on_start is not None:
@@ -447,4 +458,4 @@ class QueuedExecutor:
     async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
         """See ``Executor.run``."""
         call = partial(self.service.executor.run, kind_slug, mode, payload)
-        return await self.service._queued(call, budget_s, short=True)
+        return await self.service._queued(call, budget_s, short=True, patience=_EXPORT_PATIENCE)

@@ -118,7 +118,8 @@ class Solved:
 
     @property
     def met(self) -> bool:
-        return self.outcome is not None and self.outcome.accuracy.met
+        """Whether a design has the accuracy asked for; that of an infeasible problem is of its diagnosis alone."""
+        return self.outcome is not None and (self.status == "infeasible" or self.outcome.accuracy.met)
 
     @property
     def gap(self) -> float:

@@ -1,10 +1,10 @@
-"""Gather what the pages say, and bring the catalogues of its translations up to date.
+"""Collect all texts of the pages and update the translation catalogues.
 
     python -m scripts.messages          # write app/words/locale/*/LC_MESSAGES/crankwright.po and .mo
-    python -m scripts.messages --todo   # print what still lacks a translation
+    python -m scripts.messages --todo   # print the texts without a translation
 
-Texts come from the templates (``{% trans %}`` and ``_("…")``), from the Python of ``app/web`` and of the verdict, and
-from what the forms, drawings and pages take from the registry: labels, helps, names of fields, criteria, captions.
+Texts are collected from the templates (``{% trans %}`` and ``_("…")``), from the Python sources of the pages and of the
+verdict, and from the registry, for forms, drawings and pages: labels, help texts, field names, criteria, captions.
 """
 
 from __future__ import annotations
@@ -52,6 +52,7 @@ TEMPLATES = ROOT / "app" / "web" / "templates"
 _APP = ROOT / "app"
 SOURCES = (
     *(path for folder in ("web", "words", "reports") for path in sorted((_APP / folder).rglob("*.py"))),
+    _APP / "api" / "exports.py",
     _APP / "designs" / "verdict.py",
     *(
         path
@@ -63,7 +64,7 @@ KEYWORDS: dict[str, Any] = {
     "_": None, "gettext": None, "say": None, "noted": None, "ngettext": (1, 2),
     # The second argument of a Problem is its title.
     "Problem": (2,),
-    # Of calculations by hand: what a number is, what a step finds.
+    # Hand calculations: descriptions of given numbers and of steps.
     "title": None, "remark": None, "given": (2,), "step": (3,), "Column": (2,),
 }  # fmt: skip
 _ELSEWHERE = (
@@ -93,7 +94,7 @@ _ELSEWHERE = (
     "transmission angle greatest",
     *INSTANTS.values(),
 )
-"""What frameworks and other parts of the service say on pages."""
+"""Texts on pages that come from frameworks and other parts of the service."""
 _EVIDENCE = (
     "angles", "bound", "boxes", "cone share", "core", "core bound", "core gap", "core optimum",
     "deflection as constrained", "effects beyond the core", "free directions", "full model", "full model bound",
@@ -101,14 +102,14 @@ _EVIDENCE = (
     "multiplier", "narrowing", "parts", "ranges largest base", "ranges largest coupler", "ranges largest rocker",
     "rests on", "ripple", "rounds", "searched", "stations", "steps", "widening", "work",
 )  # fmt: skip
-"""Names of what certificates rest on and of settings."""
+"""Names of a certificate's evidence and of numerical settings."""
 _FIELDS_DEEP = 5
 _WORD = re.compile(r"[^\W\d_]{3}")
-"""What has no three letters in a row is a symbol, the same in every language."""
+"""A text without three consecutive letters is a symbol, the same in every language."""
 
 
 class Hearing(NullTranslations):
-    """Notes every text that it is asked for."""
+    """A catalogue that records every text looked up in it."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -120,7 +121,7 @@ class Hearing(NullTranslations):
 
 
 def written() -> set[str | tuple[str, str]]:
-    """The texts of templates and sources; a pair for what goes with a number."""
+    """The texts of templates and sources; a pair (singular, plural) for a text with a count."""
     found: set[str | tuple[str, str]] = set()
     for path in TEMPLATES.rglob("*.html"):
         for _line, function, message in templates.env.extract_translations(path.read_text("utf-8")):
@@ -132,8 +133,7 @@ def written() -> set[str | tuple[str, str]]:
 
 
 def _text(function: str, message: Any) -> str | tuple[str, str]:
-    """What was found at a call: its first argument, both forms of what goes with a number; nothing where no text is
-    written out there."""
+    """The text of an extracted call, or both forms of a text with a count; None if the argument is not a literal."""
     if isinstance(message, str):
         return message
     if function == "ngettext":
@@ -142,7 +142,7 @@ def _text(function: str, message: Any) -> str | tuple[str, str]:
 
 
 def registered() -> set[str]:
-    """The texts that the registry brings: words of forms and drawings as they are built, names, criteria, captions."""
+    """The texts from the registry: those of forms and drawings as built, field names, criteria, captions."""
     hearing = Hearing()
     with speaking("en", hearing):
         for kind in KINDS.values():
@@ -155,7 +155,9 @@ def registered() -> set[str]:
                         with measuring(units):
                             in_words(drawing)
     found = hearing.heard | set(_names()) | set(_of_kinds()) | set(_ELSEWHERE)
-    found |= {text for kind in KINDS.values() for texts in (kind.labels, kind.denials) for text in texts.values()}
+    for kind in KINDS.values():
+        for texts in (kind.labels, kind.denials, *kind.form.options.values()):
+            found |= set(texts.values())
     found |= {*captions.CAPTIONS.values(), *captions.OF_A_KIND.values(), *shaping.SIZES.values()}
     found |= {*sentences(), *_EVIDENCE, inputs.MORE}
     found |= {text for texts in claims.FIXED for text in texts.values()}
@@ -168,7 +170,7 @@ def registered() -> set[str]:
 
 
 def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:
-    """The examples, of a linkage once for each type."""
+    """The example requests; for a linkage, one per type."""
     for request in (kind.example(mode), *kind.others(mode).values()):
         yield request
         for one in request.get("types") or ():
@@ -176,7 +178,7 @@ def _requests(kind: Kind, mode: Mode) -> Iterator[dict[str, Any]]:
 
 
 def _filled(kind: Kind, mode: Mode, request: dict[str, Any]) -> dict[str, Any]:
-    """The request as a run keeps it."""
+    """The request with defaults filled in, as a run stores it."""
     return kind.jobs[mode].request.model_validate(request).model_dump(mode="json")
 
 
@@ -190,7 +192,7 @@ def _of_kinds() -> Iterator[str]:
 
 
 def _names() -> Iterator[str]:
-    """The names of all fields in words, limits without their end too, and of the values that a field can have."""
+    """All field names as words (of a range also without min and max), and all values of enumerations."""
     for kind in KINDS.values():
         for job in kind.jobs.values():
             for root in filter(None, (job.request, job.result, job.infeasible)):
@@ -227,7 +229,7 @@ def _plain(name: object) -> str:
 
 
 def catalogue(code: str) -> Catalog:
-    """The catalogue as it is stored; an empty one for a new language."""
+    """The stored catalogue; empty for a new language."""
     path = path_of(code, "po")
     return read_po(BytesIO(path.read_bytes()), code, DOMAIN) if path.exists() else Catalog(code, domain=DOMAIN)
 
@@ -237,7 +239,7 @@ def path_of(code: str, ending: str) -> Path:
 
 
 def updated(code: str) -> Catalog:
-    """The catalogue with the texts of today: translations are kept, what is no longer said goes."""
+    """The catalogue with the current texts: translations are kept, obsolete texts removed."""
     old = catalogue(code)
     new = Catalog(code, domain=DOMAIN, fuzzy=False, header_comment="# What the pages say. Made by scripts.messages.")
     new.revision_date = new.creation_date = old.creation_date
@@ -255,7 +257,7 @@ def todo(found: Catalog) -> list[Any]:
 
 
 def write(code: str, found: Catalog) -> None:
-    """Both files of a catalogue."""
+    """Write the .po and the .mo file of a catalogue."""
     path_of(code, "po").parent.mkdir(parents=True, exist_ok=True)
     with path_of(code, "po").open("wb") as po:
         write_po(po, found, width=120, omit_header=False)

@@ -59,7 +59,7 @@ def _answers(url: str) -> bool:
 
 
 def solved(base: str, path: str, body: dict[str, Any]) -> str:
-    """Create a run for a screenshot and return its id."""
+    """Create a run to be shown and return its id."""
     sent = urllib.request.Request(
         f"{base}/api/v1/{path}", json.dumps(body).encode(), {"Content-Type": "application/json"}
     )

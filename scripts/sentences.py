@@ -1,7 +1,6 @@
-"""The sentences that solvers and requests say, read from where they are written: what `app.words.solver_texts` puts
-into other languages.
+"""The sentences of solvers and requests, extracted from the sources, for translation by `app.words.solver_texts`.
 
-A text with figures is a pattern, ``{}`` in the place of each figure, word or sentence that is put in.
+A text with inserted values is a pattern with ``{}`` in place of each of them.
 """
 
 from __future__ import annotations
@@ -15,7 +14,7 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 _SOLVERS, _APP = ROOT / "solvers", ROOT / "app"
 _SILENT = ("numerics", "references", "materials")
-"""Rooms of the solvers whose texts are the program's own, or of the API alone."""
+"""Packages of the solvers whose texts never appear on a page."""
 SOURCES = (
     *(
         path
@@ -31,14 +30,14 @@ SOURCES = (
     *(_APP / "jobs" / f"{name}.py" for name in ("errors", "warming")),
 )
 CALCULATIONS = tuple(sorted(_APP.glob("designs/*/chain.py")))
-"""Of these the words beside formulas; formulas themselves and the names of sources are the same everywhere."""
+"""Of these modules only the descriptions beside formulas; formulas and names of sources are not translated."""
 _FORMULA = re.compile(r"[*=]| [/+-] |\w\(")
 _REFUSALS = ("InvalidInput", "entry", "require", "Fault")
-"""Calls whose texts are said even where they are one word."""
+"""Calls whose texts are collected even if they are a single word."""
 _UNSAID = ("Field", "ValueError", "RuntimeError", "TypeError", "NotImplementedError", "AttributeError", "compile")
-"""Calls whose texts are never put on a page, or worded elsewhere."""
+"""Calls whose texts never appear on a page, or are worded elsewhere."""
 _UNSAID_NAMES = ("measure", "description")
-"""Arguments and fields of the same."""
+"""Arguments and fields of the same nature."""
 _SENTENCE = re.compile(r"(?:[^\W\d_]{2,}|\{\}).*\s.*[^\W\d_]{2}|[^\W\d_]{2}.*\s(?:.*[^\W\d_]{2}|\{\})")
 _WORD = re.compile(r"[a-z]{3}")
 _NAME = re.compile(r"[a-z]+(?:[._][\w{}]+)+|[\[(].*[\])]|[\d\W]*")
@@ -47,7 +46,7 @@ _NAME = re.compile(r"[a-z]+(?:[._][\w{}]+)+|[\[(].*[\])]|[\d\W]*")
 
 @cache
 def sentences() -> frozenset[str]:
-    """The texts of all sources."""
+    """The texts and patterns of all sources."""
     found = {text for path in SOURCES for text in _said(_tree(path))}
     for path in CALCULATIONS:
         tree = _tree(path)
@@ -57,7 +56,7 @@ def sentences() -> frozenset[str]:
 
 
 def patterns(texts: Iterable[str]) -> list[str]:
-    """Those with a place for something, the most definite first: of two that fit, the one that says more itself."""
+    """The texts with placeholders, the most specific first: the one with the most text of its own."""
     return sorted((text for text in texts if "{}" in text), key=lambda text: (-len(text.replace("{}", "")), text))
 
 
@@ -84,7 +83,7 @@ def _said(tree: ast.AST) -> Iterator[str]:
 
 
 def _text(node: ast.AST) -> str | None:
-    """A string, an f-string, or the sum of some."""
+    """The pattern of a string, an f-string or a concatenation of these; None for anything else."""
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         return node.value
     if isinstance(node, ast.JoinedStr):
@@ -96,7 +95,7 @@ def _text(node: ast.AST) -> str | None:
 
 
 def _unsaid(tree: ast.AST) -> set[int]:
-    """Docstrings, parts of f-strings, texts of calls and arguments that say nothing to users."""
+    """Ids of the nodes to skip: docstrings, parts of f-strings, and texts not meant for users."""
     found: set[int] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):

@@ -79,7 +79,8 @@ def choose(
     demands: Iterable[Demand] = (),
     unable: Mapping[str, str] = _NONE,
 ) -> Choice[E]:
-    """Select the effects for a situation; ``unable``: those that it lacks the data for, and what the manifest says.
+    """Select the effects for a situation; ``unable`` maps effects that lack their data to the reason shown in the
+    manifest.
 
     Raises InvalidInput for an unknown name or one both included and excluded, and EffectConflict for an excluded effect
     that a demand needs.
@@ -128,7 +129,7 @@ def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
 def _settled(
     known: tuple[str, ...], selection: EffectSelection, demands: tuple[Demand, ...]
 ) -> dict[str, tuple[EffectState, str]]:
-    """The effects that the request decides on, whatever the situation, each with its state and the reason."""
+    """State and reason of the effects that the request alone decides on, independent of the situation."""
     for field, names in (("include", selection.include), ("exclude", selection.exclude)):
         for name in sorted(names.difference(known)):
             raise InvalidInput(f"effects.{field}", f"there is no effect {name!r}", ", ".join(known))

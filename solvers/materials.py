@@ -10,9 +10,12 @@ from types import MappingProxyType
 from solvers.errors import InvalidInput, require_positive
 
 LOSS_FACTOR = 0.01
-"""eta of a steel strip held by friction in its clamps, damping ratio 0.5 %: hardened steel itself has 1e-4 to 2e-3, a
-part clamped or bolted at its ends some 1e-3 to some 1e-2 (L. Cremer, M. Heckl, B. A. T. Petersson, Structure-Borne
-Sound (2005); VDI 3830). Where resonances decide it is worth a measurement."""
+"""Default loss factor eta of a steel strip held by friction in its clamps (damping ratio 0.5 %).
+
+Hardened steel itself has 1e-4 to 2e-3, a part clamped or bolted at its ends a few 1e-3 to a few 1e-2 (L. Cremer, M.
+Heckl, B. A. T. Petersson, Structure-Borne Sound (2005); VDI 3830). If resonances govern a design, eta is worth
+measuring.
+"""
 
 
 @dataclass(frozen=True)

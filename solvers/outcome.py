@@ -24,7 +24,7 @@ class EffectState(StrEnum):
 class EffectReport(NamedTuple):
     """An entry of the effects manifest.
 
-    ``bound`` computes ``influence`` on demand: where the request decides on an effect, its bound may never be needed.
+    ``bound`` computes ``influence`` on demand: if the request decides on an effect, its bound may never be needed.
     """
 
     name: str

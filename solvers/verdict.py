@@ -17,6 +17,8 @@ from solvers.outcome import Accuracy, EffectReport, EffectState
 MAX_SLACK = 1e-3
 """Maximum relative violation at which a criterion still counts as met."""
 
+NEGLIGIBLE_ERROR = 1e-5
+"""Relative error that puts no verdict in doubt: loads and materials are never known as well."""
 
 UNREPORTED_INFLUENCE = 1e-2
 """Relative influence of an omitted effect above which a caution is issued: the default tolerance of ``auto``."""
@@ -55,6 +57,15 @@ def slack_of(accuracy: Accuracy) -> float:
     """Relative slack of criteria: the requested accuracy, since values are no more accurate and designs lie on their
     limits; at most ``MAX_SLACK``, so that a loose accuracy cannot pass a failing part."""
     return min(accuracy.requested, MAX_SLACK)
+
+
+def doubt(accuracy: Accuracy, designed: bool = False) -> float:
+    """Relative error of the values within which a verdict is uncertain: the estimate, or 0 if that is within the slack
+    or negligible.
+
+    A design (``designed``) lies on its limits on purpose, so that it is certain if it has the accuracy requested."""
+    expected = accuracy.estimated <= max(slack_of(accuracy), NEGLIGIBLE_ERROR) or (designed and accuracy.met)
+    return 0.0 if expected else accuracy.estimated
 
 
 def at_least(name: str, required: float, reached: float | None, slack: float, asked: bool = True) -> Criterion:
@@ -114,15 +125,30 @@ def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[
 
 @dataclass(frozen=True)
 class Verdict:
-    """All criteria, and cautions."""
+    """All criteria, and cautions.
+
+    error     relative error of the values within which it is uncertain, see ``doubt``
+    """
 
     criteria: tuple[Criterion, ...]
     cautions: tuple[str, ...] = ()
+    error: float = 0.0
 
     @property
     def holds(self) -> bool:
         """Whether all criteria hold."""
         return all([criterion.holds for criterion in self.criteria])
+
+    @property
+    def certain(self) -> bool:
+        """Whether an error of the values by ``error`` could not turn the verdict."""
+        if self.error == 0.0:
+            return True
+        failing = [criterion for criterion in self.criteria if not criterion.holds]
+        if failing:
+            return any(c.margin is None or c.margin <= max(-self.error, -1.0) for c in failing)
+        # A value that is too high by the error is (1 + margin)(1 - error) times its limit.
+        return all(c.margin is None or (1.0 + c.margin) * (1.0 - self.error) >= 1.0 for c in self.criteria)
 
     @property
     def governing(self) -> Criterion | None:

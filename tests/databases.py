@@ -105,7 +105,7 @@ def _installation(folder: Path) -> tuple[Path, dict[str, object]]:
     package = installs[-1].parent
     copy = folder / package.name / installs[-1].name
     shutil.copytree(installs[-1], copy, symlinks=True)
-    # The wheel keeps the shared libraries beside the package; the programs look for them by relative path.
+    # The wheel contains the shared libraries beside the package; the programs find them by a relative path.
     libraries = package.with_name(f"{package.name}.libs")
     if libraries.is_dir():
         shutil.copytree(libraries, folder / libraries.name, symlinks=True)

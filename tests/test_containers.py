@@ -1,4 +1,4 @@
-"""The container files: the compose file against its schema, and what it names against the project."""
+"""The container files: the compose file conforms to its schema, and the names in it exist in the project."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_no_service_has_a_secret_in_its_environment_or_an_open_port(name, servic
         assert not re.search(r"://[^/@]*:[^/@]*@", str(value)), (name, variable)
     assert all(port.startswith("127.0.0.1:") for port in service.get("ports", []))
     assert all(secret in COMPOSE["secrets"] for secret in service.get("secrets", []))
-    # Without keys it may only be where nobody but this machine reaches it.
+    # Without keys, it may only be reachable from this machine.
     assert "CRANKWRIGHT_OPEN" not in service.get("environment", {}) or service["ports"]
 
 

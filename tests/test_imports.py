@@ -15,7 +15,7 @@ NUMERICS = {"scipy", "cvxpy", "mpmath", "clarabel"}
 STORE = {"alembic", "mako"}
 OTHERS = {"ezdxf", "build123d", "OCP", "typst", "matplotlib", "pandas", "openmdao", "httpx", "playwright", "IPython"}
 MOST_MODULES = 1250
-"""Of a check on the command line, of which numba and numpy are three hundred."""
+"""Maximum number of modules of a check on the command line, of which numba and numpy are three hundred."""
 WEB = {"fastapi", "starlette", "uvicorn", "sqlalchemy", "pydantic", "numpy"}
 
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 
 @pytest.fixture(scope="module")
 def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The distribution, without its dependencies, in a folder of its own."""
+    """The distribution installed into a separate folder, without its dependencies."""
     folder = tmp_path_factory.mktemp("installed")
     # As scripts/install: by uv where that could be had, which leaves the environment without pip.
     uv = Path(sys.executable).with_name("uv")

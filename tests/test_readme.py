@@ -57,6 +57,14 @@ def test_links_between_documents_resolve(page):
             assert ((ROOT / page).parent / target).exists(), target
 
 
+def test_the_index_of_decisions_lists_every_page_with_its_title():
+    pages = ROOT / "docs/decisions"
+    index = " ".join((pages / "README.md").read_text("utf-8").split())
+    for page in sorted(pages.glob("0*.md")):
+        number, title = page.read_text("utf-8").partition("\n")[0].removeprefix("# ").split(". ", 1)
+        assert f"- [{number}]({page.name}) {title}" in index, page.name
+
+
 def test_the_map_of_the_code_names_what_exists():
     for name in re.findall(r"`((?:solvers|app|migrations|tests|docs|bench|scripts)/[\w/.]*)`", README):
         assert (ROOT / name).exists(), name

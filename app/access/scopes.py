@@ -7,7 +7,7 @@ from enum import StrEnum
 
 class Scope(StrEnum):
     """``read``: see one's own runs; ``design``: also solve; ``batch``: also submit batches; ``admin``: everything,
-    including everybody's runs and the metrics."""
+    including other callers' runs and the metrics."""
 
     READ = "read"
     DESIGN = "design"

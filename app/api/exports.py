@@ -12,7 +12,8 @@ from app.exports.export import ExportOptions, Tool
 from app.exports.registry import EXPORTS
 from app.run_exports import RunExports
 from app.submission import Service
-from app.words.languages import Language
+from app.words.languages import Language, language
+from app.words.languages import gettext as _
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
 _RETRY_S = 2
@@ -53,13 +54,13 @@ async def run_export(
         float | None,
         Query(ge=-3600, le=3600, allow_inf_nan=False, description="of a linkage: the crank's angle; none: at the blow"),
     ] = None,
-    language: Annotated[Language, Query(description="of a report")] = Language.EN,
+    report_language: Annotated[Language, Query(alias="language", description="of a report")] = Language.EN,
 ) -> Response:
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service
     exports: RunExports = request.app.state.exports
     run = json.loads(await service.as_json(run_id, complete=True))
-    made = await exports.file(run, export, ExportOptions(tool, angle_deg, language))
+    made = await exports.file(run, export, ExportOptions(tool, angle_deg, report_language))
     if made is None:
         return _later(request)
     name = f"{run['kind']}-{run['id']}.{made.extension}"
@@ -75,7 +76,8 @@ def _later(request: Request) -> Response:
     """Respond 202: retry later. A browser refreshes by itself."""
     headers = {"Retry-After": str(_RETRY_S), "Cache-Control": "no-store"}
     if "text/html" in request.headers.get("accept", ""):
-        page = "<!doctype html><title>One moment</title><p>The file is being made; the download starts by itself."
+        title, said = _("One moment"), _("The file is being made; the download starts by itself.")
+        page = f'<!doctype html><html lang="{language()}"><title>{title}</title><p>{said}'
         return HTMLResponse(page, 202, headers | {"Refresh": str(_RETRY_S)})
     body = {"status": "being made", "retry_after_s": _RETRY_S}
     return Response(json.dumps(body), 202, headers, "application/json")

@@ -92,12 +92,13 @@ class _Answered(NamedTuple):
             why = "the solver gave a number that is not finite"
             return cls.of(slug, mode, _failure("The result is not finite", why))
         holds = None if found.verdict is None else bool(found.verdict["holds"])
-        reusable = found.status in _SETTLED and (found.accuracy or {}).get("met", True)
+        reusable = found.status == "infeasible" or (
+            found.status == "succeeded" and (found.accuracy or {}).get("met", True)
+        )
         return cls(found.status, holds, parts.get("figure"), text, reusable)
 
 
 _NAME = {"name"}
-_SETTLED = ("succeeded", "infeasible")
 _answer_cache: OrderedDict[bytes, _Answered] = OrderedDict()
 """Answers of this worker by request hash, the newest last."""
 

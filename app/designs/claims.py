@@ -1,7 +1,7 @@
-"""What the certificates of all kinds of design say: what is proven, for which physics, form and range, by which
-argument, and what is only estimated. Decision 12 has the reasons; nothing else in the service words a claim.
+"""The wording of certificates for all kinds of design: what is proven, for which physics, form and range, by which
+argument, and what is only estimated. Only this module words claims; the reasons are in decision 12.
 
-A claim is made of an outcome, so that it names the effects that ran and the limits that were asked for.
+A claim is derived from an outcome, so that it names the active effects and the requested limits.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ NOT_IN_THE_GAP = (
 
 
 def with_claim(certificate: dict[str, Any] | None, claim: Claim) -> dict[str, Any] | None:
-    """A certificate as JSON, with what it says."""
+    """A certificate as JSON, with its claim added."""
     return None if certificate is None else {**certificate, **claim}
 
 
@@ -54,11 +54,11 @@ _PIN_RANGES = {
 
 
 FIXED = (_PIN_FORMS, _BUSHING_FORMS, _PIN_RANGES)
-"""What claims say that depends on no figure."""
+"""Texts of claims without inserted values, for translation."""
 
 
 def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[str]) -> Claim:
-    """Of the lightest pin or bushing of a form; ``limited`` are the names of the limits asked for."""
+    """The claim for the lightest pin or bushing of a form; ``limited``: names of the requested limits."""
     part, ran = ("bushing" if outside else "pin"), _ran(outcome)
     physics = ["strength of the beam's sections by the chosen criterion"]
     if "max_deflection_um" in limited:
@@ -92,7 +92,7 @@ def of_pin(outcome: Outcome[Any], form: str, outside: bool, limited: Sequence[st
 
 
 def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence[str]) -> Claim:
-    """Of the best linkage; ``sign`` is +1 where the objective is made small."""
+    """The claim for the best linkage; ``sign`` is +1 if the objective is minimised."""
     searched = str(outcome.certificate.evidence["searched"])
     allowed = ", ".join(name.replace("_", " ") for name in types)
     named = objective.replace("_", " ")
@@ -117,7 +117,7 @@ def of_linkage(outcome: Outcome[Any], objective: str, sign: int, types: Sequence
 
 
 def of_rod(outcome: Outcome[Any], objective: str) -> Claim:
-    """Of the best strip, or that there is none; of an outcome with a certificate."""
+    """The claim for the best strip, or that there is none; the outcome must have a certificate."""
     certificate = outcome.certificate
     ran = ", ".join(_ran(outcome)).replace("_", " ") or "gas load alone"
     common = {

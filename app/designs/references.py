@@ -13,6 +13,7 @@ from typing import Any, Literal, Self, get_args
 from pydantic import BaseModel, Field, RootModel
 
 from app.designs.schema import Positive, Strict
+from solvers.crank.cycle.loads import LOADS
 from solvers.errors import InvalidInput
 
 Path = tuple[str | int, ...]
@@ -105,15 +106,7 @@ def source_of(run: Run) -> str:
     return f"{run['kind']} {run['spec_hash']}"
 
 
-Instant = Literal[
-    "gas_force_max",
-    "rod_compression_max",
-    "rod_tension_max",
-    "side_force_max",
-    "wrist_pin_load_max",
-    "crank_pin_load_max",
-    "main_bearing_load_max",
-]
+Instant = Literal[LOADS]
 """Worst instants of a crank-dynamics run."""
 
 

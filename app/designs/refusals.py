@@ -35,6 +35,7 @@ ALLOWED_BY_TYPE = {
     "int_type": "a whole number",
     "int_parsing": "a whole number",
     "int_from_float": "a whole number",
+    "multiple_of": "a whole number",
     "string_type": "a string",
     "string_pattern_mismatch": "no NUL character",
     "list_type": "an array",
@@ -57,6 +58,7 @@ SAID_BY_TYPE = {
     "int_type": "is not a whole number",
     "int_parsing": "is not a whole number",
     "int_from_float": "is not a whole number",
+    "multiple_of": "is not a whole number",
     "string_type": "is not a string",
     "list_type": "is not an array",
     "tuple_type": "is not an array",
@@ -106,9 +108,10 @@ def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
         detail = with_suggestion(detail, item["loc"][-1], _WORD.findall(allowed))
     elif item["type"] in ("literal_error", "enum"):
         detail = with_suggestion(detail, item.get("input"), _WORD.findall(allowed))
-    elif item["type"] == "one_of" and isinstance(given := item.get("input"), Mapping):
-        meant = (with_suggestion(detail, word, _WORD.findall(allowed)) for word in given.values())
-        detail = next((words for words in meant if words != detail), detail)
+    elif item["type"] == "one_of" and "field" in context and isinstance(given := item.get("input"), Mapping):
+        parts, allowed = [*parts, context["field"]], context["names"]
+        detail = SAID_BY_TYPE["literal_error"] if context["field"] in given else SAID_BY_TYPE["missing"]
+        detail = with_suggestion(detail, given.get(context["field"]), _WORD.findall(allowed))
     return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
 
 

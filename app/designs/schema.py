@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
+from pydantic_core import PydanticKnownError
 
 from app.designs.kind import REFUSED, Answer
 from app.designs.names import Cleaned
@@ -39,12 +40,33 @@ class Strict(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True, hide_input_in_errors=True)
 
 
+def _no_boolean(value: Any) -> Any:
+    if isinstance(value, bool):
+        raise PydanticKnownError("int_type")
+    return value
+
+
+WHOLE = BeforeValidator(_no_boolean)
+"""For literal numbers, which compare true with 1."""
+
+
+def one_named(field: str, models: Mapping[str, Any]) -> Any:
+    """A union of objects whose member is named by the object's own ``field``."""
+    names = ", ".join(models)
+    told = {"allowed": f'an object whose "{field}" is one of {names}', "field": field, "names": names}
+    return _union(lambda value: named(value, field), models, told)
+
+
 def one_of(choose: Callable[[Any], str | None], models: Mapping[str, Any], needs: str) -> Any:
     """A union whose member ``choose`` selects by name from the raw value.
 
     Errors are then reported for the intended member only. Member names appear in pydantic's error locations in
     parentheses, see ``is_tag``.
     """
+    return _union(choose, models, {"allowed": needs})
+
+
+def _union(choose: Callable[[Any], str | None], models: Mapping[str, Any], told: dict[str, Any]) -> Any:
     members = tuple(Annotated[model, Tag(f"({name})")] for name, model in models.items())
 
     def tag(value: Any) -> str:
@@ -54,7 +76,7 @@ def one_of(choose: Callable[[Any], str | None], models: Mapping[str, Any], needs
         tag,
         custom_error_type="one_of",
         custom_error_message="is none of the forms this field can have",
-        custom_error_context={"allowed": needs},
+        custom_error_context=told,
     )
     return Annotated[Union[members], decide]  # noqa: UP007
 
@@ -111,8 +133,8 @@ class SolverRequest(Strict):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object, where both a check and a design are possible, is one of these; by its fields alone
-        unless a kind overrides it."""
+        """Whether a raw object that may be a check or a design is meant as this model: decided by its fields, unless a
+        kind overrides this."""
         return False
 
     def selection(self) -> EffectSelection:
@@ -187,7 +209,7 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="the best to be had, of a rod to about a hundredth; null: nothing")
+    attainable: float | None = Field(description="the best to be had, known as accuracy.estimated says; null: nothing")
     advice: str
 
 

@@ -48,6 +48,10 @@ class VerdictResult(Strict):
     """The verdict: the part holds only if every criterion does."""
 
     holds: bool
+    certain: bool = Field(
+        default=True,
+        description="false: the estimated error of the figures is more than what lies between them and their limits",
+    )
     summary: str = Field(description="one sentence with the figure that governs")
     governed_by: str | None = Field(description="the criterion that fails most, or has least to spare; null: none acts")
     criteria: list[CriterionResult]
@@ -79,6 +83,7 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
     governing, holds = verdict.governing, verdict.holds
     result: dict[str, Any] = {
         "holds": holds,
+        "certain": verdict.certain,
         "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
         "criteria": [_criterion(criterion, words[criterion.name]) for criterion in verdict.criteria],
@@ -129,6 +134,15 @@ def summary_of(
     governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
     if governing is None:
         said = texts.gettext("It holds: no load acts that it could fail under.")
+    elif not verdict.get("certain", True) and accuracy is not None:
+        said = texts.gettext(
+            "It is not certain whether it holds: the %(label)s is %(compared)s, within the estimated error of "
+            "%(error)s %%."
+        ) % {
+            "label": texts.gettext(governing["label"]),
+            "compared": _compared(governing, texts),
+            "error": figures(100.0 * accuracy["estimated"], 2),
+        }
     elif verdict["holds"]:
         said = texts.gettext("It holds. The %(label)s governs: %(compared)s, %(spare)s.") % {
             "label": texts.gettext(governing["label"]),
@@ -145,7 +159,7 @@ def summary_of(
                 others,
             )
             said += " " + more % {"others": others, "all": len(criteria)}
-    return said if accuracy is None or accuracy["met"] else f"{said} {_missed(governing, verdict, accuracy, texts)}"
+    return said if accuracy is None or accuracy["met"] else f"{said} {_missed(accuracy, texts)}"
 
 
 CriterionJson = Mapping[str, Any]
@@ -200,16 +214,6 @@ def _spare(margin: float | None, texts: NullTranslations) -> str:
     return texts.gettext("with %(share)s %% to spare") % {"share": share}
 
 
-def _missed(
-    governing: CriterionJson | None, verdict: CriterionJson, accuracy: CriterionJson, texts: NullTranslations
-) -> str:
+def _missed(accuracy: CriterionJson, texts: NullTranslations) -> str:
     told = {name: figures(accuracy[name], 2) for name in ("requested", "estimated")}
-    if verdict["holds"] and governing is not None and (governing["margin"] or 0.0) <= accuracy["estimated"]:
-        return (
-            texts.gettext(
-                "The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated, "
-                "more than there is to spare."
-            )
-            % told
-        )
     return texts.gettext("The accuracy asked for is not met: %(requested)s asked, %(estimated)s estimated.") % told

@@ -18,8 +18,8 @@ class BodyLimits:
     """Limits of a request body.
 
     ``max_bytes``: its size, overridden by ``per_path`` for path prefixes. ``idle_s``: pause without data.
-    ``min_bytes_per_s``: mean rate required after ``grace_s``. Only the time counts in which the application waits for
-    the sender, not that in which it does something else.
+    ``min_bytes_per_s``: mean rate required after ``grace_s``. Only the time in which the application waits for the
+    sender counts.
     """
 
     max_bytes: int
@@ -91,7 +91,7 @@ class _Body:
     async def _part(self) -> Message | None:
         """The next message; None if the body is refused.
 
-        The server's ``receive`` loses nothing if it is cancelled: it takes what has arrived in one step.
+        The server's ``receive`` takes what has arrived in one step, so cancelling it loses nothing.
         """
         began = time.monotonic()
         ends, message = began + self._limits.idle_s, None
@@ -110,7 +110,7 @@ class _Body:
         return message
 
     def _refusal(self, began: float, ends: float) -> Problem | None:
-        """Why to wait no longer for a part."""
+        """The reason for not waiting any longer for the next part, if any."""
         now = time.monotonic()
         if self._stopping():
             return Problem(

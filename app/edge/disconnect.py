@@ -15,7 +15,7 @@ class ClientDisconnected(Exception):
 
 
 _WATCHED_AFTER_S = 0.02
-"""What ends sooner is not watched: the watch costs a task."""
+"""Time after which a disconnect is watched for: the watch costs a task, which short work does not need."""
 
 
 async def cancel_on_disconnect(receive: Receive, work: Awaitable[T]) -> T:

@@ -9,30 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import lru_cache
-from ipaddress import ip_address
 
+from app.addresses import LOOPBACK_NAMES, is_address
 from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, header, refuse
 from app.errors import Problem
 
-LOOPBACK_NAMES = frozenset({"localhost"})
 _SAFE_METHODS = ("GET", "HEAD", "OPTIONS")
 _OWN_SITES = (b"same-origin", b"none")
-
-
-@lru_cache(1024)
-def is_address(host: str) -> bool:
-    """Whether a host is an IP address."""
-    try:
-        ip_address(host)
-    except ValueError:
-        return False
-    return True
-
-
-@lru_cache(1024)
-def is_loopback(host: str) -> bool:
-    """Whether a host refers to this machine only."""
-    return host in LOOPBACK_NAMES or (is_address(host) and ip_address(host).is_loopback)
 
 
 class HostAndOriginCheck:

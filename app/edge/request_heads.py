@@ -10,7 +10,7 @@ from app.errors import Problem
 class HeadLimiter:
     """Middleware that refuses heads beyond ``max_bytes`` or ``max_headers``, and NUL characters in the target.
 
-    No database stores NUL in a text, so nothing with such a name exists.
+    No database stores NUL in a text, so no resource has such a name.
     """
 
     def __init__(self, app: Application, max_bytes: int, max_headers: int) -> None:

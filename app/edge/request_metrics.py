@@ -17,7 +17,7 @@ SECONDS = Histogram(
     buckets=(0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0),
 )
 _METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
-"""Labels of their own; any other word a client makes up is one label, or they would grow without end."""
+"""Methods with a label of their own; all others share one, because clients could invent any number of them."""
 
 
 class RequestMetrics:

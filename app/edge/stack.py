@@ -6,10 +6,11 @@ from collections.abc import Callable
 
 from fastapi import FastAPI
 
+from app.addresses import is_address
 from app.edge.asgi import Application
 from app.edge.bodies import BodyLimiter, BodyLimits
 from app.edge.concurrency import ConcurrencyLimiter
-from app.edge.hosts import HostAndOriginCheck, is_address
+from app.edge.hosts import HostAndOriginCheck
 from app.edge.request_heads import HeadLimiter
 from app.edge.request_log import RequestLog
 from app.edge.response_headers import SecurityHeaders

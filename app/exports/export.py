@@ -103,7 +103,7 @@ class Export:
 
     @property
     def media_types(self) -> set[str]:
-        """All that its files may have, without parameters."""
+        """The media types that its files may have, without parameters."""
         return {form.partition(";")[0] for form in (self.media_type, *self.other_media_types)}
 
     @property

@@ -111,7 +111,7 @@ class ClusterPool(ProcessPool):
         return self._client.scheduler_info(n_workers=0)["total_threads"]
 
     def _keep_count(self) -> None:
-        """Ask the scheduler beside the event loop, which cannot wait for its answer."""
+        """Ask the scheduler in a thread, since the event loop cannot wait for its answer."""
         while not self._over.wait(_COUNT_INTERVAL_S):
             with contextlib.suppress(Exception):  # the scheduler is lost; the client connects again
                 self._threads = self._count()

@@ -63,7 +63,7 @@ def solve_rehearsals(connection: Connection, part: Part) -> None:
 
 
 def prepare() -> None:
-    """Make this process yield to others and spend little time on looking for garbage."""
+    """Lower this process's priority, and make garbage collection rare."""
     os.nice(_NICENESS)
     # The compiler allocates millions of objects, most of them long-lived; scanning each 200,000 of them took a twelfth
     # of its time. This many new ones occupy about 0.4 GB.

@@ -156,10 +156,6 @@ class ProcessPool:
         return [worker.pid for lane in self._lanes for worker in lane.workers]
 
     @property
-    def fork_server_pid(self) -> int | None:
-        return self._fork_server.pid
-
-    @property
     def pending(self) -> int:
         """Number of running and waiting calls, batches excluded."""
         return self._foreground.pending

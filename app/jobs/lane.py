@@ -49,9 +49,10 @@ class Lane:
             return list(self._workers)
 
     async def acquire(self) -> Worker:
-        """Borrow a worker, of the idle ones the last used: its memory is in the caches.
+        """Borrow a worker; of the idle ones the most recently used, whose memory is still in the caches.
 
-        Raises ExecutorClosed, WorkerCrashed if no worker comes, and what the supervisor met when it tried to start one.
+        Raises ExecutorClosed, WorkerCrashed if no worker becomes available, and the error with which the supervisor
+        failed to start one.
         """
         with self._lock:
             if self._closed:
@@ -125,7 +126,8 @@ class Lane:
         self.refuse(ExecutorClosed("the executor closed before the solve began"))
 
     def _lend(self, worker: Worker) -> None:
-        """Give it to the call that waits longest, if any; called, as the two below, with the lock held."""
+        """Give a worker to the call that has waited longest, if any; like the next two methods, called with the lock
+        held."""
         while self._waiting:
             waiting = self._waiting.popleft()
             if waiting.set_running_or_notify_cancel():

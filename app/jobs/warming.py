@@ -186,7 +186,7 @@ class KernelWarming:
             self._done.set()
 
     def _inspect_cache(self) -> None:
-        """Find out which parts are compiled, with retries, for the fork server may be restarted meanwhile."""
+        """Find out which parts are compiled, with retries, because the fork server may be restarted meanwhile."""
         for _ in range(_ATTEMPTS):
             try:
                 child = self._fork_server.fork(report_compiled)

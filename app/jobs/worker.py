@@ -28,7 +28,7 @@ _REPORT_INTERVAL_S = 0.2
 _IDLE_DELAY_S = 0.5
 """Idle time before a worker does background work."""
 LENGTH = struct.Struct("!i")
-"""What ``multiprocessing`` puts before a message."""
+"""The length that ``multiprocessing`` puts before a message."""
 
 
 @dataclass(frozen=True)
@@ -73,8 +73,9 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
                 with memory.unlimited():
                     settings.load(call[0], call[1])
                 loaded.add(call[:2])
-                gc.freeze()  # kernels stay; later collections need not look through them
-                # From here on, time is the call's. A worker that has what a call needs begins it at once.
+                gc.freeze()  # kernels are permanent; later collections need not scan them
+                # From here on the call's budget runs. A worker that has already loaded what the call needs starts it at
+                # once.
                 _send(connection, (Reply.ACCEPTED, None))
             reply, content = _answer(settings.entry, call, _throttled(connection))
             _send(connection, (reply, content))

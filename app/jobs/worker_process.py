@@ -35,9 +35,11 @@ class Call:
 
 
 class Worker:
-    """A live worker process and its pipe, which the event loop reads and writes itself: a thread between them would be
-    woken twice for every request. The loop watches the pipe as long as the worker lives, since to begin and to end that
-    for every message costs it ten system calls."""
+    """A live worker process and its pipe, which the event loop reads and writes itself.
+
+    A thread in between would be woken twice for every request. The loop watches the pipe as long as the worker lives,
+    because adding and removing a watch for every message costs ten system calls.
+    """
 
     def __init__(self, child: Child, reap: Callable[[Child], int | None]) -> None:
         self._child, self._reap = child, reap
@@ -48,11 +50,11 @@ class Worker:
         self._arrived: asyncio.Future[None] | None = None
         self._loaded: set[tuple[str, str]] = set()
         self.usable = True
-        """Whether it waits for a call: false during one, and for ever if that did not end with a reply."""
+        """Whether it is ready for a call: false during a call, and permanently if a call ended without a reply."""
         self.accepted = False
-        """Whether it has said anything about its latest call; else it may have died before that began."""
+        """Whether it has acknowledged its latest call; otherwise it may have died before the call began."""
         self.exit_code: Future[int | None] = Future()
-        """Set when it was reaped; None if the fork server died with it or restarted since."""
+        """Set when the process was reaped; None if the fork server has died or restarted meanwhile."""
 
     @classmethod
     def start(cls, fork_server: ForkServer, settings: WorkerSettings) -> Self:
@@ -80,7 +82,7 @@ class Worker:
         self._child.kill()
 
     def reap(self) -> None:
-        """Kill it, free what it held, and set its exit code. Blocks until the fork server has answered."""
+        """Kill the process, free its resources, and set its exit code. Blocks until the fork server has answered."""
         self.kill()
         try:
             if self._loop is None:
@@ -92,7 +94,7 @@ class Worker:
         self.exit_code.set_result(self._reap(self._child))
 
     async def solve(self, call: Call) -> Any:
-        """Its answer to the call.
+        """Run a call and return its answer.
 
         Raises BudgetExceeded, MemoryExceeded and SolveFailed; EOFError or OSError if the process has died;
         WorkerCrashed if it does not take the call. A worker that has not replied is no longer usable.
@@ -142,7 +144,7 @@ class Worker:
         while (data := self._message()) is None:
             if self._closed:
                 raise EOFError
-            if late:  # what is there counts, even if the loop itself was too late to look
+            if late:  # a message that has arrived counts, even if the loop was late to read it
                 if not self._read():
                     raise TimeoutError
                 continue
@@ -157,14 +159,14 @@ class Worker:
         return await asyncio.to_thread(pickle.loads, data) if len(data) > _LARGE_BYTES else pickle.loads(data)
 
     def _watch(self) -> None:
-        """Have the running loop read the pipe."""
+        """Make the running loop read the pipe."""
         loop = asyncio.get_running_loop()
         if self._loop is not loop:
             loop.add_reader(self._socket, self._read)
             self._loop = loop
 
     def _close(self) -> None:
-        """End the watch of the loop, and close the pipe."""
+        """Stop the loop's watch, and close the pipe."""
         if self._loop is not None:
             self._loop.remove_reader(self._socket)
             self._loop = None
@@ -189,7 +191,7 @@ class Worker:
         return True
 
     def _end(self) -> int:
-        """Where the first message received ends, as far as is known."""
+        """End of the first message in the buffer, as far as known."""
         start = LENGTH.size
         return start + (LENGTH.unpack_from(self._received)[0] if len(self._received) >= start else 0)
 

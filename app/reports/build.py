@@ -67,7 +67,7 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     verdict = run["verdict"]
     if verdict:
         how = Standing(standing(verdict, run["accuracy"]))
-        yield Banner(how, _standing(how), summary(verdict, kind.slug, run["accuracy"]))
+        yield Banner(how, _standing(how, verdict), summary(verdict, kind.slug, run["accuracy"]))
         yield _criteria(verdict)
         if verdict["cautions"]:
             yield Bullets(tuple(_sentence(spoken(text)) for text in verdict["cautions"]))
@@ -85,7 +85,9 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
             yield Figure(_light(drawing), caption)
 
 
-def _standing(how: Standing) -> str:
+def _standing(how: Standing, verdict: Mapping[str, Any]) -> str:
+    if not verdict.get("certain", True):
+        return _("In doubt")
     if how is Standing.FAILS:
         return _("Does not hold")
     return _("Holds, in doubt") if how is Standing.DOUBTFUL else _("Holds")

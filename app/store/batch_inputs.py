@@ -40,7 +40,7 @@ class UnreadableRow(Exception):
 class Source:
     """How rows are parsed: ``form`` is ndjson, csv or cells; ``columns`` are dotted names; cells of ``texts`` are never
     parsed as numbers; ``base`` is the part common to all bodies; ``varied`` are the fields that differ; ``delimiter``
-    separates the cells of a CSV, and where it is no comma, a comma may stand for a decimal point.
+    separates the cells of a CSV; unless it is a comma, numbers may have decimal commas.
 
     An empty cell of a table is a field not given, the null of a sweep replaces what its base has.
     """
@@ -114,15 +114,16 @@ class Source:
             try:
                 return _json(bare.removeprefix("+").encode())
             except UnreadableRow:
-                # Tables are written by many programs: 5., .5 and 05 are numbers in them, if not in JSON.
+                # Tables come from many programs: 5., .5 and 05 are numbers there, although not in JSON.
                 number = bare if self.delimiter == "," else bare.replace(",", ".", 1)
                 return float(number) if _NUMBER.fullmatch(number) else text
         return text
 
 
 def _json(content: bytes) -> Any:
-    # pydantic's parser takes a third of the time, but passes over names that appear twice. Without escapes, the quotes
-    # tell: every string has two, and those that a repeated name hides are missing when the result is written again.
+    # pydantic's parser takes a third of the time, but ignores duplicate names. In a text without escapes these are
+    # found by counting quotes: every string has two, and those of a duplicate name are missing when the result is
+    # serialized again.
     if b"\\" not in content:
         try:
             found = from_json(content, allow_inf_nan=False)
@@ -227,6 +228,6 @@ def unpacked_rows(content: bytes, start: int = 0, end: int | None = None) -> lis
 
 @lru_cache(maxsize=1)
 def _opened(content: bytes) -> tuple[dict[str, Any], bytes]:
-    """Header and rows of a block; the last one is kept, since its chunks mostly follow one another."""
+    """Header and rows of a block; the latest block is cached, since its chunks mostly follow each other."""
     head, _, whole = zlib.decompress(content).partition(b"\n")
     return json.loads(head), whole

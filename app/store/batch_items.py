@@ -32,7 +32,7 @@ def parts_json(parts: Mapping[str, Any]) -> bytes:
 
 
 def joined(spec: bytes | None, parts: bytes, cached: bool = False) -> bytes:
-    """The JSON of an item from its spec and its other parts, each a JSON object without spaces.
+    """The JSON of an item: its spec joined to its other parts, each a JSON object without spaces.
 
     ``cached`` marks an item answered from an equal one.
     """
@@ -52,10 +52,11 @@ def packed(content: bytes, dictionary: bytes) -> bytes:
 
 @lru_cache(maxsize=8)
 def _deflate(dictionary: bytes) -> Any:
-    """A compressor that has read the dictionary: copied for each item, which costs less than reading it again.
+    """A compressor with the preset dictionary, to be copied for each item: copying costs less than loading the
+    dictionary again.
 
-    The copy includes its window, which therefore is no larger than it takes to reach back over the dictionary from the
-    same place in an item.
+    The copy includes the compressor's window, which is therefore only as large as needed to reach the same place of the
+    dictionary from an item.
     """
     window = min(_LARGEST_WINDOW, max(_LEAST_WINDOW, (3 * len(dictionary) // 2).bit_length()))
     return zlib.compressobj(_LEVEL, zlib.DEFLATED, -window, _MEMORY, zlib.Z_DEFAULT_STRATEGY, dictionary)
@@ -74,7 +75,7 @@ ITEM_COLUMNS = ("batch", "index", "line", "status", "holds", "figure", "content"
 
 
 def sealed(batch: int, items: Iterable[Item]) -> bytes:
-    """Items as the rows of their table, digests included, pickled: processes that pass them on need not read them."""
+    """Items as pickled table rows, digests included, so that processes in between pass them on unread."""
     return pickle.dumps(
         [
             (

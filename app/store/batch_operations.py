@@ -26,7 +26,7 @@ from app.store.models import batch_blocks, batch_chunks, batch_items, batches, i
 from app.store.record import utc_now
 
 _LEAST_PART = 8
-"""By how much the last chunks of a batch may be smaller than the others."""
+"""Factor by which the last chunks of a batch may be smaller than the others."""
 RECEIVING_S = 600.0
 """Time [s] after the last block at which an unacknowledged batch counts as abandoned."""
 _COLUMNS = [field.name for field in fields(BatchRecord)]
@@ -152,8 +152,8 @@ def _drop(connection: Connection, number: int) -> None:
 class Claim:
     """Lease up to ``chunks`` chunks of one batch: expired leases first, then waiting chunks in order.
 
-    A chunk of more than ``items``, or of more than the part ``most`` of all that waits, is cut; the remainder stays
-    waiting. Chunks so become smaller towards the end of a batch, down to ``items`` / 8, and its workers end together.
+    A chunk of more than ``items``, or of more than the part ``most`` of all that waits, is cut, and the remainder stays
+    waiting. So chunks become smaller towards the end of a batch, down to ``items`` / 8, and its workers end together.
     """
 
     number: int
@@ -296,7 +296,7 @@ _STATUS = ITEM_COLUMNS.index("status")
 
 def put_items(connection: Connection, rows: Sequence[tuple[Any, ...]]) -> None:
     """Insert items, as rows of their table; existing ones are left unchanged."""
-    # Every driver takes these values as they are. To have SQLAlchemy convert them takes longer than to insert them.
+    # Every driver accepts these values unchanged; conversion by SQLAlchemy would take longer than the insertion.
     statement, by_name = _insert_items(connection.dialect)
     if rows:
         found: Any = [dict(zip(ITEM_COLUMNS, row, strict=True)) for row in rows] if by_name else rows

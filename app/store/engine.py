@@ -33,7 +33,7 @@ def normalised_url(url: str) -> URL:
 
 
 PASSWORD_FILE = "CRANKWRIGHT_DATABASE_PASSWORD_FILE"
-"""Names a file with the server's password, which then appears in no URL and no environment variable."""
+"""Variable that names a file with the server's password, which then appears in no URL and no environment variable."""
 
 
 def _with_password(url: URL) -> URL:
@@ -107,7 +107,7 @@ def _switch_to_wal(cursor: Any) -> None:
 
 def _begin_sqlite(connection: Connection) -> None:
     # A deferred transaction that reads and then writes fails immediately if another writer came in between; taking the
-    # write lock at BEGIN makes it wait instead. SQLAlchemy's own way to the driver takes four times as long.
+    # write lock at BEGIN makes it wait instead. Executing BEGIN through SQLAlchemy takes four times as long.
     write = connection.get_execution_options().get("crankwright_write", False)
     statement = "BEGIN IMMEDIATE" if write else "BEGIN"
     try:

@@ -102,12 +102,12 @@ class GroupWriter:
             group, last = self._take()
             if group:
                 self._commit(group)
-            del group  # what was written is freed now, not with the next write
+            del group  # free what was written now, not at the next write
         if self._connection is not None:
             self._connection.close()
 
     def _take(self) -> tuple[list[_Submission], bool]:
-        """Wait for submissions; those there are, up to the limit, and whether they are the last."""
+        """Wait for submissions; Return those waiting, up to the limit, and whether they are the last."""
         group: list[_Submission] = []
         following = self._waiting.get()
         with suppress(Empty):
@@ -162,7 +162,7 @@ class GroupWriter:
                     raise
             self._check()
         except BaseException as error:
-            # BEGIN or COMMIT failed: a database fault, which retries one by one would only meet again and again.
+            # BEGIN or COMMIT failed: a database fault, which retries one by one would meet again.
             if settled:
                 for submission in group:
                     submission.error = error
@@ -172,8 +172,8 @@ class GroupWriter:
     def _transaction(self) -> Iterator[Connection]:
         """A transaction of the writer.
 
-        It keeps its connection to a file, for taking one from the pool costs up to a sixth of a small write; the pool
-        tests one to a server before every use.
+        A connection to a file is kept, because taking one from the pool costs up to a sixth of a small write. A
+        connection to a server is taken from the pool, which tests it before every use.
         """
         connection = self._connection or self._engine.connect().execution_options(**WRITE)
         self._connection = None

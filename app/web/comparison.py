@@ -7,8 +7,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from app.designs.kind import Kind
+from app.designs.registry import KINDS
 from app.designs.units import split_unit
-from app.words.fields import named
+from app.words.fields import choice, named
 from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
@@ -38,12 +40,13 @@ class Comparison:
 
 def compare(a: Mapping[str, Any], b: Mapping[str, Any]) -> Comparison:
     """Compare two runs of the same kind."""
-    return Comparison(differing(a, b), _results(a["result"] or {}, b["result"] or {}), _margins(a, b))
+    results = _results(KINDS[a["kind"]], a["result"] or {}, b["result"] or {})
+    return Comparison(differing(a, b), results, _margins(a, b))
 
 
-def _results(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
+def _results(kind: Kind, a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
     left, right = dict(_numbers(a)), dict(_numbers(b))
-    return [_row(name, left.get(name), right.get(name)) for name in [*left, *(n for n in right if n not in left)]]
+    return [_row(kind, name, left.get(name), right.get(name)) for name in [*left, *(n for n in right if n not in left)]]
 
 
 def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
@@ -59,8 +62,12 @@ def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return sorted(found, key=lambda item: item[0] not in ("b_mm", "h_mm", "l_mm"))
 
 
-def _row(name: str, a: Any, b: Any) -> Row:
+def _row(kind: Kind, name: str, a: Any, b: Any) -> Row:
     words, unit = named(name)
+    chosen = [choice(kind, name, value) for value in (a, b)]
+    if any(chosen):
+        change = _("the same") if a == b else ""
+        return Row(words, "", *(text or _text(value) for text, value in zip(chosen, (a, b), strict=True)), change)
     a, b = (told(v, unit) if isinstance(v, float) else v for v in (a, b))
     return Row(words, unit_shown(unit), _text(a), _text(b), difference(a, b))
 

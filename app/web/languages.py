@@ -32,7 +32,7 @@ def units_of(headers: Headers) -> System:
 
 def _cookie_value(headers: Headers, cookie: str) -> str:
     given = headers.get("cookie")
-    if given is None:  # as from every program; a jar takes longer to make than to ask
+    if given is None:  # as for most API clients; creating a cookie jar takes longer than this test
         return ""
     try:
         kept = SimpleCookie(given).get(cookie)

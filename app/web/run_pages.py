@@ -9,7 +9,6 @@ from fastapi import APIRouter, Query, Request
 from fastapi.responses import HTMLResponse
 
 from app.designs.accuracy import STEPS
-from app.designs.form import COMMON, look_up
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, modes_of, plots_for
 from app.store.errors import UnknownRun
@@ -23,8 +22,8 @@ from app.web.stock import stock_offer
 from app.words.captions import captioned
 from app.words.drawings import part_of
 from app.words.effects import effect_rows
+from app.words.fields import choice
 from app.words.inputs import groups
-from app.words.languages import gettext as _
 from app.words.shaping import loosened, sentences
 from app.words.solver_texts import spoken
 
@@ -91,15 +90,14 @@ async def comparison(
 
 
 def _numbers(kind: Kind, mode: str, result: dict[str, Any]) -> dict[str, Any]:
-    """The scalars of a result in the order of its model, choices as the form words them; without standard
-    uncertainties, which are shown beside their results."""
+    """The scalars of a result in the order of its model, with choices in words; without standard uncertainties, which
+    are shown with their results."""
     names = [*kind.jobs[Mode(mode)].result.model_fields] if mode in kind.jobs else []
     found = {}
     for name in [*names, *(other for other in result if other not in names)]:
         value, uncertainty = result.get(name), name.endswith("_u") and name.removesuffix("_u") in result
         if isinstance(value, (int, float, str)) and not isinstance(value, bool) and not uncertainty:
-            words = (look_up(kind.form.options, COMMON.options, name) or {}).get(value)
-            found[name] = _(words) if words else value
+            found[name] = choice(kind, name, value) or value
     return {name: value for name, value in found.items() if name not in _SHOWN_ELSEWHERE}
 
 
@@ -112,8 +110,6 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         return page(request, "missing.html", 404)
     kind, result = KINDS[run["kind"]], run["result"] or {}
     numbers = _numbers(kind, run["mode"], result)
-    if "worst_fibre" in numbers:
-        numbers["worst_fibre"] = _("outer, +h/2") if numbers["worst_fibre"] > 0 else _("inner, −h/2")
     succeeded = run["status"] == RunStatus.SUCCEEDED
     own = run["mode"] in kind.jobs
     return page(

@@ -1,5 +1,5 @@
-"""English wording of names that do not read well once they are split into words; the catalogues hold that of the
-other languages."""
+"""English wording of names that do not read well when merely split into words; the catalogues contain the other
+languages."""
 
 from __future__ import annotations
 

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+from typing import Any
+
+from app.designs.form import COMMON, look_up
+from app.designs.kind import Kind
 from app.designs.units import split_unit
 from app.words.english import in_english
 from app.words.languages import gettext, language
@@ -18,3 +22,9 @@ def named(name: str) -> tuple[str, str]:
 def plain(name: object) -> str:
     """An identifier of the contract as translated text."""
     return gettext(str(name).replace("_", " ").replace("-", " "))
+
+
+def choice(kind: Kind, name: str, value: Any) -> str | None:
+    """The translated label of a choice, as in the kind's form; None if the field or its value has none."""
+    label = (look_up(kind.form.options, COMMON.options, name) or {}).get(str(value))
+    return gettext(label) if label else None

@@ -18,7 +18,9 @@ MOST_USED = 1.5
 
 
 def standing(verdict: dict[str, Any], accuracy: dict[str, Any] | None) -> str:
-    """holds, doubtful or fails; doubtful if the verdict holds but the requested accuracy was not met."""
+    """holds, doubtful or fails; doubtful if it is not certain, or holds but the requested accuracy was not met."""
+    if not verdict.get("certain", True):
+        return "doubtful"
     if not verdict["holds"]:
         return "fails"
     return "holds" if accuracy is None or accuracy["met"] else "doubtful"

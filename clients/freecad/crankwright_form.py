@@ -34,7 +34,7 @@ class Form:
         return all(self.chosen.get(path) == choice for path, choice in _conditions(field))
 
     def _told(self, field):
-        """The alternative used by the request."""
+        """The alternative that the request uses for this field."""
         value, choices = self.value(field["path"]), field["choices"]
         if value is None:
             return field["default"] if field["default"] in choices else choices[0]

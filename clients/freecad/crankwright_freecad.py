@@ -291,7 +291,7 @@ def density(run, service):
 
 
 def off_by(made, run, service):
-    """How far the solid's mass is from the result's, relative; None where the result has no mass."""
+    """Relative difference of the solid's mass from the result's; None if the result has no mass."""
     mass, dense = run["result"].get("mass_g"), density(run, service)
     if not mass or not dense:
         return None

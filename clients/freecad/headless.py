@@ -49,7 +49,7 @@ def main():
 
 
 def drives(document, made, cw):
-    """Whether a change in the sheet changes the solid: its longest dimension a tenth longer, then as it was."""
+    """Whether the spreadsheet drives the solid: lengthen its longest dimension by a tenth, compare, and restore it."""
     sheet = document.getObject(cw.SHEET)
     names = ("l_mm", "length_mm", "base_mm")
     cell = next(sheet.getCellFromAlias(name) for name in names if sheet.getCellFromAlias(name))

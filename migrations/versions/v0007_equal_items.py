@@ -1,4 +1,4 @@
-"""By what items of a batch are recognised as asking the same, where solving them again would take long."""
+"""A column that identifies equal items of batches, filled where solving an item again would take long."""
 
 from __future__ import annotations
 
@@ -21,5 +21,5 @@ def upgrade() -> None:
 
 def downgrade() -> None:
     op.drop_index(_INDEX, "batch_items")
-    # On SQLite a table is copied to lose a column, and the copy would have row ids.
+    # Not by Alembic's batch mode: it copies an SQLite table to drop a column, and the copy would have row ids.
     op.execute("ALTER TABLE batch_items DROP COLUMN asked")

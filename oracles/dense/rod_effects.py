@@ -59,8 +59,8 @@ def families(q: Array, z: Array) -> tuple[Array, Array, Array, Array]:
 
 @dataclass(frozen=True)
 class Bent:
-    """The strip's state at n angles, each field of shape (n,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C [1/m], s D
-    [1/m^2]; A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
+    """The state of the strip at n angles; every field has the shape (n,): phi [rad], P [N], s [m], q_s [1/m^2], m, s C
+    [1/m], s D [1/m^2]; A [1/m] and k_3 [1/m^2] of the large displacement; T [N] and M0 [N m] with all effects."""
 
     angle: Array
     force: Array
@@ -233,7 +233,7 @@ class RodModel:
     # Judged results
 
     def severity(self, high: Array, low: Array) -> Array:
-        """Serensen's equivalent stress, by which the fatigue limit is divided."""
+        """Serensen's equivalent stress [Pa]; the fatigue safety is the fatigue limit divided by it."""
         m = self.scene.material
         return m.fatigue_reduction * 0.5 * (high - low) + m.mean_stress_sensitivity * np.maximum(
             0.5 * (high + low), 0.0
@@ -304,6 +304,10 @@ class RodModel:
         speed = TURN * m.speed * m.crank_radius * sine * (1 + ratio * np.cos(angle) / np.sqrt(1 - (ratio * sine) ** 2))
         wall = self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
         return wall * np.abs(speed)
+
+    def force_corners(self) -> Array:
+        """Angles at which the axial force has a corner."""
+        return self.corners(self.still) if "friction_feedback" in self.effects else np.empty(0)
 
     def corners(self, at: Callable[[Array], Bent]) -> Array:
         """Angles at which contact changes between one wall and both."""

@@ -2,13 +2,12 @@
 
     sigma+-(z, phi) = P(phi)/(b h) +- (E h/2) V''(z; P/EI) r sin(phi)
 
-Nothing but additions and products stands in the loop over sections. V'' obeys M'' = q M, and seen from the head, at
-x = l - z, it is V'' = (e c0(x) + x c1(x))/det with e = L - l and det = l^3 (c2 - c3) + e L l c1 (``beam_column``). So
-along equal steps it follows a recurrence from the head, in difference form so that nothing cancels as q -> 0, and
-grows in tension as it goes, which damps errors. det is one power series in q l^2. In strong tension V'' is put
-together from both ends by decaying powers. Angles lie innermost, where the processor takes several at once; forces
-stand in for stresses there, times 1/(b h) at the end. The tests hold every number against
-``oracles.textbook.rod_beam_column``.
+The loop over sections contains only additions and products. V'' obeys M'' = q M; measured from the head, at x = l - z,
+it is V'' = (e c0(x) + x c1(x))/det with e = L - l and det = l^3 (c2 - c3) + e L l c1 (``beam_column``). At equal steps
+it follows a recurrence from the head, in difference form, so that nothing cancels as q -> 0; in tension it grows along
+the way, which damps errors. det is one power series in q l^2. In strong tension V'' is the sum of powers decaying from
+both ends. The loop over angles is innermost and vectorised; it computes forces, which become stresses by 1/(b h) at the
+end. Tests compare every number with ``oracles.textbook.rod_beam_column``.
 """
 
 from __future__ import annotations
@@ -28,23 +27,25 @@ from solvers.rod.strip.beam_column import constants
 Array = NDArray[np.float64]
 
 LEAST_STEPS = 12
-"""Fewest steps along the strip: a step's argument stays below 0.15 even at buckling, so a short series serves it."""
+"""Minimum number of steps along the strip: the argument of a step then stays below 0.15 even at buckling, and a short
+series suffices."""
 
 _Q2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(6))
 _Q3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(6))
 
 _WEAK_LIMIT = 20.25
-"""Beyond this q l^2 tension is strong. In compression every strip has buckled before: u^2 <= 20.191 for all l <= L."""
+"""q l^2 above which tension counts as strong. In compression every strip has buckled before: u^2 <= 20.191 for all l <=
+L."""
 _NEAR = 8.0
-"""Up to this |q l^2| fourteen terms of det give its last place, beyond it nineteen do."""
+"""|q l^2| up to which fourteen terms of det are accurate to the last place; beyond it, nineteen are."""
 _DET = np.array([
     [(-1.0) ** j * (2 * j + 2) / math.factorial(2 * j + 3) for j in range(19)],
     [(-1.0) ** j / math.factorial(2 * j + 1) for j in range(19)],
 ])  # fmt: skip
 """det/l = l^2 [c2 - c3] + e L [c1] as power series in t = -q l^2."""
 
-# Python's own ``max`` becomes a comparison and a choice, in which LLVM sees no maximum and takes the loop number by
-# number; here the processor's instruction is asked for by name.
+# Python's ``max`` compiles to a comparison and a selection, which LLVM does not recognise as a maximum and does not
+# vectorise; here the intrinsic is called by name.
 _DOUBLE = ir.DoubleType()
 _TWO_TO_ONE = ir.FunctionType(_DOUBLE, [_DOUBLE, _DOUBLE])
 _SIGNATURE = types.float64(types.float64, types.float64)
@@ -70,7 +71,7 @@ def lesser(typing_context: Any, one: Any, other: Any) -> Any:
     return _SIGNATURE, code
 
 
-# Written out term by term: the compiler takes several angles at once only where no loop stands inside the loop.
+# Written out term by term: the compiler vectorises over angles only without an inner loop.
 @fusing_kernel
 def _short_series(t: float) -> tuple[float, float]:
     """c2, c3 for |t| <= 0.15."""
@@ -101,7 +102,7 @@ def _weak_constants(
     e, step, part, a = rod_length - l, l / steps, 1.0 / (steps * steps), series
     for j in range(a.size):
         a[j] = l * l * _DET[0, j] + e * rod_length * _DET[1, j]
-    # Far terms matter for few designs only; for all others they are left out, by design and not by angle.
+    # The higher terms matter for few designs only; they are omitted per design, not per angle.
     for i in range(count):
         factor[i] = a[13]
     if widest > _NEAR:
@@ -145,7 +146,7 @@ def _weak_constants(
 def _weak_extremes(
     force: Array, count: int, moment: Array, change: Array, factor: Array, n: int, high: Array, low: Array
 ) -> None:
-    """Along the strip from the head: extremes over the first ``count`` angles, as forces."""
+    """Extremes over the first ``count`` angles at every station, from the head on, as forces [N]."""
     for j in range(high.shape[2] - 1, -1, -1):
         upper_high, upper_low, lower_high, lower_low = -np.inf, np.inf, -np.inf, np.inf
         for i in range(count):
@@ -198,9 +199,9 @@ def stress_envelopes(
 ) -> Array:
     """Fill ``high`` and ``low`` with each fibre's greatest and least stress [Pa] over the angles, strip by strip.
 
-    ``force`` [N] and ``stroke`` [m] have one entry an angle, ``designs`` has b, h, l [m] in each of its n rows; high
-    and low have the shape (n, 2, stations), stations at equal steps from clamp to head, at least ``LEAST_STEPS`` steps.
-    Returns 1.0 for each strip that stands, 0.0 for each that buckles, whose place is left alone.
+    ``force`` [N] and ``stroke`` [m] have one entry per angle, ``designs`` one row b, h, l [m] per strip; high and low
+    have the shape (n, 2, stations), stations at equal steps from clamp to head, at least ``LEAST_STEPS`` steps. Returns
+    1.0 for each stable strip and 0.0 for each buckled one, whose entries are left unchanged.
     """
     angles, steps = force.size, high.shape[2] - 1
     moment, change, factor = np.empty(angles), np.empty(angles), np.empty(angles)

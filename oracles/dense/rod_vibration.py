@@ -3,7 +3,7 @@
     EI V'''' - P(phi) V'' + rho A omega^2 V_phiphi = 0,  V(l) + e V'(l) = r sin(phi),  M(L) = 0,  V periodic
 
 V = s g(z) + sum y_k psi_k(z), with second derivatives of g and psi_k that are Legendre's polynomials, orthogonal to one
-another, so that s_phiphi = -s is all that drives it: the quasi-static shape is not split off. Where shear adds its own
+another, so that the only forcing is s_phiphi = -s; the quasi-static shape is not separated. Where shear adds its own
 deflection delta to the quasi-static shape, -rho A omega^2 delta_phiphi drives the strip as well, by the derivative of
 its polynomial through the points of an element. A loss factor eta damps what the strip does beside the quasi-static
 motion y_s, K y_s = -s P int g' psi' dz, by C (y - y_s)' with C = eta M Phi Omega Phi^T M, Phi the modes under the mean
@@ -29,8 +29,8 @@ TURN = 2.0 * math.pi
 FUNCTIONS, STAGES = 18, 9
 LEAST_ELEMENTS, MOST_ELEMENTS = 96, 1500
 _FOLLOWED, _RINGING, _RADIANS = 2, 4, 4.0
-"""Elements are so narrow that this mode, behind corners of the force that one, turns by so many radians in one, as far
-as there are elements enough."""
+"""The elements are so narrow that mode ``_FOLLOWED`` (after a corner of the force mode ``_RINGING``) turns by at most
+``_RADIANS`` in one, as far as the number of elements permits."""
 _AT_ONCE = 50
 
 
@@ -52,8 +52,8 @@ class Driven(Protocol):
 
     def deflection(self, bent: Any, z: Array) -> Array: ...
 
-    def corners(self, shape: Any) -> Array:
-        """Angles of corners of the force, for the shapes ``still``."""
+    def force_corners(self) -> Array:
+        """Angles at which the axial force or a derivative of it jumps."""
 
     def axial_force(self, angle: Array) -> Array: ...
 
@@ -70,7 +70,7 @@ class Basis:
     @staticmethod
     def of(length: float, head: float, functions: int) -> Basis:
         own = np.diag(np.sqrt((2.0 * np.arange(functions + 1) + 1.0) / length))
-        # Of the polynomials only the first two move the pin: one sum of them does not, the other one is g.
+        # Only the first two polynomials move the pin: one combination of them leaves it at rest, the other one is g.
         whole = Basis(length, own[:2])
         ends = np.array([length])
         moved = whole.values(ends, 0)[0] + head * whole.values(ends, 1)[0]
@@ -147,7 +147,7 @@ def periodic_motion(
     geometric = (slopes.T * weights) @ slopes + e * end.T @ end
     n, own = functions, slice(0, functions)
 
-    corners = model.corners(model.still) if "friction_feedback" in model.effects else np.empty(0)
+    corners = model.force_corners()
     mean = _mean_force(model, corners)
     squares, modes = eigh(model.stiffness * np.eye(n) + mean * geometric[own, own], inertia[own, own])
     borne = inertia[own, own] @ modes

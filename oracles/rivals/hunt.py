@@ -27,10 +27,11 @@ PULLS = 3 * _PULLS
 """Maximum evaluations for the repair."""
 _SAME = 1e-9
 HOME = 1e-3
-"""In ln sizes: a search that comes so near the end of one before, and is no better, is going to end there, too."""
+"""Distance in the logarithms of the sizes. A search whose best part comes this close to the end of an earlier search,
+without being better, is stopped: it would end at the same place."""
 _TURN, _APPROACH, _CLOSE = 12, 0.5, 1e-3
-"""A search with a target is over if after so many evaluations more it is not at so small a share of its distance from
-it, in merit, nor so close to it."""
+"""Progress required of a search with a target. After every ``_TURN`` evaluations the distance of its merit from the
+target must be below ``_APPROACH`` times the previous distance, or below ``_CLOSE``; otherwise the search is stopped."""
 _REMEMBERED = 400
 """Number of recent feasible parts used for repairs."""
 
@@ -87,8 +88,8 @@ class Spent(Exception):
 class Hunt:
     """The parts evaluated so far. With ``seeking`` False, any feasible part is accepted, regardless of its cost.
 
-    ``difference`` is that of slopes, in logarithms: a rough evaluation needs a greater one. ``home`` is how near to the
-    end of a rough search, in ln sizes, another is over, ``target`` the merit that rough searches have to approach.
+    ``difference`` is the finite-difference step of slopes, in logarithms; rough evaluations need a larger one. ``home``
+    replaces ``HOME`` for rough searches, and ``target`` is the merit that they must approach (see ``_TURN``).
     """
 
     space: Space
@@ -103,7 +104,8 @@ class Hunt:
     way: str = ""
     lead: tuple[float, Array] | None = None
     homes: list[tuple[float, Array]] = field(default_factory=list)
-    """Ends of rough searches: merits and logarithms. Another that comes to one of them is over."""
+    """Merit and logarithms of the sizes where each rough search ended; a later search that arrives at one of them is
+    stopped."""
     _left: float = math.inf
     _turn: int = 0
     _apart: float = math.inf
@@ -113,7 +115,7 @@ class Hunt:
 
     @property
     def rough(self) -> bool:
-        """Whether evaluations are too rough for corners to be told apart."""
+        """Whether evaluations are too inaccurate to resolve corners of the limits."""
         return self.difference > DIFFERENCE
 
     def allow(self, evaluations: int, way: str) -> None:
@@ -152,17 +154,17 @@ class Hunt:
         return known
 
     def _approaches(self) -> bool:
-        """Whether a search has come enough nearer to its target since it was asked last."""
+        """Whether the search has approached its target sufficiently since the previous call."""
         before, self._apart = self._apart, self.lead[0] - self.target
         return self._apart <= max(_CLOSE, _APPROACH * before)
 
     def settle(self) -> None:
-        """Note where a rough search has ended by itself."""
+        """Record where a rough search converged."""
         if self.rough and self.lead is not None and not self._at_home():
             self.homes.append(self.lead)
 
     def _at_home(self) -> bool:
-        """Whether the best of a search lies where one before has ended, and is no better."""
+        """Whether the best part of this search lies where an earlier search ended, and is no better."""
         merit, logs = self.lead
         return any(merit >= known and np.abs(logs - home).max() < self.home for known, home in self.homes)
 
@@ -207,8 +209,11 @@ class Hunt:
                     return
 
     def promising(self, count: int, apart: float, most: float, slack: float, known: list[Array]) -> list[Array]:
-        """Logarithms of the best parts seen on the grid, at most so many, whose merit is at most ``most`` where limits
-        may be missed by ``slack``; each so far ``apart`` from the others and from ``known`` ones."""
+        """Logarithms of the sizes of up to ``count`` of the best parts evaluated, with the sizes on the grid.
+
+        Their merit is at most ``most``, with limits relaxed by ``slack``; each is at least ``apart`` from the others
+        and from ``known``.
+        """
         merits = []
         for key, seen in self._known.items():
             merit = seen.cost + PENALTY * max(seen.violation - slack, 0.0)

@@ -161,7 +161,7 @@ _RATIO = {"lambda0": "base", "lambda2": "coupler"}
 
 
 def _scanned(hunt: Hunt, count: int, rng: np.random.Generator) -> list[Array]:
-    """The best of many members; for a single free parameter, refined between neighbours."""
+    """The best of many sampled members; with a single free parameter, refined between its neighbours."""
     low, high = np.log(hunt.space.lower), np.log(hunt.space.upper)
     grid = low + (high - low) * rng.uniform(0.0, 1.0, (count, low.size))
     if low.size == 1:

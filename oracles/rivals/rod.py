@@ -31,11 +31,11 @@ ROUGH = 1e-3
 _PER_START = 12
 """Random strips evaluated with the core physics per start of a search."""
 _MANY, _FROM_CORNERS = 8, 3
-"""With more starts than that, and so many of them at corners of the bounds."""
+"""With more than ``_MANY`` starts, ``_FROM_CORNERS`` of them are corners of the bounds."""
 _NO_LOAD = 10.0
 """Logarithmic margin of a safety without a load."""
 _NOTHING = Look(math.inf, np.array([math.nan]))
-"""Of a strip whose vibration has no bounds."""
+"""Evaluation of a strip whose vibration is unbounded."""
 
 _LEAST: dict[str, Callable[[rod.RodCheck], float | None]] = {
     "min_fatigue_safety": lambda check: check.stresses.fatigue_safety,
@@ -49,19 +49,22 @@ _GREATEST: dict[str, Callable[[rod.RodCheck], float | None]] = {
 
 
 SCOUTS, SEEKERS = Strength(20, 60, ("SLSQP", "COBYQA")), Strength(8, 60, ("SLSQP", "COBYQA"))
-"""Where there is an answer, and where there is said to be none."""
+"""Effort of the rough searches against an answer, and against a claim of infeasibility."""
 ROUGHLY, ROUGHLY_DIFFERENCE = 1e-4, 3e-4
-"""Accuracy asked of scouts' checks, whose errors are mostly 1e-7 (median) to 3e-6, and the difference of their
-slopes."""
+"""Accuracy requested for the checks of rough searches (their errors are 1e-7 in the median and mostly below 3e-6), and
+the finite-difference step of their slopes."""
 _SMOOTH_HOME, _HOME_IN_GAP = 3e-2, 0.1
-"""How near the end of another a scout's search is over: in ln sizes where nothing rings, else as a share of the
-distance of resonances."""
+"""Distance from the end of an earlier rough search at which another is stopped: in the logarithms of the sizes if the
+strip does not vibrate, otherwise as a fraction of the distance between resonances."""
 _LED, _FINISHING = 2, 150
-"""So many of the best strips seen by scouts are followed to the last, with so many checks."""
+"""Number of the best strips of the rough searches from which accurate searches start, and the checks for each
+search."""
 FINELY, JUDGED = 1e-5, 1e-7
-"""Accuracy asked of these checks, whose errors are mostly 1e-8, and of those that judge."""
+"""Accuracy requested for the checks of the accurate searches (their errors are mostly 1e-8), and for the deciding
+checks."""
 _HOPE, _ELSEWHERE = 1e-3, 1e-3
-"""In ln objective: those dearer than the answer by more are not; in ln sizes: those nearer are the same."""
+"""Accurate searches start only from strips whose logarithmic objective is at most ``_HOPE`` worse than the answer's,
+and whose logarithmic sizes differ from each other by at least ``_ELSEWHERE``."""
 _GRID_STEPS = 2
 
 
@@ -74,7 +77,7 @@ class Contest:
     estimated    the answer's own error estimate
     missed       relative violation of a requirement by the answer, rechecked
     rival        the best competitor, its objective, and the search that found it
-    accuracy     of the checks that judge
+    accuracy     of the deciding checks
     """
 
     gain: float
@@ -133,7 +136,8 @@ def looker(
 
 
 def scout(problem: rod.RodProblem, selection: rod.EffectSelection, accuracy: float) -> Callable[[Array], Look]:
-    """The same, solved beside strips evaluated before: quick, but no judge."""
+    """As ``looker``, with vibrations solved at the resolution found for a nearby strip: fast, but not accurate enough
+    to decide."""
     check, asked = Beside.of(problem, selection, accuracy), problem.requirements
 
     def look(sizes: Array) -> Look:
@@ -191,9 +195,11 @@ def contest(
 
 
 def scouted_contest(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], seed: int = 0) -> Contest:
-    """The same where many starts count and checks are dear: scouts search from all of them on rough checks, and, where
-    sizes come in steps, over those next to the answer's; the best strips that they have seen meet the answer in a
-    ``close_contest``."""
+    """Run the competition with many starts where checks are expensive.
+
+    Rough searches explore from all starts and, where sizes come in steps, from the grid points next to the answer's
+    sizes. The best strips found then compete with the answer in a ``close_contest``.
+    """
     selection, first = settled(outcome.effects), _sizes_of(outcome)
     space, found, home = space_of(problem), first is not None, _SMOOTH_HOME
     if "rod_inertia" in selection.include:
@@ -217,9 +223,12 @@ def close_contest(
     evaluations: int = _FINISHING,
     accuracy: float = JUDGED,
 ) -> Contest:
-    """The competition close to an answer: steps along its limits, and searches by linear programs and along ridges
-    from it, with so many checks each, and from other sizes (logarithms), with half as many. What they find is judged by
-    checks of its own."""
+    """Run the competition close to an answer.
+
+    Candidates are steps along the answer's limits, searches by linear programs and along ridges from the answer
+    (``evaluations`` checks each), and the same searches from ``others`` (logarithms of sizes, half as many checks). An
+    apparent winner is confirmed by separate checks to ``accuracy``.
+    """
     selection, first = settled(outcome.effects), _sizes_of(outcome)
     hunt, missed = Hunt(space_of(problem), scout(problem, selection, FINELY), first is not None), 0.0
     judge = looker(problem, selection, accuracy)
@@ -232,19 +241,19 @@ def close_contest(
     close = _ended(problem, outcome, hunt, missed, accuracy)
     if not close.won:
         return close
-    # What seems better is searched once more by the check itself, from there.
+    # Search again from the apparent winner, now with the deciding check.
     judged = Hunt(hunt.space, judge, hunt.seeking)
     finish(judged, np.log(hunt.best[1]), evaluations)
     return replace(_ended(problem, outcome, judged, missed, accuracy), found_by=hunt.found_by)
 
 
 def _frequency_ratio(problem: rod.RodProblem, outcome: Outcome[rod.RodDesign]) -> float:
-    """omega_1/omega of an answer: resonances lie at whole ones."""
+    """omega_1/omega of an answer; resonances lie at integer ratios."""
     return outcome.value.check.natural_frequency / problem.scene.mechanism.speed
 
 
 def _sizes_of(outcome: Outcome[rod.RodDesign]) -> Array | None:
-    """Logarithms of an answer's sizes."""
+    """Logarithms of an answer's sizes; None without an answer."""
     if outcome.status is not Status.SUCCEEDED:
         return None
     strip = outcome.value.check.dimensions
@@ -308,13 +317,13 @@ def core_optimum(problem: rod.RodProblem, selection: rod.EffectSelection) -> Arr
 
 
 def _corners(space: Space, rough: Callable[[Array], Look], count: int) -> list[Array]:
-    """So many of the corners of the bounds, the most promising ones."""
+    """The ``count`` most promising corners of the bounds."""
     corners = [np.log(corner) for corner in itertools.product(*zip(space.lower, space.upper, strict=True))]
     return sorted(corners, key=lambda logs: _rank(rough(space.sizes(logs)[0])))[:count]
 
 
 def _rank(look: Look) -> tuple[float, float]:
-    """How promising a strip is: feasible ones by their cost, the others by what they miss."""
+    """Sort key: feasible strips first, by cost; then the others, by violation."""
     missed = float(np.nan_to_num(-look.margins, nan=1.0).max(initial=0.0))
     return missed, look.cost if look.violation == 0 else 0.0
 

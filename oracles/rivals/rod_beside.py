@@ -1,7 +1,7 @@
-"""Quick evaluations of strips for searches: strips close to others are solved at the resolution that was found there.
+"""Fast evaluation of strips for searches: the vibration is solved at the resolution found for a nearby strip.
 
-A check of a strip that rings seeks the resolution of its vibration, which takes three times as long as to solve it at
-one. What a search finds here is judged by a check of its own.
+Finding the resolution of a vibration takes three times as long as solving at a known one. Winners found with these
+evaluations must be confirmed by an ordinary check.
 """
 
 from __future__ import annotations
@@ -20,17 +20,18 @@ from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.optimum.corrections import stands
 
 _NEAR = 0.1
-"""In ln sizes: so near a strip its resolution is enough for a search."""
+"""Maximum distance, in the logarithms of the sizes, at which another strip's resolution is accurate enough for a
+search."""
 _KEPT = 24
-"""Strips whose resolutions are remembered."""
+"""Number of strips whose resolutions are kept."""
 _CONTACT = frozenset({"friction"})
-"""The effect that changes no other results; where nobody looks at its own, half of the time is saved."""
+"""An effect that only adds results of its own. If no objective or limit needs them, leaving it out halves the time."""
 
 
 @dataclass
 class Beside:
-    """Checks of strips (b, h, l) [m] of a scene with given effects to about ``accuracy``; None where a strip rings
-    beyond all bounds."""
+    """Checks of strips (b, h, l) [m] of a scene with given effects to about ``accuracy``; None where the vibration is
+    unbounded."""
 
     scene: rod.Scene
     choice: Choice[RodEffect]
@@ -39,12 +40,12 @@ class Beside:
 
     @staticmethod
     def of(problem: rod.RodProblem, selection: rod.EffectSelection, accuracy: float) -> Beside:
-        """For the objective and the requirements of a problem."""
+        """Checks that provide what a problem's objective and requirements need."""
         demands = problem.requirements.demands() + problem.objective.demands()
         if not any(demand.effect in _CONTACT for demand in demands):
             selection = rod.EffectSelection(selection.include - _CONTACT, selection.exclude | _CONTACT)
         b = problem.bounds
-        # With settled effects any strip will do.
+        # The selection fixes every effect, so the choice does not depend on the strip.
         choice = choose_for(problem.scene, rod.Dimensions(b.b[1], b.h[1], b.l[0]), selection)
         return Beside(problem.scene, choice, accuracy)
 
@@ -55,7 +56,7 @@ class Beside:
             return None
 
     def _cycle(self, sizes: Array) -> Cycle:
-        """The strip's turn, solved at the resolution of the nearest one known, if that fits."""
+        """The strip's revolution, solved at the resolution of the nearest known strip if that is applicable."""
         d, x = rod.Dimensions(*map(float, sizes)), np.log(sizes)
         sought = Cycle(self.scene, d, compose(self.choice), tolerance_of(self.accuracy))
         if not sought.composition.corrections or not stands(sought):

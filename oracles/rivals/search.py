@@ -29,7 +29,8 @@ _CURVED = 0.02
 _STRADDLED = 30.0
 """An upper bound on the logarithmic curvature of limits."""
 _RIDGE_STEPS, _RIDGE_REACH, _RIDGE_LOOKS = (1e-5, 1e-4, 1e-3), 5.0, 12
-"""Along a ridge; what is searched across it, in such steps, and by how many looks."""
+"""Search along a ridge: step lengths, half-width of the search across the ridge in such steps, and evaluations of
+it."""
 _POLISH = 1e-3
 """Trust region of the linear programs that repair another search's end point."""
 
@@ -167,8 +168,11 @@ def _programmed(hunt: Hunt, seen: list[Tangent], here: Array, index: list[int], 
 
 
 def _holds(seen: list[Tangent], number: int, index: list[int]) -> bool:
-    """Whether no margin seen elsewhere is greater than a tangent says: limits are the least of smooth ones, so that
-    one whose differences straddled a corner gives itself away."""
+    """Whether a tangent lies above all margins evaluated elsewhere, up to curvature.
+
+    Limits are minima of smooth functions. A tangent whose finite differences straddled a corner lies below some of
+    them.
+    """
     point, look, _, margins = seen[number]
     for other, there, *_ in seen:
         apart = other - point
@@ -186,7 +190,7 @@ WAYS: dict[str, Way] = {"SLSQP": slsqp, "COBYQA": cobyqa, "Nelder-Mead": nelder_
 
 
 def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -> None:
-    """One local search; what it found is what the hunt remembers."""
+    """Run one local search; its result is kept by the hunt."""
     hunt.allow(evaluations, way)
     everything = hunt.space.free
     start = hunt.clipped(start)
@@ -211,7 +215,7 @@ def search(hunt: Hunt, way: str, start: Array, evaluations: int, reach: float) -
 
 
 def finish(hunt: Hunt, start: Array, evaluations: int) -> None:
-    """Search closely around a start by linear programs and along ridges, the sizes that lie on a grid held."""
+    """Search closely around a start by linear programs and along ridges, with the sizes on a grid fixed."""
     free = tuple(i for i in hunt.space.free if i not in hunt.space.stepped)
     hunt.allow(evaluations, f"{POLISHER}, to the last")
     with contextlib.suppress(Spent):
@@ -227,8 +231,11 @@ def finish(hunt: Hunt, start: Array, evaluations: int) -> None:
 
 
 def along_ridges(hunt: Hunt, start: Array, free: tuple[int, ...]) -> Array:
-    """Steps of one size, each with the best of another: where two results are alike great, slopes are of one of them,
-    and every straight step off the ridge between them leads down."""
+    """Steps of one size, with another re-optimised at each. Returns the end point.
+
+    Where two results are equally great, gradients belong to one of them only, and every straight step off the ridge
+    between them is worse.
+    """
     here, low, high = hunt.clipped(start), np.log(hunt.space.lower), np.log(hunt.space.upper)
     inside = [i for i in free if min(here[i] - low[i], high[i] - here[i]) > _LEAST_REACH]
     for along, across in itertools.permutations(inside, 2):
@@ -242,7 +249,7 @@ def along_ridges(hunt: Hunt, start: Array, free: tuple[int, ...]) -> Array:
 
 
 def _stepped(hunt: Hunt, here: Array, along: int, across: int, step: float) -> Array:
-    """A step of one size, with the best of another."""
+    """A step of one size, with another re-optimised."""
 
     def at(y: float) -> Array:
         logs = here.copy()
@@ -255,7 +262,7 @@ def _stepped(hunt: Hunt, here: Array, along: int, across: int, step: float) -> A
 
 
 def look_beside(hunt: Hunt, start: Array, steps: int, evaluations: int) -> None:
-    """Everything on the grid up to so many steps from a start, by SLSQP over the sizes that are not on it."""
+    """Search all grid points up to ``steps`` from a start, by SLSQP over the continuous sizes."""
     stepped, grids = hunt.space.stepped, hunt.space.grids
     free = tuple(i for i in hunt.space.free if i not in stepped)
     near = []
@@ -273,8 +280,8 @@ def look_beside(hunt: Hunt, start: Array, steps: int, evaluations: int) -> None:
 
 
 def _walk(hunt: Hunt, way: str, start: Array, free: tuple[int, ...], reach: float) -> None:
-    """Over the grid of the sizes that are not free, from the nearest to a start to its best neighbour, until there is
-    none better."""
+    """Descend over the grid: from the point nearest to the start to its best neighbour, until no neighbour is better;
+    the ``free`` sizes are optimised at each point."""
     stepped, grids = hunt.space.stepped, hunt.space.grids
     here = tuple(int(np.abs(np.log(grids[i]) - start[i]).argmin()) for i in stepped)
     done: dict[tuple[int, ...], tuple[float, Array]] = {}
@@ -299,6 +306,6 @@ def _walk(hunt: Hunt, way: str, start: Array, free: tuple[int, ...], reach: floa
 
 
 def _moves(count: int) -> list[tuple[int, ...]]:
-    """To all neighbours, those first that differ in one size."""
+    """Moves to all neighbours on a grid, those in a single size first."""
     moves = [m for m in itertools.product((-1, 0, 1), repeat=count) if any(m)]
     return sorted(moves, key=lambda m: sum(map(abs, m)))

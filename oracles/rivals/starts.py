@@ -1,5 +1,5 @@
-"""Where local searches start, and how hard they try: from the answer, from parts along the limits that hold it, and
-from others anywhere."""
+"""Starts and effort of the local searches: from the answer, from parts along its active limits, and from other
+parts."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from oracles.rivals.hunt import Array, Hunt, Spent
 from oracles.rivals.search import WAYS, search
 
 NEAR, FAR = 0.01, 0.1
-"""First reaches of the searches, as logarithms."""
+"""Initial steps of searches from near and far starts, in the logarithms of the sizes."""
 _ACTIVE = 1e-3
-"""A limit kept by less, as a logarithm, holds the answer; sizes closer to a bound lie on it."""
+"""Logarithmic margin below which a limit is active, and logarithmic distance below which a size lies on its bound."""
 _ON_BOUND = 1e-6
 _STEPS = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 """Lengths of the steps along a limit, as logarithms of the sizes."""
@@ -23,8 +23,11 @@ _STEPS = (1e-5, 1e-4, 1e-3, 1e-2, 1e-1)
 
 @dataclass(frozen=True)
 class Strength:
-    """How hard rivals try: from how many starts, in which ways, with how many checks for each search before it is
-    polished or walks over a grid of sizes; no search is begun after ``most`` checks."""
+    """Effort of a competition: number of starts, search methods, and checks per search (not counting its polishing or
+    descent over a grid).
+
+    No search is begun after ``most`` checks.
+    """
 
     starts: int
     evaluations: int = 120
@@ -36,21 +39,20 @@ class Strength:
 
 
 def compete(hunt: Hunt, near: Sequence[Array], far: Sequence[Array], strength: Strength) -> None:
-    """Every way of searching from every start; those near the answer reach less far at first."""
+    """Run every method from every start, with shorter initial steps from starts near the answer."""
     numbered = list(enumerate([*near, *far][: strength.starts]))
     searches = [(way, number, start) for number, start in numbered for way in strength.ways]
     if hunt.rough:
-        # The ways in turn: the ends of the quick one spare the other most of its steps.
+        # Method by method: the fast one runs first, and its end points stop most searches of the other early.
         searches.sort(key=lambda one: strength.ways.index(one[0]))
     for way, number, start in searches:
-        # Where nothing is sought but a part within the limits, one is enough.
+        # If only feasibility is in question, one feasible part is enough.
         if hunt.evaluations < strength.most and (hunt.seeking or hunt.best is None):
             search(hunt, way, start, strength.evaluations, NEAR if number < len(near) else FAR)
 
 
 def along(hunt: Hunt, here: Array, rng: np.random.Generator, count: int) -> list[Array]:
-    """Parts a few percent away, in directions that change none of the limits that hold the answer (if there are
-    such)."""
+    """Parts a few per cent away, in directions that leave the active limits unchanged, if such directions exist."""
     free = hunt.space.free
     held = np.vstack([_slopes(hunt, here)[1], _bounds_held(hunt, here)])
     out = []
@@ -66,8 +68,8 @@ def along(hunt: Hunt, here: Array, rng: np.random.Generator, count: int) -> list
 
 
 def step_along_limits(hunt: Hunt, here: Array) -> None:
-    """Along each limit that holds the answer, to both sides, the way on which the cost falls most steeply, by longer
-    and longer steps; those that miss a limit by little are pulled back within it."""
+    """Evaluate growing steps along each active limit, to both sides, in the direction of steepest descent of the cost;
+    slightly infeasible ones are pulled back."""
     free = hunt.space.free
     cost, limits = _slopes(hunt, here)
     for limit in limits:
@@ -85,7 +87,7 @@ def step_along_limits(hunt: Hunt, here: Array) -> None:
 
 
 def _slopes(hunt: Hunt, here: Array) -> tuple[Array, Array]:
-    """Slopes of the cost, and of the limits that hold the answer."""
+    """Gradients of the cost and of the active limits."""
     free = hunt.space.free
     hunt.allow(len(free) + 1, "")
     try:
@@ -103,5 +105,5 @@ def _bounds_held(hunt: Hunt, here: Array) -> Array:
 
 
 def _within(direction: Array, held: Array) -> Array:
-    """What of a direction changes nothing that is held."""
+    """Project a direction onto the subspace that leaves ``held`` unchanged."""
     return direction - np.linalg.pinv(held) @ (held @ direction) if held.size else direction

@@ -1,4 +1,4 @@
-"""Answers of rod designs made a little worse: rivals that do not beat them judge nothing."""
+"""Deliberately worsened answers of rod designs: a competition that does not beat them proves nothing."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from solvers.outcome import Outcome
 
 _ACCURACY = 1e-8
 _FARTHEST, _TRIES = 0.3, 200
-"""In ln sizes; directions that are tried."""
+"""Maximum step in the logarithms of the sizes, and number of random directions."""
 
 
 def worsened(
     problem: rod.RodProblem, outcome: Outcome[rod.RodDesign], by: float, seed: int = 0
 ) -> Outcome[rod.RodDesign] | None:
-    """The answer moved in a random direction, within bounds and limits, to where its ln objective is higher ``by``;
-    None where no such strip is met, as where sizes come in steps."""
+    """The answer moved in a random direction, within bounds and limits, until its logarithmic objective is worse by
+    ``by``; None if no such strip is found, and for sizes in steps."""
     space, rng = space_of(problem), np.random.default_rng(seed)
     selection = settled(outcome.effects)
     look, free = looker(problem, selection, _ACCURACY), np.array(space.free)
@@ -32,7 +32,7 @@ def worsened(
     for _ in range(_TRIES):
         way = np.zeros(3)
         way[free] = rng.standard_normal(free.size)
-        # A size on a bound stays there or goes inside.
+        # A size on a bound stays there or moves inside.
         way = np.where((x - low < 1e-9) & (way < 0.0) | (high - x < 1e-9) & (way > 0.0), 0.0, way)
         if not way.any():
             continue
@@ -41,7 +41,7 @@ def worsened(
         def excess(step: float, way: np.ndarray = way) -> float:
             return look(np.exp(np.clip(x + step * way, low, high))).cost - wanted
 
-        # The steps grow until one is dear enough, so that the first crossing is met.
+        # Grow the step until the strip is bad enough, which brackets the first crossing.
         step = 1e-5
         while step < _FARTHEST and excess(step) < 0.0:
             step *= 2.0

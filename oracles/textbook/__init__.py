@@ -1,1 +1,1 @@
-"""The formulas as papers and textbooks give them."""
+"""Formulas as given in papers and textbooks."""

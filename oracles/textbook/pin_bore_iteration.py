@@ -1,10 +1,9 @@
-"""The paper's own iteration for the bore, kept to show where it works: beta <- (1 - F(beta))^(1/4).
+"""The paper's own iteration for the bore, kept to show where it converges: beta <- (1 - F(beta))^(1/4).
 
-It takes the bore ratio beta = d/D of the last pass to compute the section's forces' share F, and F to compute the next
-bore. Its error shrinks by F'(beta)/(4 beta^3) a pass, so it settles only where that is less than 1 in magnitude: over
-the quarter disc m^2 + q^2 <= 1 of all loads that a pin can carry that is a little less than half. Newton's method in
-the wall (``solvers.pin.section.strength``) settles from everywhere;
-this tier answers None where the iteration does not.
+Each pass computes the utilisation F from the previous bore ratio beta = d/D, and the next ratio from F. The error is
+multiplied by F'(beta)/(4 beta^3) per pass, so the iteration converges only where that is less than 1 in magnitude: for
+slightly less than half of all loads that a pin can carry (the quarter disc m^2 + q^2 <= 1). Newton's method in the wall
+(``solvers.pin.section.strength``) converges from everywhere; this function returns None where the iteration does not.
 """
 
 from __future__ import annotations
@@ -17,7 +16,7 @@ _MOST_PASSES = 10_000
 
 @dataclass(frozen=True)
 class Iterated:
-    """The bore ratio, the passes it took, and the factor by which a pass shrinks its error there."""
+    """The bore ratio, the number of passes, and the factor by which a pass reduces the error there."""
 
     ratio: float
     passes: int
@@ -34,9 +33,9 @@ def factor(m: float, q: float, ratio: float) -> float:
 
 
 def iterate(m: float, q: float, start: float = 0.5, tolerance: float = 1e-12) -> Iterated | None:
-    """The paper's iteration for m = 32 M/(pi sigma D^3), q = 32 Q/(3 pi sigma D^2); None where it does not settle.
+    """The paper's iteration for m = 32 M/(pi sigma D^3), q = 32 Q/(3 pi sigma D^2); None where it does not converge.
 
-    ``start`` is the first bore ratio. Leaving [0, 1] (no real root) counts as not settling, as does wandering on.
+    ``start`` is the first bore ratio. Leaving [0, 1] (no real root) and cycling both count as divergence.
     """
     ratio = start
     for passes in range(1, _MOST_PASSES + 1):

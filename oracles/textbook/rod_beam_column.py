@@ -1,4 +1,4 @@
-"""``solvers.rod.strip.beam_column`` once more, written with numpy's functions for arrays: what its kernels are held to.
+"""``solvers.rod.strip.beam_column`` written with numpy functions for arrays: the reference for its kernels.
 
 The equations, their limits and their source are those of that module. Everything is per unit stroke: curvatures in
 1/m^2, slopes in 1/m.
@@ -45,7 +45,7 @@ def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstant
     l, e = length, rod_length - length
     c = stumpff_scaled(-q * l * l)
     det = l**3 * (c.c2 - c.c3) + e * rod_length * l * c.c1
-    # Half the decay at a time: all of it may be too small a number to keep its digits.
+    # In two halves: the full decay may underflow.
     half = np.exp(-0.5 * np.sqrt(np.maximum(q, 0.0)) * l)
     with np.errstate(divide="ignore", invalid="ignore"):
         return BeamConstants(

@@ -5,8 +5,8 @@
 For t > 0, with x = sqrt(t):   c0 = cos x, c1 = sin x / x, c2 = (1 - cos x)/x^2, c3 = (x - sin x)/x^3;
 for t < 0, with y = sqrt(-t):  c0 = cosh y, c1 = sinh y / y, c2 = (cosh y - 1)/y^2, c3 = (sinh y - y)/y^3.
 
-Tension, no load and compression of a beam are three stretches of one argument, so nothing has to be switched
-at zero load. Recurrence: c_k = 1/k! - t c_{k+2}. Derivative: 2 t c_k' = c_{k-1} - k c_k.
+Tension, no load and compression of a beam are three ranges of one argument, so no case distinction is needed at zero
+load. Recurrence: c_k = 1/k! - t c_{k+2}. Derivative: 2 t c_k' = c_{k-1} - k c_k.
 
 Source: K. Stumpff, Himmelsmechanik I (1959); E. L. Stiefel, G. Scheifele, Linear and Regular Celestial
 Mechanics (1971), section 11.
@@ -26,7 +26,7 @@ from solvers.numerics.jit import kernel
 SERIES_LIMIT = 4.0
 """|t| below which the remainders c2, c3 come from their series.
 
-At |t| = 4 the closed form of c3 has lost less than two bits; below, it would lose more with every halving.
+At |t| = 4 the closed form of c3 loses less than two bits to cancellation; it loses more as |t| decreases.
 """
 
 _TERMS = 15

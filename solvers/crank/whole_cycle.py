@@ -11,7 +11,8 @@ import numpy as np
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
 from solvers.crank.cycle.group import together
-from solvers.crank.cycle.worst_instants import BRIX, LOADS, OF_THE_ROD, TORQUE, Greatest, climbed, sampled
+from solvers.crank.cycle.loads import LOADS
+from solvers.crank.cycle.worst_instants import BRIX, OF_THE_ROD, TORQUE, Greatest, climbed, sampled
 from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.numerics.arrays import Array
@@ -24,7 +25,7 @@ _CROSSING_TOLERANCE = 1e-2
 class WholeCycle(NamedTuple):
     """Results of a cycle.
 
-    The loads of one cylinder (``worst_instants.LOADS``), the effect on the shaft, the maximum relative error, and the
+    The loads of one cylinder (``LOADS``), the effect on the shaft, the maximum relative error, and the
     number of pieces evaluated.
     """
 

@@ -117,7 +117,7 @@ def _parallel(solve: Callable[[slice], Array], count: int, threads: int) -> Arra
 
 
 def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
-    """The family's ratios as arrays, exact near the least free ratio too."""
+    """The family's ratios as arrays, also exact near the least free ratio."""
     gain = Gain(restitution)
     found = {
         n: np.array(np.broadcast_to(v, parameter.shape), float) for n, v in vars(kind.family(gain, parameter)).items()

@@ -13,7 +13,7 @@ from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import STRENGTH_SPEED, Scene
 from solvers.linkage.warnings import SPEED_SLACK
 from solvers.outcome import Accuracy
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, equal, slack_of, unknown, yes
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
 _MAX_SLOWDOWN = 0.1
@@ -33,8 +33,15 @@ class Given:
     energy: bool = True
 
 
-def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits, given: Given = Given()) -> Verdict:
-    """The verdict on a linkage."""
+def judge(
+    check: LinkageCheck,
+    scene: Scene,
+    accuracy: Accuracy,
+    limits: Limits,
+    given: Given = Given(),
+    designed: bool = False,
+) -> Verdict:
+    """The verdict on a linkage; ``designed`` if it was designed for these limits."""
     slack, strike = slack_of(accuracy), check.strike
     criteria = [yes("turns_fully", check.rotatable), yes("strikes", strike is not None)]
     if strike is not None and given.speed:
@@ -51,7 +58,7 @@ def judge(check: LinkageCheck, scene: Scene, accuracy: Accuracy, limits: Limits,
             criteria.append(judged(row.name, limit, value, slack, row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))
-    return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)))
+    return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)), doubt(accuracy, designed))
 
 
 @lru_cache(maxsize=32)

@@ -5,8 +5,9 @@ The compiler is imported on the first kernel call, so that reading a scene or a 
 numba invalidates cached code only if the file defining the kernel changes, although the code of called kernels is
 included. Here the cache key covers all files of this package that the kernel's module imports, directly or indirectly.
 
-Compilation time matters, because a machine waits for it at its first start. Assigning an array to a slice of another
-costs about two seconds more than an element-wise loop, because of the error message for mismatched shapes.
+Compilation time matters: on a new machine, the first requests wait for it. For that reason kernels copy arrays in
+explicit loops: assigning an array to a slice takes two seconds longer to compile, mostly for its error message about
+mismatched shapes.
 """
 
 from __future__ import annotations
@@ -118,7 +119,8 @@ def fusing_kernel(function: F) -> F:
 
 
 def _without_literals(call_template: Callable[..., Any]) -> Callable[..., Any]:
-    """numba would compile a kernel once more for every number that some caller passes as a constant."""
+    """Treat constant arguments as ordinary numbers; numba would otherwise compile a kernel again for each constant
+    value."""
 
     def of_types(arguments: Any, named: Any) -> Any:
         from numba.core.types import unliteral

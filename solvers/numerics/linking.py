@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, TypeVar
 
-from solvers.numerics import remembering
+from solvers.numerics import compiler_caches
 
 R = TypeVar("R")
 
@@ -45,7 +45,7 @@ def _linking() -> Iterator[None]:
     if library is None or not hasattr(generator, "_library_class"):
         yield
         return
-    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), remembering.findings():
+    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), compiler_caches.all_caches():
         before = generator._library_class
         generator._library_class = library
         try:
@@ -56,7 +56,7 @@ def _linking() -> Iterator[None]:
 
 @contextmanager
 def _no_entry_from_c(context: Any) -> Iterator[None]:
-    """numba's own functions (``numpy.empty``, slices, sums) would get unused C entries."""
+    """Suppress the unused C entries that numba generates for its own functions (``numpy.empty``, slices, sums)."""
     context.create_cfunc_wrapper = lambda *_arguments: None
     try:
         yield
@@ -104,7 +104,7 @@ def _library() -> type | None:
             return self._final_module
 
         def serialize_using_object_code(self) -> tuple[str, str, tuple[bytes, bytes]]:
-            """As numba's, but without the intermediate code, which nothing links; names suffice."""
+            """As in numba, but without the intermediate code, which is never linked again; the names suffice."""
             return self.name, "object", (self._get_compiled_object(), _without_bodies(self._final_module))
 
         @property
@@ -131,7 +131,7 @@ def _reached(library: Any) -> list[Any]:
                 found[called] = None
                 if getattr(called, "_inner", False):
                     look_into(called)
-                # appended once all its callees are known: in reverse order, it precedes them
+                # appended after all its callees, so that it precedes them in the reversed order
                 found[called] = found.pop(called)
 
     look_into(library)

@@ -195,8 +195,8 @@ def interpolate(f: Array, rule: Rule, x: float) -> float:
 
 @kernel
 def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
-    """A zero of the interpolant between point ``left`` and the next, or a point with value below ``small``, by the
-    Illinois method; and its value there."""
+    """A zero of the interpolant between point ``left`` and the next one by the Illinois method, and the value there;
+    ends at the first value below ``small`` in magnitude."""
     a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
     x, value = a, fa
     for _ in range(_MOST_STEPS):

@@ -25,7 +25,7 @@ class Radau(NamedTuple):
     """``points`` (s + 1,) and their barycentric ``weights``; ``first``, ``second``: derivatives at the points, and
     ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice`` (s, s): single
     and double integrals up to the Radau points of one given at these only; ``slope`` (s,): from the increments since
-    the start to the slope at the end; ``tail`` (4, s + 1): the last Legendre coefficients."""
+    the start to the slope at the end; ``tail`` (4, s + 1): the last four Legendre coefficients, from the values."""
 
     points: Array
     weights: Array
@@ -46,7 +46,7 @@ def radau(stages: int) -> Radau:
     x = np.sort(legendre.legroots(series).real)
     x -= legendre.legval(x, series) / legendre.legval(x, legendre.legder(series))
     x[-1] = 1.0
-    # from values at the Radau points only, and from those at all points
+    # for values at the Radau points only, and for values at all points
     inner, places = np.linalg.inv(legendre.legvander(x, stages - 1)), np.append(-1.0, x)
     whole, points = np.linalg.inv(legendre.legvander(places, stages)), 0.5 * (places + 1.0)
 

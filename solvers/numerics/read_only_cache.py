@@ -1,7 +1,8 @@
 """Compiled kernels on disk that can be read but not written, as in a container with a read-only file system.
 
 numba accepts a cache directory only if it can write there; without one it refuses to compile cached functions at all.
-Its variable ``NUMBA_CACHE_LOCATOR_CLASSES`` lists where it looks, in order: these belong behind its own.
+Its variable ``NUMBA_CACHE_LOCATOR_CLASSES`` lists where it looks, in order; the locators defined here follow numba's
+own.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Number of BLAS threads: one, because matrices are small.
+"""Limit BLAS to one thread, because the matrices are small.
 
 A second thread gains nothing for vectors of about ten thousand numbers, and on a busy machine waiting for it makes a
 solution ten times slower.

@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
 _EQUAL = 1e-9
-"""Relative difference of stresses that are as great."""
+"""Relative difference up to which two stresses count as equal."""
 
 
 def check(
@@ -193,7 +193,7 @@ def assess(
     equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
     forces = program.forces
     greatest = equivalent.max()
-    # Of a part as strong all along, the last section; not the one that rounding chooses.
+    # If several sections are equally stressed, report the last one; otherwise rounding would choose.
     worst = x.size - 1 - int(np.argmax(equivalent[::-1] >= (1.0 - _EQUAL) * greatest))
     bore, outer = sought.diameters(walls)
     middle = x.size - 1 if scene.symmetric else program.anchor
@@ -203,7 +203,7 @@ def assess(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=constant,
-        capacity=partial(force_limit_of, program) if is_pin else _none,
+        capacity=partial(force_limit_of, program) if is_pin else _no_capacity,
         sections=partial(sections_of, program, walls, places),
         min_bore=float(bore.min()),
         bore_mid=float(bore[middle]),
@@ -223,8 +223,8 @@ def assess(
     )
 
 
-def _none() -> None:
-    """What a bushing has for a capacity."""
+def _no_capacity() -> None:
+    """The capacity of a bushing: undefined, since its outer diameter is sought."""
 
 
 def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:

@@ -17,7 +17,7 @@ from solvers.pin.check import assess, deflection_doubt, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.discretised import assemble, sought_in
-from solvers.pin.optimum.dual_bound import told_apart
+from solvers.pin.optimum.dual_bound import bound_reduction
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
@@ -113,7 +113,7 @@ def design(
     if limits.max_deflection is not None:
         evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
     constrained = evidence.get("deflection_as_constrained_um")
-    bound = best.bound - best.volume * told_apart(value.check.deflection, constrained, accuracy)
+    bound = best.bound - best.volume * bound_reduction(value.check.deflection, constrained, accuracy)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,

@@ -13,15 +13,20 @@ from solvers.pin.limits import Limits
 from solvers.pin.result import PinCheck
 from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import PinMaterial, Scene
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
 Array = NDArray[np.float64]
 
 
 def judge(
-    check: PinCheck, scene: Scene, accuracy: Accuracy, limits: Limits, effects: Iterable[EffectReport] = ()
+    check: PinCheck,
+    scene: Scene,
+    accuracy: Accuracy,
+    limits: Limits,
+    effects: Iterable[EffectReport] = (),
+    designed: bool = False,
 ) -> Verdict:
-    """Return the verdict on a pin or a bushing.
+    """Return the verdict on a pin or a bushing; ``designed`` if it was designed for these limits.
 
     Without ``max_ring_stress`` the ring's hoop stress is compared with the allowable stress. If the ovalization
     effect did not run, the ring is not judged and a caution says so.
@@ -39,6 +44,7 @@ def judge(
             *_of_shape(check.deflection, slope, limits, slack),
         ),
         (*check.warnings, *_not_judged(check.ring), *_of_deflection(limits, effects)),
+        doubt(accuracy, designed),
     )
 
 
@@ -97,7 +103,7 @@ def _not_judged(ring: RingResult | None) -> tuple[str, ...]:
 
 
 def _of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
-    """Return a caution if shear is excluded while the deflection is limited."""
+    """Return a caution if shear is left out although the deflection is limited."""
     return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 
 

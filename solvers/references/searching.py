@@ -14,7 +14,8 @@ Function = Callable[[Number], Number]
 
 
 def unwatched() -> None:
-    """Watch nothing: the default of what is called between steps, which may raise to stop a long calculation."""
+    """The default watch, which never stops a calculation. A watch is called between steps and may raise an
+    exception."""
 
 
 def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tuple[Number, Number]:

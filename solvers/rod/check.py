@@ -36,7 +36,8 @@ from solvers.rod.scene import Dimensions, Scene
 Array = NDArray[np.float64]
 
 _HALF, _GAIN = 0.5, 0.7
-"""A turn sampled to more than that share of the tolerance before is not worth its time."""
+"""Tolerances of a repeated sampling, relative to the previous one: ``_HALF`` is the safety factor with which errors are
+to be reduced; a new tolerance above ``_GAIN`` of the previous one is not worth the time."""
 _COARSEST = 1e-2
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
@@ -103,15 +104,18 @@ def check(
 
 
 def tolerance_of(accuracy: float) -> float:
-    """Of the cycle that a check of this accuracy begins with."""
+    """Initial tolerance of the cycle in a check of this accuracy."""
     return _HALF * accuracy
 
 
 def check_chosen(
     cycle: Cycle, choice: Choice[RodEffect], accuracy: float, criterion: FatigueCriterion | None = None
 ) -> Outcome[RodCheck]:
-    """``check`` with effects that have been chosen, of a cycle that they compose, to ``tolerance_of`` the accuracy;
-    what its corrections need is prepared in it, for others to read."""
+    """``check`` with effects already chosen, for a cycle composed of them with the tolerance
+    ``tolerance_of(accuracy)``.
+
+    The corrections are prepared in that cycle, so the caller can reuse them.
+    """
     started = time.perf_counter()
     scene, dimensions, composition = cycle.scene, cycle.dimensions, cycle.composition
     criterion = criterion or serensen(scene.material)
@@ -203,8 +207,8 @@ def _with_corrections(
         refined = cycle.refinement_error
         if contact and refined:
             refined = max(refined, _guide_error(cycle, told, power))
-        # Errors that the corrections could not reduce on request are not reduced by a finer discretisation either, and
-        # beside them nothing else counts.
+        # An error that the corrections did not reduce when asked to is not reduced by a finer sampling either, and
+        # dominates all others.
         finer_turn = error > _HALF * max(accuracy, refined) and tolerance > ROUNDING
         finer_corrections = refined > _HALF * accuracy and cycle.refinement_error <= cycle.tolerance
         if error + refined <= accuracy or not (finer_turn or finer_corrections):

@@ -90,7 +90,7 @@ CONSTRAINTS = (
         "max_friction_power", rows.POWER, False, lambda check: check.stresses.friction_power, "friction_power",
         "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it", "friction",
     ),
-    # Last, so that of two opposing requirements this is the one held, not the one optimised.
+    # Listed last: of two opposing requirements, the earlier one is optimised and this one is held as a limit.
     Constraint(
         "min_yield_safety", rows.STRESS, True, lambda check: check.stresses.yield_safety, "fatigue_safety",
         "a longer strip, a smaller crank radius, a higher yield strength or a lower pressure would raise it",

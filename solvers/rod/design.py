@@ -341,9 +341,13 @@ class _Design:
             strip = check.dimensions
             limits = context.core_limits_at(strip, check)
         p = self.problem
-        entries = diagnose(self.cycle, limits, self.sizes, p.requirements, p.scene)
+        entries, error = diagnose(
+            self.cycle, limits, self.sizes, p.requirements, p.scene, context.model.check, self.accuracy
+        )
         told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
-        accuracy = Accuracy(self.accuracy, self.accuracy, {"angles": ANGLES})
+        # The best strip of the core need not be that of the full model.
+        estimated = min(error + self.influence(strip, beyond), 1.0)
+        accuracy = Accuracy(self.accuracy, estimated, {"angles": ANGLES})
         outcome = Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
         return outcome, strip
 

@@ -145,7 +145,7 @@ def check_linear(
 
 
 def stations_for(accuracy: float) -> int:
-    """Number of initial sections along a strip."""
+    """Number of initial stations along the strip for an accuracy of the results."""
     return FEW_STATIONS if accuracy >= _LOW_ACCURACY else STATIONS
 
 

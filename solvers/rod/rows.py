@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 TAU, LENGTH, THICKNESS, UTILISATION, STABILITY, SIDE, PRESSURE, POWER, SIDEWAYS, STRESS = range(10)
-"""ln of 1/(b h^3), l, h, fatigue utilisation 1/n, compression/critical force in the crank's plane, side force [N],
-contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, maximum stress [Pa]."""
+"""ln of tau = 1/(b h^3), l, h, fatigue utilisation 1/n, compression/critical force in the crank's plane, side force
+[N], contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, maximum stress
+[Pa]."""
 
 COUNT = 8
 """Number of rows available to an objective: those up to POWER."""

@@ -95,7 +95,8 @@ class Load(Protocol):
         """Angles [rad] at which a derivative of the pressure jumps, or the pressure itself."""
 
     def jumps(self) -> NDArray[np.float64]:
-        """Those of them at which the pressure itself jumps; the curve rises there within ``JUMP`` on either side."""
+        """The subset of ``corners`` at which the pressure itself jumps; ``curve`` replaces a jump by a smooth step of
+        half-width ``JUMP``."""
 
 
 @dataclass(frozen=True)

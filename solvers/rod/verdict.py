@@ -9,7 +9,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Constraint
 from solvers.rod.effects import EFFECTS
 from solvers.rod.problem import Requirements
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, left_out, slack_of, unknown
+from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
 OWN = (
     ("stability_safety", "min_stability_safety"),
@@ -39,7 +39,8 @@ def judge(
     least = {constraint.name: required for constraint, required in _of(requirements)}
     # A requirement of 1 or more already covers it.
     own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
-    return Verdict((*asked, *own), (*check.warnings, *left_out(effects, _SAFETY_EFFECTS)))
+    cautions = (*check.warnings, *left_out(effects, _SAFETY_EFFECTS))
+    return Verdict((*asked, *own), cautions, doubt(accuracy, designed=requirements is not None))
 
 
 def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:

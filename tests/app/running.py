@@ -21,7 +21,7 @@ _END_WITH_TESTS = die_with_test_runner()
 
 
 def parents() -> dict[int, int]:
-    """Every living process and its parent; those that only wait to be counted are not living."""
+    """Every living process and its parent, without zombies."""
     found = {}
     for entry in Path("/proc").iterdir():
         if entry.name.isdigit():

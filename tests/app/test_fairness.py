@@ -68,7 +68,8 @@ def test_many_studies_leave_a_worker_to_checks(service):
             assert int(answer.headers["Retry-After"]) >= 1
             assert answer.headers["content-type"] == "application/problem+json"
     assert len(running) <= 1, "one worker is for long work, and what waits says so"
-    # Behind the studies each would wait for two seconds at least. A quiet machine needs 30 ms; tests run beside others.
+    # Queued behind the studies, each would wait for at least two seconds. An idle machine needs 30 ms; tests run in
+    # parallel.
     assert sorted(seconds)[len(seconds) // 2] < 1.0
     assert max(seconds) < 10.0
 

@@ -26,7 +26,7 @@ from solvers.pin.optimum.infeasibility import _where
 
 ROOT = Path(__file__).parents[2]
 PHRASES = {status.phrase for status in HTTPStatus}
-"""Titles that say no more than the status."""
+"""Titles without information beyond the status."""
 JOBS = [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs]
 
 
@@ -281,7 +281,7 @@ def test_every_page_of_a_run_shows_what_was_asked_and_leads_to_another(pages):
 
 
 def test_the_axis_along_a_pin_ends_with_the_pin():
-    """Once the axis of a pin of 80 mm went past 100."""
+    """Regression: the axis for a pin of 80 mm extended beyond 100."""
     kind = KINDS["pin-profile"]
     answer = answered("pin-profile", Mode.CHECK)
     length = 80.0

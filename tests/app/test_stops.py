@@ -1,4 +1,4 @@
-"""How the service ends: at any moment, with all its processes, and with what it had accepted kept."""
+"""Stopping the service: at any moment, with all its processes, and without losing accepted runs."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from app.designs.registry import KINDS, example_of
 from tests.app.running import ROOT, Running, parents, wait_until
 
 AT_ONCE_S = 5.0
-"""Two seconds on a quiet machine; tests run beside others."""
+"""Two seconds on an idle machine; tests run in parallel."""
 DRAIN_S = 10.0 + AT_ONCE_S
 
 STUDY = {**example_of(KINDS["flexible-rod"], Mode.ACCURACY), "study_budget_s": 4.0}
@@ -37,18 +37,18 @@ AS_LINES, LATER = {"Content-Type": "application/x-ndjson"}, {"Prefer": "respond-
 MOMENTS = 20 if os.environ.get("CRANKWRIGHT_CAMPAIGN") else 3
 
 TOOK: dict[str, list[float]] = {}
-"""Seconds until nothing of a service lived any more, by what was done to it."""
+"""Seconds until all processes of a service had ended, by the way it was stopped."""
 
 
 def noted(what: str, seconds: float) -> float:
-    """The same seconds, kept for the figures that a campaign prints."""
+    """Record seconds for the statistics of a campaign, and return them."""
     TOOK.setdefault(what, []).append(seconds)
     return seconds
 
 
 @pytest.fixture(scope="module", autouse=True)
 def figures() -> Iterator[None]:
-    """What a campaign is for: how often, the median and the longest of each, beside the machine's load."""
+    """Print the statistics of a campaign: count, median and maximum of each, and the machine's load."""
     yield
     load = ", ".join(f"{each:.1f}" for each in os.getloadavg())
     print(f"\nload of the machine over 1, 5, 15 minutes: {load}")
@@ -57,7 +57,7 @@ def figures() -> Iterator[None]:
 
 
 def moments(seed: int, longest: float) -> list[float]:
-    """Seconds after the command at which to stop: a few in the suite, all of them in a campaign."""
+    """Seconds after the start at which to stop: a few in the suite, all of them in a campaign."""
     return [round(random.Random(seed + k).uniform(0.0, longest), 2) for k in range(MOMENTS)]
 
 
@@ -143,7 +143,7 @@ def half_sent(address: str) -> socket.socket:
 
 
 def test_a_busy_service_ends_after_its_drain_and_keeps_what_it_accepted(tmp_path: Path) -> None:
-    """Half-sent bodies, a running study, a queue of promised ones, a check under way."""
+    """Half-sent bodies, a running study, a queue of accepted ones, a check in progress."""
     promised: list[str] = []
     with Running(tmp_path) as service, service.client() as client:
         wait_until(lambda: service.ready(client), 170.0)
@@ -160,7 +160,7 @@ def test_a_busy_service_ends_after_its_drain_and_keeps_what_it_accepted(tmp_path
         time.sleep(0.5)
         assert service.end(signal.SIGTERM) < DRAIN_S
         asker.join()
-        # Answered within the drain, or told that the service stops; never cut off.
+        # Answered within the drain, or refused because the service is stopping; never cut off.
         assert statuses in ([201], [503])
         for connection in held:
             connection.close()
@@ -176,8 +176,8 @@ def test_a_busy_service_ends_after_its_drain_and_keeps_what_it_accepted(tmp_path
 
 
 class Load:
-    """All that a service can be busy with at once, until it ends: promised studies, a batch, half-sent bodies, a flood
-    of checks. ``kept`` are the places of what it has accepted."""
+    """Everything a service can be busy with at once, until it ends: accepted studies, a batch, half-sent bodies, a
+    flood of checks. ``kept``: URLs of the accepted runs."""
 
     def __init__(self, service: Running, client: httpx.Client) -> None:
         self.kept: list[str] = []
@@ -241,7 +241,7 @@ def test_whichever_process_of_a_loaded_service_is_killed_no_other_outlives_what_
         load = Load(service, client)
         for turn in range(MOMENTS):
             template, before = service.template, service.family()
-            # Each in turn, whatever its number is by then.
+            # Each process in turn, whatever its id is by then.
             victim = sorted(before - {service.pid})[turn % (len(before) - 1)]
             gone = before - {service.pid} if victim == template else {victim}
             began = time.monotonic()
@@ -256,7 +256,7 @@ def test_whichever_process_of_a_loaded_service_is_killed_no_other_outlives_what_
         assert noted("SIGKILL of the service, loaded", service.end(signal.SIGKILL)) < AT_ONCE_S
         load.end()
     with Running(tmp_path) as again, again.client() as client:
-        # What it had answered before it was killed is kept; the last may have been on their way.
+        # Everything answered before the kill is stored; the last answers may have been in transit.
         for place in load.kept[:kept]:
             assert client.get(place).status_code == 200, place
         assert again.end(signal.SIGTERM) < DRAIN_S

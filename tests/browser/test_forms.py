@@ -1,4 +1,5 @@
-"""Each form filled through its widgets at a real browser: no request is written here, and none goes elsewhere."""
+"""Every form is filled in through its widgets in a real browser; no request is written in the test or sent
+elsewhere."""
 
 from __future__ import annotations
 
@@ -44,7 +45,7 @@ def send(page: Page, button: str) -> str:
     """Submit, and the verdict's sentence or, of an analysis, nothing."""
     page.get_by_role("button", name=button, exact=True).click()
     page.wait_for_url("**/runs/*", timeout=60_000)
-    # What takes longer is followed by its page, and told there once it is done.
+    # The page of a longer run follows its progress, and shows the result once it is done.
     page.wait_for_selector("text=This run as JSON >> visible=true", timeout=60_000)
     expect(page.locator("[data-live]")).to_have_count(0, timeout=60_000)
     verdict = page.locator(".verdict .summary")

@@ -22,7 +22,7 @@ _FOUND = """async () => {
     const told = node => `${node.target.join(" ")} ${node.any.map(reason => reason.message)}`;
     return violations.map(each => `${each.id}: ${each.nodes.map(told).join(" | ")}`);
 }"""
-# Of the reference, whose many sections and folded tables are all made alike, the first few.
+# Only the first few sections of the reference, because all are generated in the same way.
 _FEW = """() => {
     [...document.querySelectorAll("section.card")].slice(6).forEach(section => section.remove());
     [...document.querySelectorAll("details")].slice(0, 4).forEach(details => { details.open = true; });
@@ -33,7 +33,7 @@ _JOBS = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"
 
 @pytest.fixture(scope="module")
 def desk(browser, address) -> Iterator[Page]:
-    """A page that hears what goes wrong."""
+    """A page that records errors."""
     page = browser.new_page(viewport=_DESK)
     page.heard = []
     page.on("console", lambda told: page.heard.append(told.text) if told.type == "error" else None)

@@ -1,4 +1,4 @@
-"""The time limit of a part ends it wherever it is."""
+"""A time limit ends a part wherever it is, even inside a kernel."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from solvers.numerics.jit import kernel
 
 @kernel
 def halves(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two arrays: of each, numba asks Python for its type."""
+    """Return two arrays; numba calls into Python for the type of each."""
     return 0.5 * values, 2.0 * values
 
 
 def test_a_limit_within_a_compiled_kernel_is_a_limit():
-    """One time in seven it fell among what numba does in Python for a kernel's results, and came as a SystemError."""
+    """One limit in seven fell into numba's Python code for a kernel's results, and surfaced as a SystemError."""
     values, draw, ended = np.ones(3), random.Random(1), 0
     halves(values)
     for _ in range(200):

@@ -1,4 +1,4 @@
-"""The files of cases: one case a line, so that a case is a line of a difference."""
+"""The files of cases, one case per line, so that a changed case is a single line of a diff."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def path_of(wing: str) -> Path:
 
 
 def read(wing: str) -> dict:
-    """A wing's cases as they stand, groups of lists beside what they share."""
+    """The contents of a wing's file: groups of cases, and the data that they share."""
     return json.loads(path_of(wing).read_text("utf-8"))
 
 

@@ -3,8 +3,8 @@
 Reads crank_cases.json and writes crank_references.json, 30 digits a value, from ``solvers.references.crank``, which
 shares nothing with the solver; a pendulum's periods come from the elliptic integral.
 
-Each value comes with the sum of the magnitudes of what is added up to it, or, for a motion and a pendulum, with its
-relative condition number: what a change of the inputs' last digits does to it anyway.
+Each value comes with the sum of the magnitudes of its terms or, for a motion and a pendulum, with its relative
+condition number: the unavoidable effect of rounding the inputs.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ TRIED = 5
 
 
 def golden(function, low, high):
-    """The greatest value between two places that hold one hump, to half the digits in place and all in value."""
+    """The maximum of a unimodal function between two points: half the digits of its position, all of its value."""
     ratio = (mp.sqrt(5) - 1) / 2
     a, b = high - ratio * (high - low), low + ratio * (high - low)
     fa, fb = function(a), function(b)
@@ -45,9 +45,9 @@ def golden(function, low, high):
 
 
 def greatest(function, breaks, parts):
-    """The place of the greatest value, and whether it is the limit from below at a break.
+    """Position of the maximum, and whether it is the limit from the left at a break.
 
-    Every piece is looked at in ``parts`` of the cycle; in the best pieces the best place's neighbours are closed in on.
+    Every piece is sampled at ``parts`` of the cycle; in the best pieces the interval around the best sample is refined.
     """
     pieces = []
     for low, high in pairwise(breaks):
@@ -68,14 +68,14 @@ def greatest(function, breaks, parts):
 
 
 def works(machine, work):
-    """Mean torque and power of a cycle whose gas does this work, each with the sum of the magnitudes in it."""
+    """Mean torque and power of a cycle with this gas work, each with the sum of the magnitudes of its terms."""
     breaks, period = machine.gas.breaks, machine.gas.period
     positions = [machine.motion.position(b) for b in breaks]
     size = sum(
         max(abs(machine.gas.at(a)[0]), abs(machine.gas.at(b, True)[0])) * abs(x1 - x0) * machine.area
         for a, b, x0, x1 in zip(breaks, breaks[1:], positions, positions[1:], strict=False)
     )
-    # Volumes are rounded as wholes, clearance and all.
+    # Volumes are rounded including the clearance.
     values = [machine.gas.at(b)[0] for b in breaks]
     size += (max(values) - min(values)) * machine.x["clearance_volume"]
     size += 2 * abs(machine.x["crankcase_pressure"]) * machine.area * (machine.motion.high - machine.motion.low)

@@ -24,7 +24,8 @@ MOVED = mp.mpf(10) ** -25
 
 
 def inputs(case) -> tuple[mp.mpf, mp.mpf]:
-    """Restitution and free ratio; a margin is over the least ratio, rounded to the float that the solver gets."""
+    """Restitution and free ratio; a given margin is relative to the minimum ratio, rounded to the float that the solver
+    gets."""
     restitution = mp.mpf(case["restitution"])
     if "parameter" in case:
         return restitution, mp.mpf(case["parameter"])
@@ -46,7 +47,7 @@ def mechanisms(case):
 
 
 def closed_case(case, angles):
-    """All that needs no search."""
+    """All values that need no search."""
     plain, moved = mechanisms(case)
 
     def entry(read):
@@ -77,12 +78,12 @@ def closed_case(case, angles):
 
 
 def near_case(case, torque_angle, force_angle, direction):
-    """The greatest loads and the least box next to angles and a direction told as theirs."""
+    """The maximum loads and the minimum box near the reported angles and direction."""
     plain, moved = mechanisms(case)
     ends = NEAR, 2 * mp.pi - NEAR
     out = {}
     for name, told in (("torque", torque_angle), ("force", force_angle)):
-        # Both about mid-cycle and next to the blow a peak can be as narrow as it is near.
+        # Near mid-cycle and near the blow, a peak can be as narrow as its distance from there.
         apart = min(abs(mp.mpf(told) - mp.pi), abs(2 * mp.pi - mp.mpf(told)))
         near = min(mp.mpf(10) ** -4, apart / 100 + mp.mpf(10) ** -9)
         low, high = (min(max(mp.mpf(told) + side * near, ends[0]), ends[1]) for side in (-1, 1))
@@ -120,7 +121,7 @@ def ratio_case(case, angles):
 
 
 def length_case(case):
-    """What lengths tell, with the relative condition number of what is not yes or no."""
+    """The results for given lengths; numbers with their relative condition numbers."""
     plain = [mp.mpf(text) for text in case["lengths"]]
     out = told_by_lengths(plain)
     if out["closes"]:
@@ -128,7 +129,7 @@ def length_case(case):
         g = mp.sqrt(base * coupler / (rocker * crank))
         return out | {"condition": float(mp.nstr(4 * g / abs(g * g - 1), 6)) if g != 1 else 1.0}
     name = "blocked" if "blocked" in out else "short_stop"
-    # As floats, whose triangles are what is judged where they do not close.
+    # As floats, because lengths that do not close are judged by the triangles of the floats.
     floats = [mp.mpf(float(text)) for text in case["lengths"]]
     value, kappa = mp.mpf(told_by_lengths(floats, DIGITS)[name]), mp.mpf(0)
     for i, length in enumerate(floats):
@@ -138,7 +139,8 @@ def length_case(case):
 
 
 def told_by_lengths(lengths, shown=SHOWN):
-    """Whether lengths close (in decimals, to 1e-12 of the longest), R_k then; and where crank and rocker stop."""
+    """Whether the lengths close (as decimals, to 1e-12 of the longest), and then R_k; the positions at which crank and
+    rocker stop."""
     base, crank, coupler, rocker = lengths
     missed = {
         "largest_coupler": base + rocker - crank - coupler,
@@ -171,7 +173,7 @@ def told_by_lengths(lengths, shown=SHOWN):
 
 
 def design_case(case):
-    """What no type meets, with its relative condition number in restitution, frequency and speed."""
+    """A limit that no type meets, with its relative condition number in restitution, frequency and speed."""
     kind, value = attained(case)
     low, high = (mp.mpf(r) for r in case["restitution"])
     _, moved = attained({**case, "restitution": [low * (1 + MOVED), high * (1 + MOVED)]})
@@ -186,8 +188,8 @@ def design_case(case):
 def attained(case):
     """Over the types, the least longest link or the greatest shortest link with a mid-cycle angle of 40 to 140 degrees.
 
-    Lengths over V = v/omega and nu = 2 asin(g/lambda2) are monotone in the free ratio, so the ends of the range that
-    nu allows, and where two links change places, are all the candidates.
+    Lengths over V = v/omega and nu = 2 asin(g/lambda2) are monotone in the free ratio, so the only candidates are the
+    ends of the range allowed by nu, and the ratios at which two links are equal.
     """
     low, high = (mp.mpf(value) for value in case["restitution"])
     restitution = (low + high) / 2

@@ -26,12 +26,12 @@ PLACES = ("0.001", "0.2", "0.5", "0.9", "1")
 
 
 def changed(case, name):
-    """The case with one input times 1 + STEP; unchanged for what is no input of a case."""
+    """The case with one input multiplied by 1 + STEP; unchanged for a name that is not an input."""
     return {**case, name: mp.mpf(case[name]) * (1 + STEP)} if name in case else case
 
 
 def evaluate(case, layout, change=None):
-    """Every value of a case with one input changed; where pieces end moves with the loads it belongs to."""
+    """Every value of a case with one input changed; the ends of pieces move with their loads."""
     pin = Pin(changed(case, change))
     plain = layout["plain"]
 
@@ -76,7 +76,7 @@ def tube_values(case, ratio):
         return max(demand(r) for demand in demands) * pin.sigma / (1 - r**4)
 
     def worst(pin, r):
-        """(part of the half, share of it)."""
+        """Position of the weakest section: (part of the half, fraction of it)."""
         edges = [mp.mpf(0), pin.a, pin.a + pin.gap, pin.L / 2]
         golden, best = (mp.sqrt(5) - 1) / 2, (mp.mpf(-1), 0, mp.mpf(0))
         for part, (low, high) in enumerate(pairwise(edges)):
@@ -153,7 +153,7 @@ def conditioned(values, inputs):
 
 
 def moved_with(plain, pin, x):
-    """The same share of the same part: boss, gap or rod."""
+    """The position at the same fraction of the same part (boss, gap or rod) in a changed pin."""
     if x <= plain.a:
         return x * pin.a / plain.a
     if x <= plain.a + plain.gap:
@@ -162,7 +162,7 @@ def moved_with(plain, pin, x):
 
 
 def place_values(case, share):
-    """The wall at one place and the solid pin's deflection; no wall where even the solid section is too weak."""
+    """The wall at one position and the solid pin's deflection; no wall if even the solid section is too weak."""
 
     def values(change=None):
         plain, pin = Pin(case), Pin(changed(case, change))

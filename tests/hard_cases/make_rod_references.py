@@ -1,11 +1,11 @@
 """Reference values for the hard cases of the rod: ``python -m tests.hard_cases.make_rod_references [NAME ...]``.
 
 Reads rod_cases.json and writes rod_references.json, 30 digits a value, from ``solvers.references.rod``, which shares
-nothing with the solver. Extremes are searched on graded grids and climbed by Brent's method; the friction power is an
+nothing with the solver. Extremes are searched on graded grids and refined by Brent's method; the friction power is an
 integral over pieces that end where its integrand has a corner.
 
 Each value comes with its relative condition number: the sum of |d ln value / d ln input| over the real inputs of the
-machine, the place of the extreme held, which changes it to second order only.
+machine, with the position of the extreme fixed, whose change is a second-order effect.
 """
 
 from __future__ import annotations
@@ -45,8 +45,8 @@ def changed(case, name):
 def greatest(f, angles, nearby=None):
     """(angle, value) of the greatest value over a turn.
 
-    ``nearby`` are shares of the strip, rows of samples there, and the share at hand: then only angles at which one of
-    the two neighbouring rows comes near its own top are looked at.
+    ``nearby`` consists of fractions of the strip, rows of samples there, and the present fraction; then only angles are
+    examined at which one of the two neighbouring rows is close to its own maximum.
     """
     n, turn = len(angles), 2 * mp.pi
     chosen = set(range(n))
@@ -98,7 +98,8 @@ def worst(machine, field, severity, layers, angles):
             places = [shares[i]]
             inner = (shares[left] + shares[right]) / 2 if i in (left, right) else shares[i]
             end = i in (left, right)
-            # An end that falls away steeply is the summit; only a flat one is worth a climb beside it.
+            # If the function falls steeply from an end, the end is the maximum; only a flat end needs a search beside
+            # it.
             if not end or section(inner)[0] > section(shares[i])[0] * (1 - mp.mpf("0.02")):
                 places.append(climb(lambda s, of=section: of(s)[0], shares[left], inner, shares[right])[0])
             for place in places:
@@ -137,7 +138,7 @@ def power(machine, angles):
         for f in (excess, machine.side_force, moment):
             if f(low) * f(high) < 0 and mp.sin(low) * mp.sin(high) > 0:
                 ends.add(zero(f, low, high))
-        # One wall carries around a zero of the moment, however narrow that stretch is.
+        # Around a zero of the moment only one wall is in contact, however narrow that interval is.
         if moment(low) * moment(high) < 0 < excess(low) and excess(high) > 0 and mp.sin(low) * mp.sin(high) > 0:
             middle = zero(moment, low, high)
             ends |= {zero(excess, low, middle), zero(excess, middle, high)}
@@ -145,7 +146,7 @@ def power(machine, angles):
 
 
 def check_case(case):
-    """name -> (value, condition) of everything a check answers."""
+    """name -> (value, condition) of all results of a check."""
     machine = Machine(case)
     angles = machine.angles()
     out = {}
@@ -156,7 +157,7 @@ def check_case(case):
     critical = machine.critical_force()
     out["critical_force"] = (critical, condition(case, lambda m: m.critical_force()))
     if push > 0:
-        # The safety itself is no worse for standing near 1.
+        # The condition of the safety itself does not increase near 1.
         out["stability_safety"] = (critical / push, condition(case, lambda m: m.critical_force() / -m.force(at_low)))
         if critical <= push:
             return out
@@ -201,7 +202,7 @@ def check_case(case):
 
 
 def held_case(case):
-    """What can be told at once of a constant force, whose extremes are all a quarter turn from dead centre.
+    """Results under a constant force, whose extremes are all a quarter turn from dead centre.
 
     Critical force and safety, and below buckling side force, clamp moment, contact pressure, fatigue and yield safety.
     """
@@ -250,10 +251,10 @@ def friction_at(machine, phi, force):
 
 
 def closed_force(machine, phi):
-    """The solution of P = P_0 + sign(v) F(P) that P_0 leads to.
+    """The solution of P = P_0 + sign(v) F(P) that is reached from P_0.
 
-    Where friction adds to the compression, Newton's method from P_0 falls short of it and comes ever nearer; where it
-    relieves it, P_0 and a little more than one step of the map have it between them.
+    If friction adds to the compression, Newton's method from P_0 converges monotonically; if it reduces it, P_0 and
+    slightly more than one fixed-point step bracket the solution.
     """
     plain, direction = machine.force(phi), mp.sign(mp.sin(phi))
 
@@ -281,7 +282,7 @@ def loop_case(case):
 
 
 def loop_condition(scene, phi):
-    """That of ``condition``, and of the coefficient of friction."""
+    """``condition``, including the coefficient of friction."""
     coefficient = scene["piston"]["friction_coefficient"]
     slipperier = {**scene, "piston": {**scene["piston"], "friction_coefficient": mp.mpf(coefficient) * (1 + STEP)}}
     plain, other = (closed_force(Machine(s), phi) for s in (scene, slipperier))
@@ -313,7 +314,7 @@ def kernel_case(case):
 
 
 def merged(base, changes):
-    """The base machine with some fields changed; a load is replaced whole."""
+    """The base machine with some fields changed; a load is replaced as a whole."""
     out = {group: dict(values) for group, values in base.items()}
     for path, value in changes.items():
         if path == "load":

@@ -31,7 +31,7 @@ def part(section: Section) -> Iterator[str]:
 
 
 def beyond() -> Iterator[str]:
-    """What is known to miss the goal, and why: said by the case itself, with a limit that the tests hold."""
+    """Known exceptions to the goal, each with the reason given in its case and a limit that the tests enforce."""
     yield "## Beyond the goal"
     yield ""
     found = [

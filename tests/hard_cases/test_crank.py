@@ -1,7 +1,7 @@
 """The crank's motion, cycle and pendulum on hard cases, against values at 50 digits made by ``make_crank_references``.
 
 Errors are counted in eps times what the value cannot escape: max(1, its relative condition number) for a motion and a
-pendulum; for forces and works the sum of the magnitudes of what is added up to them.
+pendulum; for forces and works the sum of the magnitudes of their terms.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ MOTION_LIMIT, PENDULUM_LIMIT, CYCLE_LIMIT = 4.0, 4.0, 8.0
 
 
 def off(found, reference):
-    """|found - reference|, of which nothing is lost on the way."""
+    """|found - reference|, evaluated without loss of digits."""
     with mp.workdps(40):
         return abs(mp.mpf(float(found)) - mp.mpf(reference["value"]))
 
@@ -110,7 +110,7 @@ def test_pendulum(case):
 
 @pytest.mark.parametrize("case", CASES["cycles"], ids=lambda case: case["name"])
 def test_cycle(case):
-    """Every answer within a few eps of what is added up to it; the estimate covers the error."""
+    """Every result is within a few eps of the magnitudes of its terms, and the estimate covers the error."""
     reference = REFERENCES[case["name"]]
     outcome, found = answers(case, 1e-12)
     assert found.keys() == reference.keys()

@@ -20,7 +20,8 @@ def test_a_short_search_on_the_strip_finds_no_error_above_the_goal():
 
 
 def test_an_error_is_found_and_its_scene_reported():
-    """Errors that grow toward one corner: the worst scene is the one nearest to it, what is not finite is worst."""
+    """With errors that grow toward one corner, the worst scene is the closest to it; non-finite errors are the
+    worst."""
 
     def judge(case):
         yield "small", 0.1

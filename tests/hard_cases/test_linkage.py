@@ -25,7 +25,7 @@ EPS = 2.0**-52
 CASES = load_cases()
 REFERENCES = json.loads((Path(__file__).parent / "linkage_references.json").read_text())
 CLOSED_FORM, TRANSFER, SEARCHED = 8.0, 15.0, 30.0
-"""Limits in eps kappa: of closed forms, of u31, and of what is searched for over angles or directions."""
+"""Limits in eps kappa: for closed forms, for u31, and for extremes over angles or directions."""
 
 SCENE = linkage.Scene(linkage.Restitution(0.3, 0.3), blow_frequency=25.0, impact_speed=5.0, impact_energy=2.0)
 

@@ -1,4 +1,4 @@
-"""The page shows every case of every wing, with figures that keep the goal or the limit that a case says itself."""
+"""The page shows every case of every wing, with errors within the goal, or within the limit given in the case."""
 
 from __future__ import annotations
 

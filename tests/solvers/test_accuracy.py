@@ -22,7 +22,7 @@ from solvers.errors import InvalidInput
 
 
 class Bench:
-    """A solver whose error is half the wanted accuracy and whose time is its logarithm, by its own clock."""
+    """A solver whose error is half the requested accuracy and whose time, by a simulated clock, is its logarithm."""
 
     def __init__(self, fails_at=(), estimated=0.0, slow=1.0):
         self.now, self.order, self.fails_at = 0.0, [], fails_at
@@ -144,7 +144,7 @@ def test_long_runs_are_run_less_often():
 
 def test_no_run_is_started_that_would_not_end_in_time():
     table = run(Bench(), Meeting(1e-2), (1e-1, 1e-6), runs=50, time=20.0)
-    # One round takes 7, the tighter of the two no third one; the looser goes on.
+    # One round takes 7 s; the tighter of the two levels gets no third run, the looser one does.
     assert [(level.accuracy, level.runs) for level in table.levels] == [(1e-1, 8), (1e-6, 2)]
 
 

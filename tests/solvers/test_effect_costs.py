@@ -57,7 +57,7 @@ def test_runs_are_interleaved():
 def test_no_run_is_started_after_the_budget():
     machine = Machine()
     costs = effect_costs(machine.solve, list(WORTH), frozenset(), 3.5, clock=machine.clock)
-    # 1 s plain, 3 s with inertia: then the time is over.
+    # 1 s without inertia and 3 s with it: then the time is used up.
     assert len(machine.solved) == 2
     assert costs[0].change == pytest.approx(0.5 / 1.5)
     assert costs[0].runs == 1

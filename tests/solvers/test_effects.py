@@ -15,7 +15,7 @@ from solvers.outcome import EffectState
 
 @dataclass(frozen=True)
 class Weight:
-    """An effect whose bound is what it is told."""
+    """An effect with a given bound."""
 
     name: str
     bound: float

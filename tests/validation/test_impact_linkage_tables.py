@@ -48,7 +48,8 @@ CONFINED = {
     ("largest_coupler", "1.75"): "140.9",
     ("largest_base", "1.75"): "158.4",
 }
-"""Columns of the tables whose crank cannot turn, and how many degrees it stays within to either side of the blow."""
+"""Columns of the tables whose crank cannot rotate fully, and the degrees on either side of the blow that it can
+reach."""
 
 SCENE = linkage.Scene(linkage.Restitution(0.3, 0.3), blow_frequency=25.0, impact_speed=5.0, impact_energy=2.0)
 ENTRIES = [

@@ -10,6 +10,7 @@ from pydantic import BaseModel, Field
 from app.designs.schema import (
     MEGA,
     MILLI,
+    WHOLE,
     Entry,
     Finite,
     NotNegative,
@@ -17,7 +18,7 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     entry,
-    named,
+    one_named,
     one_of,
 )
 from solvers import crank
@@ -45,7 +46,7 @@ class Cylinder(Strict):
     bore_mm: Positive
     clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
     crankcase_pressure_mpa: Finite = Field(default=0.1, description="pressure under the piston")
-    strokes: Literal[2, 4] = Field(description="strokes of a cycle")
+    strokes: Annotated[Literal[2, 4], WHOLE] = Field(description="strokes of a cycle")
 
 
 class TablePressure(Strict):
@@ -104,9 +105,7 @@ class IndicatorPressure(Diagram):
 
 
 _PRESSURES = {"table": TablePressure, "indicator": IndicatorPressure}
-_Pressure = one_of(
-    lambda value: named(value, "kind"), _PRESSURES, 'an object whose "kind" is one of ' + ", ".join(_PRESSURES)
-)
+_Pressure = one_named("kind", _PRESSURES)
 
 
 class Masses(Strict):
@@ -121,7 +120,9 @@ class Masses(Strict):
     web_radius_mm: NotNegative = 0.0
     counterweight_kg: NotNegative = Field(default=0.0, description="all counterweights of the throw together")
     counterweight_radius_mm: NotNegative = 0.0
-    rods_per_pin: Literal[1, 2] = Field(default=1, description="2 where the rods of a V share a crank pin")
+    rods_per_pin: Annotated[Literal[1, 2], WHOLE] = Field(
+        default=1, description="2 where the rods of a V share a crank pin"
+    )
 
 
 def _form_of_bank(value: Any) -> str | None:

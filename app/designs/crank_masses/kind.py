@@ -21,8 +21,7 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     accuracy_json,
-    named,
-    one_of,
+    one_named,
     refusal_problem,
 )
 from solvers import crank
@@ -44,6 +43,10 @@ def _si(model: BaseModel, units: Mapping[str, tuple[str, float]]) -> dict[str, A
     return found
 
 
+# Six of them beyond a right angle are a half turn, at which a pendulum's period is not finite.
+AmplitudeUncertainty = Annotated[float, Field(ge=0, le=15)]
+
+
 class PendulumUncertainty(Strict):
     """Standard uncertainties of what was measured."""
 
@@ -51,7 +54,7 @@ class PendulumUncertainty(Strict):
     period_small_end_s: NotNegative = 0.0
     period_big_end_s: NotNegative = 0.0
     rod_mass_kg: NotNegative = 0.0
-    amplitude_deg: NotNegative = 0.0
+    amplitude_deg: AmplitudeUncertainty = 0.0
     gravity_m_s2: NotNegative = 0.0
     small_end_bore_radius_mm: NotNegative = 0.0
     big_end_bore_radius_mm: NotNegative = 0.0
@@ -95,7 +98,7 @@ class WeighingUncertainty(Strict):
     small_end_reading_kg: NotNegative = 0.0
     big_end_reading_kg: NotNegative = 0.0
     period_small_end_s: NotNegative = 0.0
-    amplitude_deg: NotNegative = 0.0
+    amplitude_deg: AmplitudeUncertainty = 0.0
     gravity_m_s2: NotNegative = 0.0
     small_end_bore_radius_mm: NotNegative = 0.0
 
@@ -165,9 +168,7 @@ class EstimateRequest(SolverRequest):
 
 
 _METHODS = {"pendulum": PendulumRequest, "weighing": WeighingRequest, "estimate": EstimateRequest}
-_Method = one_of(
-    lambda value: named(value, "method"), _METHODS, 'an object whose "method" is one of ' + ", ".join(_METHODS)
-)
+_Method = one_named("method", _METHODS)
 
 
 class MassesRequest(RootModel[_Method]):  # type: ignore[valid-type]
@@ -218,7 +219,7 @@ _ROUNDING = 1e-14
 
 
 def run_masses(request: MassesRequest) -> Answer:
-    """Solve."""
+    """Determine the masses by the requested method."""
     asked, started = request.root, time.perf_counter()
     try:
         found = asked.solve()
@@ -243,7 +244,7 @@ def run_masses(request: MassesRequest) -> Answer:
 
 
 def figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:
-    """The rod's mass that goes with the piston; of an estimate, which does not divide it, all of the rod's mass."""
+    """The rod's mass at the wrist pin; for an estimate, which does not divide the rod, its whole mass."""
     name = "rod_mass_kg" if result["rod_mass_at_pin_kg"] is None else "rod_mass_at_pin_kg"
     return name, result[name]
 

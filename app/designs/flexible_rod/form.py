@@ -88,6 +88,7 @@ FORM = FormWords(
             "indicator": "indicator diagram",
             "run": "stored run of crank dynamics",
         },
+        "worst_fibre": {"1": "outer, +h/2", "-1": "inner, −h/2"},
         "material": {"custommaterial": "its properties", "cataloguematerial": "from the list"},
         "material.name": {name: _steel(name) for name in rod.CATALOGUE},
         "objective": {

@@ -66,7 +66,7 @@ def _drawing(face: Outline, b: float, h: float, l: float) -> Drawing:
         Dimension((-held, -0.5 * b), (-held, 0.5 * b), words_of("b", b), "y", -held, -1, "b_mm"),
         Dimension((l + held, below - 0.5 * h), (l + held, below + 0.5 * h), words_of("h", h), "y", l + held, 1, "h_mm"),
     )
-    # Below the ends, where a longer word in another language crosses no line.
+    # Below the ends, where longer words of other languages cross no line.
     under = -0.5 * b - 0.06 * size
     notes = (Note((-0.5 * held, under), "clamp"), Note((l + 0.5 * held, under), "head"))
     return Drawing(

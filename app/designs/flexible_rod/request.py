@@ -21,7 +21,7 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     entry,
-    named,
+    one_named,
     one_of,
 )
 from solvers import rod
@@ -244,7 +244,7 @@ _LOADS = {
     "indicator": IndicatorLoad,
     "run": RunLoad,
 }
-_AnyLoad = one_of(lambda value: named(value, "kind"), _LOADS, 'an object whose "kind" is one of ' + ", ".join(_LOADS))
+_AnyLoad = one_named("kind", _LOADS)
 _Material = one_of(
     _form_of_material,
     {"custom": CustomMaterial, "catalogue": CatalogueMaterial},

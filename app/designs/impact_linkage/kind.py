@@ -198,7 +198,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         "front": _front(request, traded) if traded else None,
         "certificate": certificate,
     }
-    verdict = linkage.judge(found.check, found.scene, outcome.accuracy, problem.limits, request.given())
+    verdict = linkage.judge(found.check, found.scene, outcome.accuracy, problem.limits, request.given(), designed=True)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 480.0, 380.0, 16.0, 26.0
 _FRAMES, _STILL, _SECONDS = 90, 14, 4
 _LETTER = 0.56
-"""Of the size of a line: how wide a letter is at most, on average."""
+"""Average width of a letter, at most, relative to the font size."""
 
 
 def has_size(run: dict[str, Any]) -> bool:
@@ -168,7 +168,7 @@ def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, 
     if box:
         label = say("{} in {} × {} mm").format(label, f"{box['width']:.4g}", f"{box['height']:.4g}")
     x, y = 0.5 * _WIDE, height - 9.0
-    # As large as fits, for some languages need more letters.
+    # As large as fits, because the text is longer in some languages.
     size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(label)))
     return (
         f'<text x="{x:.0f}" y="{y:.0f}" text-anchor="middle" font-size="{size:.1f}" fill="currentColor">{label}</text>'

@@ -67,10 +67,11 @@ def outline(segments: Array, radius: float) -> Array | None:
 
 
 class _Near:
-    """The segments that a walk can come near soon; all of them are looked at again only once it has gone farther.
+    """The segments that can be nearest to the tracing point within the next steps; all segments are examined again once
+    it has moved farther.
 
-    Where a place is off by no more than ``reach`` from where they were chosen, a segment that was farther than the
-    nearest by more than twice that is not the nearest, by the triangle's inequality.
+    After a displacement of at most ``reach``, a segment that was farther away than the nearest by more than twice that
+    cannot be the nearest (triangle inequality).
     """
 
     def __init__(self, segments: Array, reach: float) -> None:
@@ -80,7 +81,7 @@ class _Near:
         self._reach, self._chosen_at = reach, np.full(2, np.inf)
 
     def nearest(self, place: Array) -> tuple[float, Array]:
-        """The distance to the nearest, and the direction from it."""
+        """Distance to the nearest segment, and the unit direction away from it."""
         if not math.hypot(*(place - self._chosen_at)) <= self._reach:
             distances = np.sqrt(_off(place, *self._all)[1])
             there = distances <= distances.min() + 2.0 * self._reach
@@ -92,8 +93,8 @@ class _Near:
 
 
 def _off(place: Array, start: Array, way: Array, unit: Array) -> tuple[Array, Array]:
-    """From the nearest point of every segment to a place, (n, 2), and the squares of their lengths; ``unit`` is the way
-    over its square."""
+    """From the nearest point of every segment to a place, (n, 2), and the squares of their lengths; ``unit`` is each
+    segment's vector divided by its squared length."""
     off = place - start
     share = np.einsum("ij,ij->i", off, unit)
     off -= np.minimum(np.maximum(share, 0.0), 1.0)[:, None] * way

@@ -13,7 +13,7 @@ from html import escape
 from typing import Protocol
 
 WIDTH, HEIGHT = 480, 360
-"""So narrow that the words are readable on a phone."""
+"""Narrow enough for readable text on a phone."""
 LEFT, RIGHT, TOP, BOTTOM = 70, 20, 20, 52
 _LEGEND_ROW = 20
 _LETTER = 7.2
@@ -224,8 +224,8 @@ class Chart:
         self._layers.append(_words(f"{beside:.1f}", f"{self._up(y) - 5:.1f}", words, side or "end", color))
 
     def _beside(self, across: float, words: str, gap: float) -> tuple[float, str]:
-        """Where a label starts or ends at a gap from a place, and its anchor; none where neither side has room, and the
-        label then ends at the picture's edge."""
+        """Position and anchor of a label beside a point, at a distance ``gap``; the anchor is empty if neither side has
+        room, and the label then ends at the picture's edge."""
         length = gap + _LETTER * len(words)
         if across + length < WIDTH:
             return across + gap, "start"

@@ -23,7 +23,6 @@ _FORMULA_HOLDS = 0.65
 """d/D up to which the textbook's ring formulas apply; beyond, an elastic ring correction is needed that is not done by
 hand."""
 _MAX_INTERVALS = 8
-_RINGS = ("thin ring with load factor",)
 
 
 def calculation(run: Mapping[str, Any], chain: Chain) -> None:

@@ -89,7 +89,7 @@ def run_design(request: DesignRequest) -> Answer:
     corners = found.corners and [
         {"x_mm": x / MILLI, **dict(zip(names, (size / MILLI, given / MILLI), strict=True))} for x, size in found.corners
     ]
-    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects)
+    verdict = pin.judge(found.check, problem.scene, outcome.accuracy, problem.limits, outcome.effects, designed=True)
     result = design_json(
         outcome, {**pin_json(found.check), **profile_json(found.check)}, corners, _claim(request, outcome)
     )

@@ -26,6 +26,8 @@ from solvers import pin
 
 MICRO = 1e-6
 MAX_POINTS = 5_000
+_NO_BORE_MM = 1e-12
+"""A bushing with a smaller bore is a shaft: squares of such numbers underflow."""
 FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
 CONES = ("double_cone", "cone_cylinder")
 VARIABLES = ("bore", "outer")
@@ -202,7 +204,8 @@ class PinRequest(SolverRequest):
         lengths = g.boss_length_mm * MILLI, g.small_end_length_mm * MILLI, g.gap_mm * MILLI
         geometry: pin.Geometry | pin.BushingGeometry
         if self.seeks_outside:
-            geometry = pin.BushingGeometry((self.bore_mm or 0.0) * MILLI, *lengths)
+            bore = self.bore_mm or 0.0
+            geometry = pin.BushingGeometry(bore * MILLI if bore > _NO_BORE_MM else 0.0, *lengths)
         else:
             geometry = pin.Geometry((g.outer_diameter_mm or 0.0) * MILLI, *lengths)
         return pin.Scene(geometry, self.load.force, self.material.to_solver())
@@ -237,7 +240,7 @@ class CheckRequest(PinRequest):
 
     @classmethod
     def meant_by(cls, value: dict[str, Any]) -> bool:
-        """Whether a raw object, or one that was stored with every field, is a check rather than a design."""
+        """Whether a raw object, or a stored one with every field filled in, is a check rather than a design."""
         if value.get("variable") == "outer":
             given = value.get("geometry")
             outside = isinstance(given, dict) and given.get("outer_diameter_mm") is not None

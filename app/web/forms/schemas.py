@@ -1,4 +1,4 @@
-"""What the JSON schema of a field says: its help, its range, the tag of a union's member."""
+"""What a form needs from the JSON schema of a field: help text, range, and the tag of a union's member."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from app.words.units import told
 
 Schema = Mapping[str, Any]
 TAGS = ("kind", "method")
-"""Fields that tell the members of a union."""
+"""Names of the fields that discriminate between the members of a union."""
 _WIDE = (1e-6, 1e6)
 """Limits at least this wide are numerical safeguards and are not shown."""
 
 
 def is_numbers(schema: Schema) -> bool:
-    """Whether the field is a list of numbers that is no range."""
+    """Whether the field is a list of numbers other than a range."""
     return schema.get("type") == "array" and schema["items"].get("type") == "number" and schema.get("maxItems") != 2
 
 

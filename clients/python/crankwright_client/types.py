@@ -2649,7 +2649,7 @@ class ShortfallResult(TypedDict):
     required: float
     """the required value"""
     attainable: float | None
-    """the best to be had, of a rod to about a hundredth; null: nothing"""
+    """the best to be had, known as accuracy.estimated says; null: nothing"""
     advice: str
     """what would have to change"""
 
@@ -2787,6 +2787,8 @@ class VerdictResult(TypedDict):
 
     holds: bool
     """whether the part holds: true only if every criterion does"""
+    certain: NotRequired[bool]
+    """false: the estimated error of the figures is more than what lies between them and their limits"""
     summary: str
     """one sentence with the figure that governs"""
     governed_by: str | None

@@ -17,7 +17,7 @@ from solvers.crank.cycle.forces import Cycle
 from solvers.crank.cycle.worst_instants import BRIX, greatest
 
 _ALONE = np.zeros(1)
-"""The phase of a single cylinder [rad]."""
+"""Phases of a single cylinder acting alone [rad]."""
 
 
 @dataclass(frozen=True)

@@ -14,26 +14,17 @@ import numpy as np
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
 from solvers.crank.cycle.group import Group, together
+from solvers.crank.cycle.loads import LOADS
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.brackets import narrow, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 
-LOADS = (
-    "gas_force_max",
-    "rod_compression_max",
-    "rod_tension_max",
-    "side_force_max",
-    "wrist_pin_load_max",
-    "crank_pin_load_max",
-    "main_bearing_load_max",
-)
-"""Names of the first rows of quantities, the loads of one cylinder."""
 OF_THE_ROD = slice(1, 3)
-"""Rod compression and tension: the error of the smaller one is relative to the scale of the larger."""
+"""Rows of rod compression and tension: the error of the smaller one is relative to the scale of the larger."""
 CRANK_PIN, TORQUE, BRIX = 5, 7, 9
-"""Rows of quantities: the crank pin's load; behind the loads the torque and its negative; then the error of Brix's
-pressure (``textbook_error``)."""
+"""Rows of quantities: the crank pin's load (the loads come first); the torque, followed by its negative; the error of
+Brix's pressure (``textbook_error``)."""
 WITHIN = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
 _MAX_REFINED, _MAX_ROUNDS = 64, 40

@@ -45,7 +45,8 @@ def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | No
     masses = cycle.scene.masses
     if masses.rods_per_pin == 1 or len(engine.phases) == 1:
         return None
-    # The throw is counted once; the total rotating mass already includes both rods.
+    # The throw counts once, so only the rods' big ends are multiplied; the total rotating mass already includes both
+    # rods.
     machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
     pair = np.array(engine.phases[:2])
     found = greatest(machine, cycle.curve.unrolled, cycle.sharp_angles, pair, CRANK_PIN, 2, tolerance).value

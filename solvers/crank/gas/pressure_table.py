@@ -56,7 +56,7 @@ def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, A
     """Return breaks, origins, cubics and strokes of a table over the cycle between the first and the last of
     ``ends``, the dead centres."""
     n, start, period = angle.size, ends[0], ends[-1] - ends[0]
-    # One point of overlap at the left and two at the right make the slopes, and so the curve, periodic.
+    # One point of overlap on the left and two on the right make the slopes, and hence the curve, periodic.
     x, y = np.empty(n + 3), np.empty(n + 3)
     for i in range(n + 3):
         x[i], y[i] = angle[(i - 1) % n] + (i - 1) // n * period, values[(i - 1) % n]

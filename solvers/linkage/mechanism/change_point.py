@@ -66,7 +66,7 @@ class Gain:
         return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
 
     def square_below(self, ratio: Number) -> Number:
-        """ratio - g^2, likewise."""
+        """ratio - g^2, with the same precision."""
         if isinstance(ratio, float):
             up, down = self._exact
             p, q = ratio.as_integer_ratio()
@@ -116,7 +116,8 @@ class ChangePoint(ABC):
         """The mechanism with R_k = R and the free ratio ``parameter``."""
 
     def least_parameter(self, gain: Gain) -> float:
-        """The crank rotates fully for free ratios above this (for a, c at it: a parallelogram)."""
+        """The crank rotates fully for free ratios above this value. At the value itself, the largest coupler and the
+        largest base are parallelograms."""
         return gain.value
 
     def pole(self, gain: Gain) -> float:

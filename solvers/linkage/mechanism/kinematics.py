@@ -91,7 +91,7 @@ class FourBar:
         """phi3 [rad], 0 at the blow; same shape."""
         s, c = half_angle(phi)
         base, coupler, rocker, numerator, margin, kappa, _ = self.coefficients
-        # Zero where a crank that cannot turn is stopped, but for rounding.
+        # Zero, up to rounding, where a crank that cannot rotate fully is stopped.
         root = np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0))
         back = (rocker * kappa * c * c + margin * s * s) / (root + rocker * np.abs(c))
         return 2.0 * np.arctan2(numerator * s, np.where(c < 0, back, rocker * c + root))

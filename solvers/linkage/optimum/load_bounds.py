@@ -23,7 +23,7 @@ import numpy as np
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, sampled
 from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.arrays import Array
-from solvers.numerics.intervals import kept, minus, over, plus, raised, rooted, scaled, squared, times
+from solvers.numerics.intervals import intersected, minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
 
 _ANGLE_TOLERANCE = 1e-9
@@ -96,7 +96,7 @@ def _least_load(
     # The difference at the interior member is known without cancellation.
     sharp = rate * under[0] * b[0] / n[0]
     rest = minus(risen, falling, reach)
-    rest = kept(sharp, rest[1], rest[2], rest[3], rest[4], reach)
+    rest = intersected(sharp, rest[1], rest[2], rest[3], rest[4], reach)
     part = over(rest, times(times(under, t, reach), b, reach), reach)
     if which == TORQUE:
         load, scale = over(times(part, a, reach), b, reach), 2.0 * s * (gain - 1.0) ** 2

@@ -3,8 +3,8 @@
 With a tool at its own radius the blow frequency is v/(2 pi r |u31(2 pi)|), and |u31(2 pi)| = (g + 1)/e tends to 0 as
 the base, and with it e, grows without bound: the largest rocker for lambda2 -> g^2, the largest base for lambda0 ->
 inf. The transmission angle then tends to 2 asin(1/g), and in crank lengths all dimensions of the swept area except its
-length along the base converge. So if a sufficiently distant member is feasible, so are all beyond it, each better than
-the one before.
+length along the base converge. So if a sufficiently distant member is feasible, all members beyond it are feasible too,
+each better than the one before.
 """
 
 from __future__ import annotations

@@ -127,7 +127,7 @@ def _least_upright(
             if wr <= most_w and hr <= most_h and other < best:
                 best, at = other, right
             if best <= 0.0:
-                # The bound is useless: only outlines with a large deviation come so low.
+                # Only outlines with a large deviation reach such low values; the bound is then useless.
                 return 0.0, at
             step = (right - left) ** 2
             narrowest, lowest = min(wl, wr) - step / 8.0 * w1, min(hl, hr) - step / 8.0 * h1

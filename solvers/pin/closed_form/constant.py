@@ -29,8 +29,8 @@ def forces_at_ends(scene: Scene) -> InternalForces:
 def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: bool) -> float | None:
     """Return the relative volume of the lightest uniform-bore pin under strength, wall, ring and deflection limits.
 
-    ``shears`` includes shear deflection. None if even the solid pin violates a limit. Raises InvalidInput for a
-    minimum wall above the radius.
+    ``shears``: whether to include shear deflection. None if even the solid pin violates a limit. Raises InvalidInput
+    for a minimum wall above the radius.
     """
     sought = sought_in(scene)
     constraints = strength_constraints(criterion, [forces_at_ends(scene)], sought.unit_diameter, scene.material)

@@ -58,8 +58,8 @@ def weigh_deflection(
     """Write M m length/stiff into ``bending`` and Q q length/stiff_in_shear into ``sheared`` [m] at the stations.
 
     m and q are moment and shear of a unit force at the midpoint, (x - left)/2 and 1/2 up to the middle, then mirrored.
-    0 outside the span, and where a load lifts the middle. A station at an end of the span is inside only if its panel,
-    which begins at ``side``, is.
+    The result is 0 outside the span, and where a load lifts the middle. A station at an end of the span counts as
+    inside only if its panel, which begins at ``side``, lies inside.
     """
     for i in range(x.size):
         bending[i] = sheared[i] = 0.0

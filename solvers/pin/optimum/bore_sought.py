@@ -35,7 +35,8 @@ class BoreSought(Sought):
         return self.given
 
     def floor(self, scene: Scene, limits: Limits) -> float:
-        """NaN if even a solid pin violates the limits. Raises InvalidInput for a minimum wall above the radius."""
+        """Minimum relative wall under the limits; NaN if even a solid pin violates them. Raises InvalidInput for a
+        minimum wall above the radius."""
         m = scene.material
         floor = 2.0 * limits.min_wall / self.given
         if floor > 1.0:

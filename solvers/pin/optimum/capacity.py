@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 _MAX_PASSES = 60
 _EDGE_BISECTIONS = 60
 _ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
-"""Added to the ends of the interval of log D that holds the root, and the root's tolerance."""
+"""Widening of the bracket of log D at both ends, and the tolerance of the root."""
 
 
 @dataclass(frozen=True)
@@ -59,7 +59,7 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
 
 
 def force_limit_of(program: Program) -> float:
-    """``force_limit`` evaluated from a program's stations if they resolve the maximum."""
+    """``force_limit``, from a program's stations if they resolve the maximum."""
     values = program.uses(np.ones_like(program.stations.x)).max(axis=0)
     greatest = float(values.max())
     if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():

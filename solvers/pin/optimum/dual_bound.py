@@ -1,7 +1,8 @@
 """Lower bound of the mass that does not rely on the solver: tangents of the Lagrangian, and its level sets.
 
-For non-negative multipliers the Lagrangian, with every flexibility replaced by its convex envelope, is a lower bound
-of the objective on feasible pins; being convex and separable it lies above its tangents. So for any u^
+For non-negative multipliers the Lagrangian, with every flexibility replaced by its convex envelope, is a lower bound of
+the objective on feasible pins; being convex and separable it lies above its tangents. So for any u^ (the point of
+tangency)
 
     sum s_i u_i  >=  sum s_i (u^_i + lambda h_i(u^_i)) - lambda + sum of min over [l_i, 1] of k_i (u - u^_i),
 
@@ -43,13 +44,13 @@ _DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
 deflection change."""
 
 
-def told_apart(deflection: float | None, constrained_um: object, accuracy: float) -> float:
-    """Return the relative reduction of the bound for a mismatch of the reported [m] and the constrained deflection
-    [um].
+def bound_reduction(deflection: float | None, constrained_um: object, accuracy: float) -> float:
+    """Return the relative reduction of the bound for a difference of the reported deflection [m] from the constrained
+    one [um].
 
-    Both use the same formula and differ by rounding only, so the result is normally 0. A real mismatch would mean
-    that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few
-    per cent of mass.
+    Both use the same formula and differ by rounding only, so the result is normally 0. A real difference would mean
+    that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few per
+    cent of mass.
     """
     if deflection is None or not isinstance(constrained_um, float) or constrained_um == 0.0:
         return 0.0

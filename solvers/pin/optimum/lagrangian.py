@@ -214,8 +214,10 @@ def _lightest(
 
 @dataclass(frozen=True)
 class Segments:
-    """What a deflection limit concerns: shares, and the coefficients B and S in metres, of n stations or of whole
-    segments of uniform wall, (n,); the limit [m], the flexibilities' kappa and law, and the first of the second half.
+    """The sections that a deflection limit couples: n stations, or n whole segments of uniform wall.
+
+    ``share``, and the coefficients B and S (``bending``, ``shear``) in metres, (n,) each; the ``limit`` [m]; ``kappa``
+    and ``law`` of the flexibilities; ``anchor``, the index of the first section of the second half.
     """
 
     share: Array

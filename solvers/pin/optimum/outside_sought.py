@@ -34,7 +34,8 @@ class OutsideSought(Sought):
         return 1.0 if self.given > 0.0 else 0.0
 
     def floor(self, scene: Scene, limits: Limits) -> float:
-        """inf if even a solid bar exceeds the ovalization limit (its ovalization is independent of the diameter)."""
+        """Minimum D - d [m] under the limits; inf if even a solid bar, whose ovalization is independent of its
+        diameter, exceeds the ovalization limit."""
         length, m, floor = scene.geometry.length, scene.material, 2.0 * limits.min_wall
         if scene.force == 0:
             return floor

@@ -44,7 +44,7 @@ class Sought(ABC):
     @property
     @abstractmethod
     def kappa(self) -> float:
-        """That of the flexibilities."""
+        """kappa of the flexibilities: -1 for a pin, 1 for a bushing, 0 for a shaft."""
 
     @abstractmethod
     def floor(self, scene: Scene, limits: Limits) -> float:

@@ -29,9 +29,9 @@ _MAX_STEPS = 60
 _STEP_TOLERANCE = 1e-9
 """Relative step after which the remaining error is below rounding."""
 _MAX_STEPS_PER_ROUND = 12
-"""Maximum steps per round. Convergence is slow where g's curvature nearly vanishes at the solid section; the next
-round continues from a better start. An unconverged u is heavier, never too soft, as its deflection is evaluated at
-u."""
+"""Maximum steps per round. Convergence is slow where the curvature of g nearly vanishes at the solid section; the next
+round starts closer. An unconverged u makes the part heavier but never too soft, because its deflection is evaluated at
+that u."""
 
 
 @kernel

@@ -32,7 +32,8 @@ def _raise_gaps(
         m, q = bending[i], shear[i]
         if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
             continue
-        # The neighbour's; without a bore a cube root of the bending term, a square root of the shear and axial ones.
+        # Start from the neighbour's value; without one, from the cube root of the bending term and the square roots of
+        # the shear and axial terms.
         t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
         low, high, before = 0.0, np.inf, np.inf
         for _ in range(_MAX_STEPS):

@@ -73,7 +73,8 @@ class Cone:
                     boxes += looked
             turn = max(found, key=found.get)
             gain, r, c = found[turn]
-            # Stations do not cover the positions between them, nor the interpolation the corner where a cone ends.
+            # The bound does not cover positions between stations, nor does interpolation cover the corner where a cone
+            # ends.
             looked_at = _refined_at_contacts(looked_at, turn, r, c, wanted)
             bar = bar_of(folded(looked_at))
             size = size_of(bar, turn, r, c, 0.0, workspace(bar))

@@ -60,7 +60,7 @@ def _range_at(turn: int, c0: float, c1: float, t: float) -> Slopes:
 
 @kernel
 def station_slopes(turn: int, r0: float, r1: float, c0: float, c1: float, t: float) -> Slopes:
-    """Of ln s = ln bore - ln f(t), the size allowed by the strength at one station."""
+    """Slopes of ln s = ln bore - ln f(t), s being the size that the strength allows at one station."""
     least, most, gentlest, steepest = _range_at(turn, c0, c1, t)
     low, high = 1.0 - (1.0 - r0) * most, 1.0 - (1.0 - r1) * least
     if low <= 0.0:
@@ -75,7 +75,8 @@ def station_slopes(turn: int, r0: float, r1: float, c0: float, c1: float, t: flo
 def deflection_slopes(
     bar: Bar, turn: int, r0: float, r1: float, c0: float, c1: float, least: float, most: float, work: Array
 ) -> Slopes:  # fmt: skip
-    """Of the size s in [least, most] under the deflection limit; infinite if a bore may reach the outer diameter."""
+    """Slopes of ln s under the deflection limit, for a size s in [least, most]; infinite if a bore may reach the outer
+    diameter."""
     r_low, r_high, c_low, c_high, f_low, f_high = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(split(bar, c0, c1, work)):
         t, share, bend, shear = work[0, i], work[1, i], work[2, i], work[3, i]

@@ -45,7 +45,7 @@ class Constant:
             proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
             wall = program.walls(program.lower).max()
         else:
-            # One unknown: a wall thinner by 1e-12 violates the deflection limit.
+            # With a single unknown the proof is direct: a wall thinner by 1e-12 violates the deflection limit.
             proof, wall = partial(float, u * (1.0 - 1e-12)), sought.wall_of(weighed.solidity)[0]
         length, size = program.scene.geometry.length, float(sought.sizes(wall))
         return Found(

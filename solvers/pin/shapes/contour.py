@@ -78,7 +78,7 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
         else:
             pieces.append(piece)
         begin = end
-    # Close the gaps left by panels too narrow to keep, which are steps.
+    # Close the gaps left by dropped panels, which were too narrow: those are steps.
     closed = [
         Cubic(before.end if before else 0.0, p.end, p.first, p.last, p.slope_first, p.slope_last)
         for before, p in zip([None, *pieces[:-1]], pieces, strict=True)

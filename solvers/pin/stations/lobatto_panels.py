@@ -79,12 +79,12 @@ class Stations:
 
     @property
     def left(self) -> Array:
-        """Where the panels begin [m]."""
+        """Left ends of the panels [m]."""
         return self.edges[:-1]
 
     @property
     def right(self) -> Array:
-        """Where the panels end [m]."""
+        """Right ends of the panels [m]."""
         return self.edges[1:]
 
     @property
@@ -93,7 +93,7 @@ class Stations:
 
     @cached_property
     def _nodes(self) -> tuple[Array, Array]:
-        """Of the nodes ``x``, ``rest``, ``side`` and ``share``, (4, n), and the widths of the panels."""
+        """The rows ``x``, ``rest``, ``side`` and ``share`` of the nodes, (4, n), and the widths of the panels."""
         table, width = np.empty((4, NODES * (self.edges.size - 1))), np.empty(self.edges.size - 1)
         _lay_out(self.edges, self.rests + np.zeros_like(self.edges), table, width)
         return table, width
@@ -210,7 +210,7 @@ def _doubt(width: Array, span: float, values: Array, doubt: Array) -> None:
             off = 0.0
             for j in range(NODES):
                 off += values[panel * NODES + j] * _ERROR_WEIGHTS[j, rule]
-            # Not max, which loses NaN.
+            # Unlike ``max``, this keeps NaN.
             most = abs(off) if not abs(off) <= most else most
         doubt[panel] = 0.5 * width[panel] / span * most
 

@@ -84,20 +84,20 @@ class Correction(Protocol):
         """Precompute the correction for a cycle."""
 
     def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
-        """Prepare it for cycles of strips next to one, all at once, at the resolution that was found there; None where
-        that does not fit."""
+        """Prepare the correction for cycles of neighbouring strips, all at once, with the resolution of ``found``; None
+        for a strip to which that resolution does not apply."""
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A correction that has been prepared for a cycle of a certain ``tolerance``."""
+    """A correction already prepared for a cycle with this ``tolerance``."""
 
     correction: Correction
     refinement: Refinement
     tolerance: float
 
     def prepare(self, cycle: Cycle) -> Refinement:
-        """What has been prepared; anew where more is asked."""
+        """The prepared refinement; prepared again if the cycle asks for a smaller tolerance."""
         return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
 
     def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
@@ -151,7 +151,7 @@ class Composition:
 
     @cached_property
     def linear(self) -> Composition:
-        """This without corrections."""
+        """The composition without its corrections."""
         return replace(self, corrections=())
 
 
@@ -182,10 +182,10 @@ class Cycle:
         return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
     def beside(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
-        """The cycles of strips next to this one, none of which buckles, their corrections at the same resolution; None
-        where that does not fit.
+        """The cycles of neighbouring strips, with corrections at this cycle's resolution; None where that does not
+        apply. None of the strips may buckle.
 
-        So differences between them are free of changes of the resolution, and all are solved at once.
+        All are solved at once, and differences between them contain no change of resolution.
         """
         cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
         found = [
@@ -198,7 +198,7 @@ class Cycle:
         ]
 
     def _prepared(self, refinements: Sequence[Refinement]) -> Cycle:
-        """This cycle with corrections that have been prepared for it."""
+        """This cycle with corrections already prepared for it."""
         own = zip(self.composition.corrections, refinements, strict=True)
         prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in own)
         return replace(self, composition=replace(self.composition, corrections=prepared))

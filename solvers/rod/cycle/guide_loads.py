@@ -67,7 +67,7 @@ def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
 
 @kernel
 def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
-    """6 (M0 + T e)/Lp [N] from side forces and clamp moments, or from their parts."""
+    """6 (M0 + T e)/Lp [N] from side forces T and clamp moments M0, or from contributions to them."""
     return lever * (moment + offset * side)
 
 

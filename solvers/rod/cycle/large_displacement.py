@@ -60,7 +60,7 @@ class LargeDisplacement:
         )
 
     def beside(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
-        """Each by itself: closed forms have no resolution to keep."""
+        """Each strip by itself: the expansion has no resolution to be kept."""
         return [self.prepare(cycle) for cycle in cycles]
 
 

@@ -1,4 +1,5 @@
-"""One revolution of a strip with shape corrections, sampled on panels like ``sampling`` does without.
+"""One revolution of a strip with shape corrections, sampled on panels; the counterpart of ``sampling``, which has no
+corrections.
 
 Ringing of the strip after corners is not resolved by panels but represented in closed form
 (``solvers.numerics.ripple``).
@@ -158,7 +159,8 @@ class _Sampler:
         states = rows[CHECKED : CHECKED + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
         rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-        # Bending at the head and at midspan, each added to that at the clamp: that of a whole rod's head is zero.
+        # Bending at head and midspan, each added to that at the clamp; without this, a strip as long as its rod would
+        # have a row of zeros.
         rows[3] = states[CLAMP] + states[HEAD]
         rows[4] = states[CLAMP]
         bent, sunk = rows[CHECKED + ROWS :][: self.bent_terms], rows[CHECKED + ROWS + self.bent_terms :]

@@ -30,13 +30,16 @@ _MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
 """Minimum separation of breaks [rad], below which they are merged; minimum panel width, below which rounding
 dominates."""
 _POINTS = ((1e-4, 8), (1e-9, 16), (0.0, 20))
-"""Points per panel, by the accuracy down to which they apply, for a load of few pieces; ``_SOME`` and ``_MANY`` for
-more and very many."""
+"""Points per panel for a load of few pieces, each with the accuracy down to which it applies. ``_SOME`` and ``_MANY``:
+number of pieces above which a load counts as having some or very many pieces, and the points per panel then."""
 _SOME, _MANY = (24, 8), (256, 6)
 
 
 def rule_for(load: Load, accuracy: float, rings: bool = False) -> Rule:
-    """The quadrature rule of the panels; where the strip ``rings`` there is more to follow in very many pieces."""
+    """The rule of the panels for a load and an accuracy of the results.
+
+    ``rings``: the strip vibrates, which needs more points than a load of very many pieces itself.
+    """
     pieces = max(load.curve().breaks.size - 1, load.sharp_angles().size)
     if pieces > _SOME[0]:
         return rule_of((_MANY if pieces > _MANY[0] and not rings else _SOME)[1])
@@ -78,8 +81,9 @@ def _within_turn(angle: Array) -> Array:
 
 @kernel
 def _checked(strip: Strip, states: Array) -> Array:
-    """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp (that
-    of a whole rod's head is zero). Without coupling all but the force are proportional to the stroke."""
+    """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp
+    (without this, a strip as long as its rod would have a row of zeros). Without coupling, only the force and the
+    stroke need to be resolved: all others are proportional to the stroke."""
     if strip.couples == 0.0:
         return states[FORCE : STROKE + 1]
     rows = np.empty((CHECKED, states.shape[1]))

@@ -33,8 +33,8 @@ _MARGIN, _RINGING_MARGIN = 1.2, 1.5
 """Margin on a change; margin on a change by inertia dominated by ringing."""
 
 _STILL_MARGIN, _STILL = 1.1, 0.01
-"""Margin on a change known in closed form if inertia has no influence; influence of inertia from which on the full
-margin holds."""
+"""Margin on a change known in closed form if inertia has no influence, and the influence of inertia from which the full
+margin applies."""
 
 _ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
@@ -69,7 +69,8 @@ _MIN_DETUNING = 1e-2
 """Minimum |1 - m| with m the multiplier of a free motion after a revolution: resonance is never met exactly."""
 
 _MEMORY = 16.0
-"""Rate of forgetting a phase shift relative to the rate of decay: maxima come soon after what excites them."""
+"""Decay rate of the influence of a phase shift, relative to that of the vibration: maxima occur soon after their
+excitation."""
 
 _STRONG_INERTIA, _MAX_MULTIPLIER = 0.25, 3.0
 """Influence of inertia above which it may multiply a change larger than the results, and the maximum multiplier."""
@@ -148,7 +149,7 @@ def _by_inertia(situation: Situation) -> tuple[float, float, float, float]:
                 break
             turn = finer
         change *= _MARGIN + (_RINGING_MARGIN - _MARGIN) * min(_RINGING_WEIGHT * share, 1.0)
-        # After jumps ringing is overestimated, by enough to cover the iterates beyond the first.
+        # After jumps, ringing is overestimated by enough to cover the iterates beyond the first.
         left = max(1.0 - change, 0.5) if situation.is_sharp and change < 1.0 else 1.0 - _SERIES_RATIO * change
         influence, resolved = change / left if left > 0.0 else math.inf, pace * TURN < SIGNED * turn.sampling.even
         situation.known["inertia"] = influence, share, pace, change if turn.smooth and resolved else 0.0
@@ -201,7 +202,7 @@ def _beside_inertia(situation: Situation, change: float, stiffens: bool = True) 
     if math.isinf(influence):
         # Results that inertia nearly cancels change by a larger share of themselves.
         lively = max(_AMPLIFICATION, alone) * own
-        # What a revolution leaves of a free motion; near resonance, next to all of it.
+        # Near a resonance, almost all of a free motion remains after a revolution.
         lively /= min(1.0, max(abs(1.0 - cmath.exp(complex(-decay, TURN * pace))), _MIN_DETUNING))
     if stiffens:
         moved = own * share * phase * (_PHASE_FIRST_ORDER + _PHASE_SECOND_ORDER * phase)

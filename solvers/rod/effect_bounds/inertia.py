@@ -16,7 +16,7 @@ amplitude, and for a smooth load by the corners due to friction.
 The periodic closure depends on the phase after a revolution, which is shifted toward resonance by its uncertainty.
 Faster modes ring too and are not computed: ``first_order`` has margins for them.
 
-Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for what corners leave ringing.
+Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for the ringing that corners excite.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def motion_of(
     corners = _corners_ring(states, even, share, pace, loss, strip, critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
-            # The response itself is the first term of a series.
+            # The quasi-static response is the first term of a series; the second difference estimates the next one.
             rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
         own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
@@ -115,12 +115,12 @@ def motion_of(
                 rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
     if fast:
-        # The sign at every angle is that of the stroke, or the opposite at all.
+        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
         for i in range(even):
             rings[i] = math.copysign(rings[i], states[STROKE, i])
     rung = np.empty(rows.shape)
     for i in range(rows.shape[1]):
-        # Of a mode's motion, its inertia is the square of its frequency.
+        # The inertia of a mode's motion is proportional to the square of its frequency.
         rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
         for k in range(rows.shape[0]):
             rung[k, i] = rows[k, greatest] * rate
@@ -244,7 +244,7 @@ def _share_of(rise: Array, shape: Array) -> Array:
 def _own_motion(
     angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
 ) -> tuple[Array, Array]:
-    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of what rings in it.
+    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of its free vibration.
 
     For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
     load's pieces.
@@ -262,7 +262,8 @@ def _own_motion(
             end[i] = begin[(i + 1) % n]
     else:
         _fill_curvatures(angle, share, width, ends, begin, end, kick)
-    # Omega, half the rate of decay, and the cosine and sine of the damped phase times what remains after the step.
+    # Per step: Omega, half the rate of decay, and the cosine and sine of the damped phase times the decay over the
+    # step.
     turn, slower = np.empty((4, n)), math.sqrt(1.0 - 0.25 * loss * loss)
     for i in range(n):
         w = 0.5 * (pace[i] + pace[(i + 1) % n])
@@ -276,8 +277,8 @@ def _own_motion(
         _advance(forced, turn[:, i], width[i], begin[i], end[i])
         _advance(first, turn[:, i], width[i], 0.0, 0.0)
         _advance(second, turn[:, i], width[i], 0.0, 0.0)
-    # (I - M)^-1 = adj(I - M)/(1 - tr M + det M), where det M = k^2 and tr M = 2 k cos theta: the phase theta and what
-    # remains of the motion, k, after a revolution. The divisor is |1 - k exp(i theta)|^2.
+    # (I - M)^-1 = adj(I - M)/(1 - tr M + det M), where det M = k^2 and tr M = 2 k cos theta; theta is the phase and k
+    # the decay over a revolution. The divisor is |1 - k exp(i theta)|^2.
     phase = (pace * width).sum()
     kept = max(math.exp(-0.5 * loss * phase), _LEAST_KEPT)
     left = 1.0 - first[0] - second[1] + kept * kept
@@ -351,7 +352,7 @@ def _corners_ring(
     states: Array, count: int, share: Array, pace: Array, loss: float, strip: Strip, critical: float
 ) -> float:  # fmt: skip
     """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles, times
-    Omega^(1/2): as Omega varies, that is what remains the same.
+    Omega^(1/2), which is invariant while Omega varies slowly.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -377,7 +378,7 @@ def _corners_ring(
 
 @kernel
 def _divisor(kept: float, sine: float) -> float:
-    """|1 - k exp(i theta)| from k and |sin| of half of theta."""
+    """|1 - k exp(i theta)| from k and |sin(theta/2)|."""
     return math.sqrt((1.0 - kept) ** 2 + 4.0 * kept * sine * sine)
 
 

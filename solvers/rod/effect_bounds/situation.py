@@ -115,7 +115,7 @@ class Turn:
 class Situation:
     """A scene with its strip; derived quantities are computed on first use.
 
-    ``excluded`` are the effects that are left out whatever their influence.
+    ``excluded``: effects that are left out regardless of their influence.
     """
 
     scene: Scene
@@ -194,9 +194,11 @@ class Situation:
 
     @cached_property
     def upright(self) -> Turn | None:
-        """The revolution for judging shape corrections: if the strip buckles in ``turn``, without friction and mass if
-        they are excluded. None if it buckles all the same: then forces are all there is, and no correction of a shape
-        changes them."""
+        """The revolution by which shape corrections are judged.
+
+        If the strip buckles in ``turn``, the revolution without friction and mass, provided that they are excluded.
+        None if it still buckles: only forces are then defined, and no shape correction changes them.
+        """
         if self.turn.stands:
             return self.turn
         drive = drive_of(self.scene, 0.0) if "reciprocating_inertia" in self.excluded else self.drive

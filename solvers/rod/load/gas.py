@@ -180,7 +180,7 @@ class TableLoad:
 
     @cached_property
     def _middle(self) -> PressureCurve:
-        # The middle of the three revolutions.
+        # Keep the middle one of the three revolutions.
         points = len(self.angle)
         pieces = np.ascontiguousarray(self._curve.c[:, points : 2 * points])
         return PressureCurve(0.0, 0.0, 0.0, np.ascontiguousarray(self._curve.x[points : 2 * points + 1]), pieces)

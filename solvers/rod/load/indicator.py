@@ -21,8 +21,8 @@ from solvers.rod.load.gas import TURN, require_back_pressure, sharpest
 from solvers.rod.scene import JUMP, Mechanism, Piston, PressureCurve
 
 _WIDEST, _CLOSE, _MOST_HALVINGS = TURN / 64, 3e-12, 12
-"""Pieces of the curve at first, at most that wide [rad]; they are halved, so often at most, until between the points of
-their cubics the pressure is as close, as a share of the greatest."""
+"""Resolution of the curve: maximum width of its initial pieces [rad], the error between the interpolation points of a
+cubic, relative to the maximum pressure, above which a piece is halved, and the maximum number of halvings."""
 
 _THROUGH_FOUR = 0.5 * np.array(
     [[-9.0, 27.0, -27.0, 9.0], [18.0, -45.0, 36.0, -9.0], [-11.0, 18.0, -9.0, 2.0], [2.0, 0.0, 0.0, 0.0]]
@@ -83,8 +83,11 @@ class IndicatorLoad:
         return PressureCurve(0.0, 0.0, 0.0, ends, np.ascontiguousarray(pieces))
 
     def _cubics(self, ends: NDArray[np.float64]) -> tuple[NDArray[np.float64], ...]:
-        """Coefficients of the cubics through four points of every piece, by its shares, highest power first, (4,
-        pieces); the pressures there; and what they miss between the points (pieces,)."""
+        """Interpolating cubics of all pieces.
+
+        Coefficients in the fraction of the piece, highest power first, (4, pieces); the pressures at their four points,
+        (4, pieces); and the largest interpolation error midway between these, (pieces,).
+        """
         low, width = ends[:-1], np.diff(ends)
         values = self.unrolled.pressure(low + width * np.arange(7)[:, None] / 6.0)
         values[6, :-1] = values[0, 1:]
@@ -120,7 +123,8 @@ class IndicatorLoad:
         return self._mean if self.back_pressure is None else self.back_pressure
 
     def sharp_angles(self) -> NDArray[np.float64]:
-        """The diagram's points, of very many the extreme ones, and the ends of the steps at dead centres."""
+        """The diagram's points (of a very long one only the extreme points) and the ends of the steps at the dead
+        centres."""
         centres = np.array([centre for centre, _ in self.unrolled.jumps])
         points = np.unique(np.mod(self.unrolled.breaks, TURN))
         points = sharpest(points, self.unrolled.pressure(points))

@@ -130,7 +130,7 @@ def linear_slope(
 
 @kernel
 def scratch(nodes: int) -> Array:
-    """Work space of ``bent_by`` and ``third_order`` for this number of nodes."""
+    """Workspace of ``bent_by`` and ``third_order`` for this number of nodes."""
     return np.empty((6, nodes + 3))
 
 

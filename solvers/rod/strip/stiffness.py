@@ -14,5 +14,5 @@ def bending_stiffness(scene: Scene, dimensions: Dimensions) -> float:
 
 
 def shear_stiffness(scene: Scene, dimensions: Dimensions) -> float:
-    """k G A [N]."""
+    """Shear stiffness k G A of the section [N]."""
     return SHEAR_FACTOR * scene.material.shear_modulus * dimensions.b * dimensions.h

@@ -37,7 +37,7 @@ def change(request: dict, path: str, value: object) -> bytes:
         ("dimensions/h_mm", 0, "/dimensions/h_mm"),
         ("load/delta", 1, "/load/delta"),
         ("load/extra", 1, "/load/extra"),
-        ("load/kind", "other", "/load"),
+        ("load/kind", "other", "/load/kind"),
         ("name", "x" * 201, "/name"),
         ("name", "a\x00b", "/name"),
         ("accuracy", 1e-13, "/accuracy"),
@@ -57,6 +57,9 @@ def test_every_bad_field_is_named(client, check_request, path, value, pointer):
     assert all(entry["detail"] and entry["allowed"] for entry in problem["errors"])
 
 
+LOADS = "schmidt, table, constant, indicator, run"
+
+
 @pytest.mark.parametrize(
     ("path", "value", "pointer", "detail", "allowed"),
     [
@@ -64,10 +67,11 @@ def test_every_bad_field_is_named(client, check_request, path, value, pointer):
          "crank_radius_mm, rod_length_mm, speed_hz"),
         ("load/p_min", -1, "/load/p_min", "is no field; did you mean p_min_mpa?",
          "kind, p_min_mpa, delta, theta_rad, back_pressure_mpa"),
-        ("load", {"kind": "schmit"}, "/load", "is none of the forms this field can have; did you mean schmidt?",
-         'an object whose "kind" is one of schmidt, table, constant, indicator, run'),
-        ("load", {"kind": 7}, "/load", "is none of the forms this field can have",
-         'an object whose "kind" is one of schmidt, table, constant, indicator, run'),
+        ("load", {"kind": "schmit"}, "/load/kind", "is none of the values it can have; did you mean schmidt?", LOADS),
+        ("load", {"kind": 7}, "/load/kind", "is none of the values it can have", LOADS),
+        ("load", {"kind": None}, "/load/kind", "is none of the values it can have", LOADS),
+        ("load", {"p_min_mpa": 1.4}, "/load/kind", "is missing", LOADS),
+        ("load", 5, "/load", "is none of the forms this field can have", f'an object whose "kind" is one of {LOADS}'),
         ("load", {"kind": "table", "angle_deg": [0.0, 180.0, 360.0], "pressure_mpa": "x"}, "/load/pressure_mpa",
          "is not an array", "an array"),
         ("effects", "al", "/effects", "is none of the values it can have; did you mean all?", "'auto' or 'all'"),

@@ -38,7 +38,8 @@ def test_a_rotating_bar_sweeps_a_disc_and_an_oscillating_one_a_sector():
     full = outline(turned(np.linspace(0.0, 2.0 * math.pi, 721), 3.0), 0.5)
     assert area(full) == pytest.approx(math.pi * 3.5**2, rel=1e-3)
     swung = outline(turned(np.linspace(-0.4, 0.4, 241), 3.0), 0.5)
-    # The sector, a strip along its edge, half a disc at the tip's two corners together, and what is behind the pivot.
+    # The area of the sector, of a strip along its edge, of the corners at the tip (together half a disc), and of the
+    # part behind the pivot.
     exact = 0.5 * 9.0 * 0.8 + 0.5 * (2.0 * 3.0 + 0.8 * 3.0) + 0.25 * math.pi
     assert area(swung) == pytest.approx(exact, rel=2e-3)
 

@@ -46,7 +46,7 @@ def test_no_such_run_or_export(client, run):
 
 
 def test_a_run_without_a_result_has_none(client, design_request):
-    # A study goes on for seconds, so it is cancelled before it ends.
+    # A study takes seconds, so it is cancelled before it ends.
     study = {"spec": {**design_request, "name": "to be given up"}, "study_budget_s": 8.0}
     queued = client.post("/api/v1/accuracy/flexible-rod", json=study, headers={"Prefer": "respond-async"}).json()
     client.delete(queued["links"]["self"])
@@ -71,7 +71,8 @@ def test_what_the_installation_lacks_is_named(client, run, monkeypatch):
 
 
 def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
-    """Made in a worker, whose registry is its own: the format is a real one, only patience is gone."""
+    """The file is made in a worker, which has a registry of its own; so the format is a real one, and only the waiting
+    time is changed."""
     monkeypatch.setattr("app.run_exports.WAIT_S", 0.0)
     in_a_worker = replace(registry.EXPORTS["json"], where=ExportProcess.WORKER)
     monkeypatch.setitem(registry.EXPORTS, "json", in_a_worker)
@@ -87,6 +88,17 @@ def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
     browser = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg=1", headers={"Accept": "text/html"})
     assert browser.status_code == 202
     assert "refresh" in browser.headers
+    assert "The file is being made" in browser.text
+
+
+def test_the_page_that_promises_a_file_is_in_the_readers_language(client, run, monkeypatch):
+    monkeypatch.setattr("app.run_exports.WAIT_S", 0.0)
+    monkeypatch.setitem(registry.EXPORTS, "json", replace(registry.EXPORTS["json"], where=ExportProcess.WORKER))
+    for code, said in (("uk", "Файл створюється"), ("ru", "Файл создаётся")):
+        headers = {"Accept": "text/html", "Accept-Language": code}
+        page = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg={len(code)}{ord(code[0])}", headers=headers)
+        assert page.status_code == 202
+        assert f'<html lang="{code}">' in page.text and said in page.text
 
 
 def test_angles_are_numbers_and_tools_are_known(client, run):

@@ -1,4 +1,5 @@
-"""STEP: read back by OpenCASCADE, once for all parts and sizes, for its import is dear; and the life of its process."""
+"""STEP: read back by OpenCASCADE, once for all parts and sizes, because its import is slow; and the lifetime of its
+process."""
 
 from __future__ import annotations
 

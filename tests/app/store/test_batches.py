@@ -104,7 +104,7 @@ def test_chunks_become_smaller_towards_the_end(database_url: str) -> None:
         counts = []
         while claimed := await store.write(Claim(batch.number, "a", 30.0, 1, 16, 0.25)):
             counts += [chunk.count for chunk in claimed]
-        # A quarter of what waits, at most 16 and at least 16/8; a block's last chunk is what is left of it.
+        # A quarter of the waiting items, at most 16 and at least 16/8; the last chunk of a block is its remainder.
         assert counts == [16, 16, 16, 12, 9, 7, 5, 4, 3, 2, 2, 2, 2]
 
     run(database_url, story)

@@ -152,7 +152,7 @@ def test_a_full_database(store: RunStore) -> None:
 
     assert asyncio.run(write()) is FaultKind.FULL
     assert store._fault is not None and store._fault.kind is FaultKind.FULL
-    # What still fits shows that it is over.
+    # Writes that still fit show that the fault is over.
     check_reported(store, None)
     with pytest.raises(UnknownRun):
         asyncio.run(store.get(large.id))

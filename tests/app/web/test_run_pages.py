@@ -103,6 +103,15 @@ def test_two_runs_are_compared(client, pins):
     assert "None: both were asked the same" in client.get(f"/runs/compare?run={pins[0]['id']}&run={pins[0]['id']}").text
 
 
+def test_choices_are_worded_in_a_comparison_as_on_the_page_of_a_run(client):
+    spec = example("flexible-rod", Mode.CHECK)
+    thicker = {**spec, "dimensions": {**spec["dimensions"], "h_mm": 0.5}}
+    a, b = (made(client, "checks/flexible-rod", each)["id"] for each in (spec, thicker))
+    for page in (f"/runs/{a}", f"/runs/compare?a={a}&b={b}"):
+        row = re.search(r"fibre that governs.*?</tr>", client.get(page).text, re.DOTALL)
+        assert row and "inner, −h/2" in row[0], page
+
+
 def test_runs_of_different_kinds_are_not_compared(client, pins):
     other = made(client, "checks/impact-linkage", example("impact-linkage", Mode.CHECK))
     assert client.get(f"/runs/compare?a={pins[0]['id']}&b={other['id']}").status_code == 422

@@ -1,4 +1,4 @@
-"""Names of the contract as an engineer says them."""
+"""Field names in the wording of engineers."""
 
 from __future__ import annotations
 

@@ -69,7 +69,8 @@ def test_specific_patterns_precede_generic_ones():
 
 def test_sentences_are_extracted_from_the_sources():
     gathered = sentences()
-    # Refusal, warning with figures, an effect's reason, claim, word beside a formula; no formulas, no names.
+    # A refusal, a warning with figures, an effect's reason, a claim, a description of a formula; but no formulas and no
+    # names.
     assert {
         "the crank is not shorter than the rod, so the mechanism cannot turn",
         "the wall is {} mm at its thinnest, not the {} asked",

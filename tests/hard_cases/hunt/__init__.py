@@ -1,1 +1,2 @@
-"""A search for scenes on which a core function errs most, in eps max(1, kappa), against the references' own makers."""
+"""A search for the scenes with the largest errors of a core function, in eps max(1, kappa), judged by the generators of
+the references."""

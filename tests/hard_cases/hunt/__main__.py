@@ -1,4 +1,5 @@
-"""``python -m tests.hard_cases.hunt WING|all SECONDS [SEED]``: hunt, print the worst, keep what is worth keeping."""
+"""``python -m tests.hard_cases.hunt WING|all SECONDS [SEED]``: search, print the worst cases, and store those worth
+keeping."""
 
 from __future__ import annotations
 
@@ -24,7 +25,8 @@ MAKERS = {
     "linkage": make_linkage_references.main,
 }
 THRESHOLD = 30.0
-"""Finds of more are kept, up to MOST; of less only the worst; and all only where worse than those kept before."""
+"""Error [eps max(1, kappa)] above which finds are kept, up to MOST of them; below it only the worst one is. A find is
+only kept if it is worse than those kept before."""
 MOST = 3
 SHOWN = 5
 
@@ -40,7 +42,7 @@ def found_before(quarry: Quarry, data: dict) -> list[dict]:
 
 
 def keep(quarry: Quarry, bag: Bag) -> list[str]:
-    """Writes finds to the wing's cases and makes their references; their names."""
+    """Add finds to the wing's cases and generate their references; returns their names."""
     data, names = cases.read(quarry.wing), []
     for find in worth_keeping(quarry, bag, data):
         name = f"found_{quarry.stem}_{len(found_before(quarry, data)) + 1}"

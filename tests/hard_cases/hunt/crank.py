@@ -1,5 +1,5 @@
-"""The crank's motion and its inverse, to the edges of what turns; its cycle on unrolled diagrams and on tables; masses
-from a pendulum's periods."""
+"""The crank's motion and its inverse, up to the limits of rotatability; its cycle with diagrams and with tables; masses
+from the periods of a pendulum."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from tests.hard_cases.test_crank import EPS, answers, motions, off, units
 BASE = read("crank")["base"]
 
 DIGITS = 130
-"""A position of 1e-30 is a difference of lengths, and is changed at the twentieth digit."""
+"""A position of 1e-30 is a difference of lengths, and conditions are evaluated by changes in its twentieth digit."""
 
 
 def motion(point: np.ndarray) -> dict:
@@ -49,7 +49,7 @@ def judge_motion(case: dict) -> Iterator[tuple[str, float]]:
 
 
 def pendulum(point: np.ndarray) -> dict:
-    """A rod's share of length, its inertia about that of two masses, amplitude, and bores."""
+    """Relative position of a rod's centre of mass, its inertia relative to the two-mass model, amplitude, and bores."""
     pivots = power(point[0], -3, 1)
     arm = between(point[1], 0.51, 0.95) * pivots
     radius_squared = arm * (pivots - arm) * (1.0 - power(point[2], -3.3, -0.2))
@@ -83,7 +83,7 @@ def judge_pendulum(case: dict) -> Iterator[tuple[str, float]]:
 
 
 def cycle(point: np.ndarray) -> dict:
-    """Mechanism, masses, speed, clearance, and a diagram or a table of any shape from a few numbers."""
+    """Mechanism, masses, speed, clearance, and a diagram or table of arbitrary shape, generated from a few numbers."""
     radius = between(point[0], 0.02, 0.09)
     length = radius * (1.0 + power(point[1], -3, 3))
     offset = pick(point[2], 0.0, between(point[2] * 3 % 1, -0.99, 0.99)) * (length - radius)
@@ -92,7 +92,7 @@ def cycle(point: np.ndarray) -> dict:
     clearance = area * motion.stroke * power(point[4], -3, 3)
     shape = np.random.default_rng(int(point[5] * 1e6))
     count, low = int(shape.integers(3, 9)), power(point[6], 3, 7)
-    if point[7] < 0.1:  # Their work takes the reference a minute.
+    if point[7] < 0.1:  # The reference takes a minute for their work.
         angles = np.sort(shape.uniform(0.0, 4.0 * math.pi, count + 2))
         pressure = {
             "kind": "table",
@@ -124,7 +124,7 @@ def cycle(point: np.ndarray) -> dict:
 
 
 def judge_cycle(found: dict) -> Iterator[tuple[str, float]]:
-    """The works, and the worst forces against what acts at the very angles that are told as theirs."""
+    """Errors of the works, and of the worst forces compared with the exact forces at the reported angles."""
     whole = found | {"scene": merged(BASE, found["changes"])}
     outcome, told = answers(whole, 1e-12)
     with mp.workdps(DIGITS_OF_A_CYCLE):
@@ -132,7 +132,8 @@ def judge_cycle(found: dict) -> Iterator[tuple[str, float]]:
         breaks, period = machine.gas.breaks, machine.gas.period
         forces = {}
         for worst in outcome.value.worst:
-            # A point next to a dead centre is a break of its own: what is told is the greatest of them all.
+            # A data point next to a dead centre is a separate break; the reported force is the greatest over all breaks
+            # nearby.
             at = mp.mpf(worst.angle)
             near = [at, *(b for b in breaks if abs(b - at) < 1e-7)]
             sides = [machine.forces(b, before)[worst.name] for b in near for before in (False, True)]

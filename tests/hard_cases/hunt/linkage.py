@@ -1,5 +1,5 @@
-"""The linkage's closed forms, its transfer function and slope, its peak loads and its least box, over all types to the
-edges of what turns."""
+"""The linkage's closed forms, its transfer function and slope, its peak loads and its minimum box, for all types up to
+the limits of rotatability."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from tests.hard_cases.test_linkage import bar_of, closed_forms, curve_units, slo
 
 KINDS = ("largest_coupler", "largest_base", "largest_rocker")
 _CLOSE = 1e-13
-"""To what the least box is asked for: the tightest that a check asks."""
+"""Tolerance of the minimum box, the tightest that a check requests."""
 
 
 def family(point: np.ndarray) -> dict:
-    """Type, restitution, how far the free ratio is above its least."""
+    """Type, restitution, and distance of the free ratio from its minimum."""
     kind = pick(point[0], *KINDS)
     restitution = pick(point[1], power(point[2], -9, -0.3), between(point[2], 0.3, 0.99))
     margin = power(point[3], -3 if kind == "largest_rocker" else -14, 4)
@@ -48,7 +48,7 @@ def judge_ratio(found: dict) -> Iterator[tuple[str, float]]:
 
 
 def judge_searched(found: dict) -> Iterator[tuple[str, float]]:
-    """Greatest and least values against the extremes next to where the solvers see them."""
+    """Errors of extreme values, compared with the exact extremes near the reported positions."""
     with mp.workdps(DIGITS):
         bar = bar_of(found, closed_case(found, ()))
     told, box = peaks(bar, 1.0, 1.0), least_box(sweep(bar, 1.0), 0.0, tolerance=_CLOSE)

@@ -1,4 +1,4 @@
-"""What the last hunts came to: tests/hard_cases/hunts.json, and the page's part on it."""
+"""Results of the latest searches (tests/hard_cases/hunts.json), and their section of the page."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def note(wing: str, stem: str, entry: dict) -> None:
 
 
 def told() -> Iterator[str]:
-    """The page's part: one row for every quarry."""
+    """The section of the page: one row per quarry."""
     yield "## The hunt"
     yield ""
     yield (

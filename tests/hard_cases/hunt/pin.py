@@ -1,5 +1,5 @@
-"""The pin's wall at one place under every criterion, from a force of next to nothing to what the solid pin carries;
-what a pin of one bore weighs, gives and bears; the bushing's wall at one place."""
+"""The pin's wall at one position under every criterion, from almost no force to the capacity of the solid pin; mass,
+deflection and stress of a pin with uniform bore; the bushing's wall at one position."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ BASE = read("pin")["base"]
 
 
 def geometry(point: np.ndarray) -> dict:
-    """Lengths of diameters, criterion and Poisson's ratio, from the first six."""
+    """Lengths relative to the diameter, criterion and Poisson's ratio, from the first six coordinates."""
     diameter = power(point[0], -4, 0)
     return {
         "outer_diameter": diameter,
@@ -35,7 +35,7 @@ def place(share: float) -> str:
 
 
 def wall(point: np.ndarray) -> dict:
-    """Shear allowable, share of the greatest force, place."""
+    """Shear allowable, force relative to the capacity, position."""
     changes = geometry(point) | {"force": 1.0}
     changes["allowable_shear"] = pick(point[6], None, 75e6, power(point[6] * 3 % 1, 7, 9))
     whole = {"pin": BASE | changes}
@@ -53,7 +53,7 @@ def judge_wall(found: dict) -> Iterator[tuple[str, float]]:
 
 
 def tube(point: np.ndarray) -> dict:
-    """Force and the bore's share of the diameter, from none to next to no wall."""
+    """Force, and bore relative to the diameter, from none to almost no wall."""
     changes = geometry(point) | {"force": power(point[7], -6, 6)}
     ratio = pick(point[6], power(point[8], -9, 0), between(point[8], 0.01, 0.99), 1.0 - power(point[8], -9, -1))
     return {"changes": changes, "ratio": min(ratio, 1.0 - 1e-9)}
@@ -67,7 +67,7 @@ def judge_tube(found: dict) -> Iterator[tuple[str, float]]:
 
 
 def bushing(point: np.ndarray) -> dict:
-    """Shear allowable, force from nothing to what asks for a wall a hundred bores thick, bore, place."""
+    """Shear allowable, force from zero to one that requires a wall of a hundred bores, bore, position."""
     changes = geometry(point) | {"force": power(point[7], -12, 12) * power(point[0], -4, 0) ** 2}
     changes["allowable_shear"] = pick(point[6], None, 75e6, power(point[6] * 3 % 1, 7, 9))
     return {"changes": changes, "bore": pick(point[8], 0.0, changes["outer_diameter"]), "place": place(point[9])}

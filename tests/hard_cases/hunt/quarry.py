@@ -1,4 +1,4 @@
-"""What is hunted: a bounded space of scenes, each a case as the wing's file of cases has it."""
+"""A quarry: a bounded space of scenes, each a case in the format of the wing's file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Quarry:
-    """``case`` turns a point of the unit cube into a case, None where there is no scene; ``judge`` yields the name of
+    """``case`` maps a point of the unit cube to a case, None if it is no valid scene; ``judge`` yields the name of
     every value with its error in eps max(1, kappa)."""
 
     wing: str
@@ -36,7 +36,7 @@ def pick(share: float, *choices):
 
 
 def entries(found) -> dict:
-    """name -> (value, condition) as the files of references have it."""
+    """name -> (value, condition) as in the files of references."""
     return {
         name: {"value": mp.nstr(value, 30), "condition": float(mp.nstr(kappa, 6))}
         for name, (value, kappa) in found.items()

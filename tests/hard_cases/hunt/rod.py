@@ -17,7 +17,7 @@ BASE = read("rod")["base"]
 
 
 def strip(point: np.ndarray) -> dict:
-    """Family, how far along it, length, and how much longer the rod is than its strip."""
+    """Family, position within it, length, and excess of the rod's length over the strip's."""
     length = between(point[2], 0.01, 1.0)
     rod_length = length * (1.0 + pick(point[3], 0.0, power(point[4], -9, 3), power(point[4], -2, 1)))
     family = pick(point[0], "tension", "compression", "buckling")
@@ -40,7 +40,8 @@ def judge_strip(found: dict) -> Iterator[tuple[str, float]]:
 
 
 def held(point: np.ndarray) -> dict:
-    """Lengths of the rod, the section, a constant pressure from strong tension to a float below buckling, the clamp."""
+    """Rod length, section, a constant pressure from strong tension up to one float below buckling, and the clamp
+    offset."""
     rod_length = power(point[0], -4, 3)
     length = rod_length * pick(point[1], 1.0, power(point[2], -3, 0), between(point[2], 0.1, 1.0))
     h = length * power(point[3], -4, -0.5)

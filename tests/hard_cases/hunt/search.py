@@ -1,4 +1,4 @@
-"""Differential evolution toward the greatest error, begun anew until time or generations run out."""
+"""Differential evolution that maximises the error, restarted until the time or the number of generations is used up."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from tests.hard_cases.hunt.quarry import Quarry
 CROWD = 5
 """Points per dimension."""
 GENERATIONS = 12
-"""Of one beginning: errors are rounding, so that a crowd is worth leading only so far."""
+"""Generations per start: errors are rounding errors, so a population soon stops improving."""
 _BROKEN = 1e18
 
 
 @dataclass(frozen=True)
 class Find:
-    """A scene and the value that is furthest off."""
+    """A scene and its value with the largest error."""
 
     units: float
     value: str
@@ -30,7 +30,7 @@ class Find:
 
 @dataclass(frozen=True)
 class Bag:
-    """Every scene's worst value, the worst first."""
+    """The worst value of every scene, sorted by error."""
 
     finds: tuple[Find, ...]
 
@@ -42,7 +42,7 @@ class Bag:
 def search(
     quarry: Quarry, seed: int, seconds: float, beginnings: float = math.inf, generations: int = GENERATIONS
 ) -> Bag:
-    """Scenes judged within a time or, to be the same on every machine, within a number of beginnings."""
+    """Scenes judged within a time limit or, for reproducible results, within a number of starts."""
     finds: list[Find] = []
     until = time.monotonic() + seconds
 

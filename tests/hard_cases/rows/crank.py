@@ -25,7 +25,7 @@ def pendulum_row(case) -> Row:
 
 
 def cycle_row(case) -> Row:
-    """kappa is what is added up to a value, in values."""
+    """kappa is the sum of the magnitudes of a value's terms, relative to the value."""
     reference, measured = REFERENCES[case["name"]], []
     _, found = answers(case, 1e-12)
     for name, value in found.items():

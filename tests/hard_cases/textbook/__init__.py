@@ -1,1 +1,1 @@
-"""Formulas as textbooks have them, in floats: what the hard cases are set beside."""
+"""Textbook formulas in floats, for comparison in the hard cases."""

@@ -24,7 +24,7 @@ def forces(case, x):
 
 
 def demand(case, x):
-    """F(d/D), so that strength asks for 1 - (d/D)^4 >= F."""
+    """F(d/D) of the strength requirement 1 - (d/D)^4 >= F."""
     q, m = forces(case, x)
     D, sigma, nu, criterion = (case[n] for n in ("outer_diameter", "allowable_stress", "poisson", "criterion"))
     bending = 32 * m / (math.pi * D**3)

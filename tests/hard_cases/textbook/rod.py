@@ -72,7 +72,7 @@ def check(scene, strip):
 
 
 def fed_back(scene, strip, angle):
-    """The axial force at an angle with the friction force in it, by repetition."""
+    """The axial force including friction at an angle, by fixed-point iteration."""
     piston = scene.piston
     plain = -float(scene.load.pressure(np.array([angle]))[0] - scene.load.reference_pressure()) * piston.area
     stiffness = scene.material.elastic_modulus * strip.b * strip.h**3 / 12

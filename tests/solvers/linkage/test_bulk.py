@@ -16,7 +16,7 @@ ONLY_ENVELOPE = EffectSelection(include=frozenset({"envelope"}), automatic=False
 
 
 def drawn(kind, count, seed):
-    """Restitutions all but dead to all but elastic, free ratios from next to the least upward, cranks, energies."""
+    """Restitutions from almost 0 to almost 1, free ratios from just above the minimum, cranks, energies."""
     rng = np.random.default_rng(seed)
     restitution = rng.choice([10 ** rng.uniform(-4, -2), 0.3, 0.6, 0.93], count) * rng.uniform(0.9, 1.0, count)
     least = np.array([kind.least_parameter(Gain(r)) for r in restitution])

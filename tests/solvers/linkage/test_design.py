@@ -162,7 +162,7 @@ def test_greatest_speed_and_frequency_in_a_given_box():
     fast = designed(BREAKER, limits, "impact_speed")
     assert fast.value.check.box.width <= 0.08 * (1 + 1e-9)
     assert fast.value.value == pytest.approx(fast.value.check.strike.impact_speed, rel=1e-9)
-    # The same box asked for at that speed is reached, and at one more it is not.
+    # The same box can be reached at that speed, but not at a higher one.
     same = designed(replace(BREAKER, impact_speed=fast.value.value * 0.999), limits, "longest_link")
     more = designed(replace(BREAKER, impact_speed=fast.value.value * 1.001), limits, "longest_link")
     assert same.value is not None
@@ -195,7 +195,7 @@ def test_an_impossible_limit_is_diagnosed_by_its_best_value(limits, requirement)
     assert outcome.value is None
     entry = next(e for e in outcome.diagnosis if e.requirement == requirement)
     assert "closest with the" in entry.advice
-    # Alone, the best value is reached when it is asked for, and not when 1 % more is.
+    # Alone, the best value can be reached, but not one that is 1 % better.
     better = -1 if requirement == "min_link" else 1
     alone = Limits(joint_radius=limits.joint_radius)
     for share, there in ((1e-3, True), (-1e-2, False)):

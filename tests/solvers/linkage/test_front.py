@@ -1,4 +1,4 @@
-"""Pareto fronts: every point is a design of its own, and none beats another."""
+"""Pareto fronts: every point is a separate design, and none dominates another."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Verdicts on linkages: limits, the speed asked for, and whether it turns, strikes and lasts."""
+"""Verdicts on linkages: limits, the required speed, full rotation, ability to strike, and durability."""
 
 from __future__ import annotations
 

@@ -115,7 +115,7 @@ def test_a_kink_has_the_chord_bound():
 
 
 def test_a_skewed_peak_whose_slope_cancels_hides_nothing():
-    """Of many lopsided brackets some are such that the parabola's vertex falls on a point beside the peak."""
+    """Among many asymmetric brackets, some have the parabola's vertex on a point beside the peak."""
     rng = np.random.default_rng(11)
     skews, widths = rng.uniform(-0.6, 0.6, 4000), rng.uniform(0.05, 0.5, (4000, 2))
     starts = rng.uniform(-0.04, 0.04, 4000)

@@ -46,7 +46,7 @@ def test_what_was_compiled_before_is_loaded_where_nothing_can_be_written(tmp_pat
     environment = {**os.environ, "PYTHONPATH": str(ROOT), "XDG_CACHE_HOME": str(tmp_path / "none")}
     if where != "in tree":
         environment[where] = str(elsewhere)
-        (folder / "__pycache__").write_text("no folder")  # so that nothing can be kept beside the source
+        (folder / "__pycache__").write_text("no folder")  # so that nothing can be cached beside the source
 
     def told(*words: str) -> str:
         command = [sys.executable, "-c", _TRIAL.replace("FOLDER", repr(str(folder))), *words]

@@ -1,4 +1,4 @@
-"""Ripple beside panels, against the functions written out and sampled closely."""
+"""Ripple in addition to panels, compared with the explicit functions on a fine grid."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ RULE = radau(10)
 
 
 class Rippling:
-    """A smooth wave and modes that begin anew at two corners of the turn; two parts, of which one is weighed double."""
+    """A smooth wave, and modes that restart at two corners of the revolution; two parts, one with weight two."""
 
     weights = np.array([1.0, 2.0])
 

@@ -41,7 +41,8 @@ def grams(scene, form=Free(), criterion="tresca_paper", accuracy=1e-10, effects=
 
 
 def program(scene=VAZ, criterion=PAPER, tolerance=1e-9, uniform=0, **limits):
-    """A program whose least walls are resolved; with ``uniform``, on that many panels a section, not adapted."""
+    """A program whose minimum walls are resolved; with ``uniform``, on that many panels per section, without
+    adaptation."""
     stations = opening_stations(scene)
     if uniform:
         while stations.x.size < uniform:

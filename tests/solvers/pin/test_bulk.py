@@ -57,7 +57,7 @@ def test_a_table_holds_what_single_checks_tell(criterion, material):
 def test_the_deflection_of_a_tube_is_that_of_its_closed_form():
     force, (a, b, gap), outer, bore = 15e3, (24e-3, 30e-3, 1e-3), 22e-3, 13e-3
     table = pin.check_bores([outer], a, b, gap, force, STEEL, [bore], shear_deflection=False)
-    # A beam on the bosses' edges, by moment areas on a fine grid: a way of its own.
+    # A beam on the bosses' edges, by the moment-area method on a fine grid: an independent method.
     x = np.linspace(a, a + gap + 0.5 * b, 200_001)
     s = np.maximum(x - a - gap, 0.0)
     moment = force * a / 6.0 + 0.5 * force * (x - a) - 0.5 * force / b * s**2
@@ -119,7 +119,7 @@ def test_a_list_is_answered_as_single_checks_are():
         assert told.keys() == wanted.keys()
         for name, value in wanted.items():
             if name == ".worst_section":
-                continue  # Where two places are used alike rounding decides.
+                continue  # If two positions are equally utilised, rounding decides.
             assert told[name] == (pytest.approx(value, rel=SAME, abs=0.0) if isinstance(value, float) else value), name
 
 

@@ -103,7 +103,7 @@ def test_the_papers_iteration_in_the_outer_diameter_contracts():
 
 
 def test_a_constant_bushing_is_the_pin_of_that_bore():
-    """The constant pin's best bore, given to the bushing, asks for the pin's own outer diameter."""
+    """A bushing with the best uniform bore of a pin requires the outer diameter of that pin."""
     outcome = pin.design(
         pin.PinProblem(pin.Scene(pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL), form=pin.Constant()),
         accuracy=1e-9,
@@ -245,7 +245,7 @@ def test_a_slope_is_kept_exactly():
 
 
 def test_further_cases_and_both_halves():
-    """A load case that bends one half only asks for more there, and no less elsewhere."""
+    """A load case that bends only one half requires more there, and no less elsewhere."""
     more = pin.LoadCase(
         (MacaulayTerm(9e3, 0.0, 0), MacaulayTerm(-12e3, 20e-3, 0), MacaulayTerm(3e3, 80e-3, 0)), 5e3, 40.0
     )

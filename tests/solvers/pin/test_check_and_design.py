@@ -1,4 +1,4 @@
-"""A given bore judged, further load cases carried, and what an infeasible pin is told."""
+"""Checks of a given bore, further load cases, and the diagnosis of an infeasible pin."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_bores_that_make_no_sense_are_refused(x, bore, field):
 
 
 def test_a_second_plane_and_a_torque_ask_for_more_where_they_act():
-    """The same load turned by 90 degrees asks for nothing more; a torque asks everywhere."""
+    """The same load turned by 90 degrees requires nothing more; a torque requires more everywhere."""
     turned = pin.LoadCase(tuple(pin.MacaulayTerm(t.coefficient, t.start, t.order, plane=1) for t in VAZ.cases[0].terms))
     alike = pin.Scene(GEOMETRY, 15e3, STEEL, (turned,))
     assert grams(alike, accuracy=1e-8) == pytest.approx(grams(VAZ, accuracy=1e-8), rel=1e-8)

@@ -100,7 +100,8 @@ def test_cones_with_cylinders_are_proven_under_a_deflection_limit(limit):
     ],
 )
 def test_cones_of_unlike_sides_are_proven(geometry, force, criterion):
-    """A cone of 0.4 % of the half, whose volume hardly knows its length; one that touches strength between stations."""
+    """A cone of 0.4 % of the half, whose volume hardly depends on its length; and one limited by strength between
+    stations."""
     scene = pin.Scene(geometry, force, pin.PinMaterial(250e6, 210e9, 0.3, 7850.0))
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), pin.CRITERIA[criterion]).value.deflection
     limits = pin.Limits(max_deflection=2.0 * solid)

@@ -28,7 +28,7 @@ def stations(edges):
 
 
 def at(pieces, x):
-    """The piece on whose span each place lies, evaluated."""
+    """The diameter at each position, from the piece that spans it."""
     return np.array([next(p for p in pieces if p.start <= place <= p.end).at(np.array(place)) for place in x])
 
 

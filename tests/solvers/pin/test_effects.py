@@ -1,4 +1,4 @@
-"""Effects: bounds that hold, what is left out leaves no trace, and none of its code runs."""
+"""Effects: their bounds hold, and an omitted effect leaves no trace and runs no code."""
 
 from __future__ import annotations
 

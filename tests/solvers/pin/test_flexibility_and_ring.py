@@ -169,7 +169,7 @@ def test_the_thick_ring_is_michells_series_to_its_last_digits(ratio, terms):
 
 
 def test_the_thick_ring_stays_one_curve_toward_no_wall_at_all():
-    """Growth times the cube of the wall, of which the last harmonics and the cut sums must leave no step."""
+    """The growth times the cube of the wall has no steps where harmonics are added or sums are truncated."""
     walls = np.geomspace(1e-6, 1e-2, 200)
     scaled = [
         ovalization.thick_ring(*PIN, 1.0 - w, MODULUS, POISSON).ovalization * w**3 / (2.0 - w) ** 3 for w in walls
@@ -238,7 +238,7 @@ def test_the_hoop_stress_rises_with_the_bore_and_around_it(bore):
 
 @pytest.mark.parametrize("ends", [(0.5, 0.799), (0.79, 0.6), (0.77, 0.8), (0.4, 0.76), (0.5, 0.85), (0.9, 0.81)])
 def test_no_ring_along_a_pin_or_a_bushing_is_stressed_more_than_told(ends):
-    """Every ring along it, against the one that is told."""
+    """The reported ring has the largest values of all rings along the part."""
     ratios = np.linspace(*ends, 2001)
     scene = pin.Scene(
         pin.Geometry(DIAMETER, 24e-3, 30e-3, 1e-3), FORCE, pin.PinMaterial(150e6, MODULUS, POISSON, 7850.0)

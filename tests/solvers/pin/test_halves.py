@@ -1,4 +1,4 @@
-"""A bore's two halves are taken as alike only where they are, on both sides of every place."""
+"""A bore counts as symmetric only if its halves agree, on both sides of every position."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The greatest use of the strength lies between stations: a dense look finds no more than the accuracy leaves."""
+"""Maximum utilisation between stations: dense sampling finds no excess beyond the accuracy."""
 
 from __future__ import annotations
 
@@ -67,7 +67,8 @@ def test_each_strength_has_a_greatest_use_of_its_own(seed, allowable):
 
 
 def sleeve(seed):
-    """A bushing, its outside straight from the end to the middle, under a load that bends and shears it alike."""
+    """A bushing with an outside that is straight from the end to the middle, under a load with equal bending and shear
+    utilisation."""
     rng = np.random.default_rng(seed)
     bore = 10 ** rng.uniform(-2.5, -0.7)
     boss, small = bore * 10 ** rng.uniform(-0.3, 0.6, 2) * np.array([1.0, 2.0])

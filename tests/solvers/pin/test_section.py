@@ -61,7 +61,7 @@ def test_no_load_needs_no_wall_and_too_much_has_none():
 
 
 def test_limits_that_meet_to_a_billionth():
-    """Two demands whose walls differ by 1e-9: the greater one decides."""
+    """Of two constraints whose walls differ by 1e-9, the larger wall applies."""
     low, high = paper_walls(0.3, 0.2)[0], paper_walls(0.3 * (1 + 1e-9), 0.2 * (1 + 1e-9))[0]
     assert 0 < high - low < 1e-9
 

@@ -146,7 +146,7 @@ def test_a_limit_only_the_solid_pin_misses_has_no_answer():
 
 @pytest.mark.parametrize("form", [Free(), Free(drillable=True), pin.Constant(), pin.Stepped(2), pin.Cone()])
 def test_every_form_uses_a_limit_next_to_the_solid_pin_up(form):
-    """What a design bends by is what its check says, up to the limit that the solid pin just keeps."""
+    """A design's deflection is that of its check, up to a limit that only the solid pin meets."""
     p = program(max_deflection=1.0)
     solid = p.deflection(np.ones_like(p.lower))
     for factor in (1 + 1e-9, 1.0007, 1.01):
@@ -239,7 +239,8 @@ def test_stiffer_asks_more():
 
 
 def test_a_kink_anywhere_in_a_panel_is_not_overlooked():
-    """Rules that judge quadrature must not all be exact by chance where one demand takes over from another."""
+    """The quadrature rules of the error estimate must not all be exact by chance where the governing constraint
+    changes."""
     one = Stations(np.array([0.0, 1.0]))
     for place in np.linspace(0.0, 1.0, 2001):
         kink = np.abs(one.x - place)

@@ -1,4 +1,4 @@
-"""Stepped bores and outsides: the bound against random steps and dense searches, and what is proven."""
+"""Stepped bores and outer profiles: the bound compared with random steps and dense searches, and the certificate."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ def of(verdict, name):
 
 @pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
 def test_the_rings_stress_is_judged_by_the_allowable_where_nothing_limits_it(form):
-    """With walls of 2 mm all but the constant bore are stressed to 338 MPa as rings; 150 are allowable."""
+    """With walls of 2 mm, all forms except the constant bore have ring stresses of 338 MPa, where 150 are allowable."""
     verdict, _ = designed(form, min_wall=2e-3)
     found = of(verdict, "ring_stress")
     assert (found.required, found.asked) == (150e6, False)

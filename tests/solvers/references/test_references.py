@@ -77,7 +77,8 @@ def test_a_given_bore_is_the_difference_of_two_solids_and_the_solid_pin_its_own_
         assert abs(bored["mass"][0] / solid - mp.mpf(3) / 4) < 1e-15
         full = pin.given_bore(case, [(0.0, 0.0), (float(length), 0.0)], True, patient)
         assert off(full["deflection"][0], digits("pin", "paper")["solid_deflection"]) <= CLOSE
-        # A tube's bending is that of the solid over 1 - r^4; its shear goes with Cowper's other coefficient.
+        # A tube's bending is that of the solid section divided by 1 - r^4; its shear deflection uses Cowper's
+        # coefficient of a tube.
         bent = [pin.given_bore(case, [(0.0, d), (float(length), d)], False, patient)["deflection"][0]
                 for d in (0.0, float(outer) / 2)]  # fmt: skip
         assert abs(bent[1] / bent[0] * (1 - mp.mpf(1) / 16) - 1) < 1e-14

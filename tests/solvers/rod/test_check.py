@@ -1,4 +1,5 @@
-"""A check against the dense model: errors within their estimates, estimates within what was asked for."""
+"""A check compared with the dense model: errors are within their estimates, and estimates within the requested
+accuracy."""
 
 from __future__ import annotations
 
@@ -175,7 +176,7 @@ def test_extremes_answer_with_finite_numbers_or_none(change, thickness):
 
 @pytest.mark.parametrize("size", [1e-6, 1e3])
 def test_a_machine_scaled_in_size_and_speed_has_the_same_safeties(size):
-    """Lengths times s: forces go with s^2 and stresses stay, as long as no inertia plays."""
+    """With all lengths multiplied by s, forces scale with s^2 and stresses are unchanged, without inertia."""
     m, p = PAPER.mechanism, PAPER.piston
     scene = dataclasses.replace(
         PAPER,

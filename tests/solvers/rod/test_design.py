@@ -45,7 +45,7 @@ def test_no_sampled_strip_beats_the_design_or_its_bound(objective, seed):
     d, r = outcome.value.check.dimensions, problem.requirements
     cost = cost_of(problem, outcome)
 
-    # What is claimed of the strip is so, and it meets what is asked, as the sampled model sees it.
+    # The reported values are correct and the requirements are met, by the densely sampled model.
     seen = sample(problem.scene, *arrays(d), angles=720, sections=201)
     assert seen.cost(objective)[0] == pytest.approx(cost, rel=1e-4)
     assert seen.admissible(r, -1e-8)[0]
@@ -84,11 +84,11 @@ def test_bound_and_gap_keep_their_promise(objective, seed):
 
 
 def test_strips_whose_worst_sections_are_harmless_to_each_other_are_told_apart():
-    # The bulge governs short strips and the clamp long ones: a search that forgets one of the two goes round between
-    # them and believes a strip to be half again as safe as it is.
+    # The bulge governs short strips and the clamp long ones: a search that forgets one of the two cycles between them
+    # and believes a strip to be half again as safe as it is.
     problem, _ = random_problem(np.random.default_rng(1144), "fatigue_safety", random_machine)
     outcome = rod.design(problem, CORE)
-    # By hand: the widest and thinnest strip, of the length at which clamp and bulge are used alike.
+    # By hand: the widest and thinnest strip, of the length at which clamp and bulge are equally utilised.
     b, h = problem.bounds.b[1], problem.bounds.h[0]
     lengths = np.linspace(0.104, 0.106, 41)
     sampled = sample(problem.scene, np.full(41, b), np.full(41, h), lengths, angles=720, sections=201)

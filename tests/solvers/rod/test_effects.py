@@ -1,4 +1,4 @@
-"""Effects of the rod as objects: absent means not computed, and auto keeps what it promises."""
+"""Effects of the rod as objects: an absent effect is not computed, and auto keeps within its tolerance."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ COUNTED = {"reciprocating_inertia", "large_displacement", "rod_inertia"}
 
 
 def parameters(strip):
-    """The effects whose terms the kernels are given."""
+    """The effects whose terms are passed to the kernels."""
     terms = {"beam_column": strip.couples, "shear": strip.compliance, "friction_feedback": strip.friction}
     return {name for name, term in terms.items() if term}
 
@@ -105,7 +105,8 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
 
 @pytest.mark.parametrize("others", [{"beam_column"}, {"beam_column", "large_displacement"}])
 def test_without_friction_its_results_do_not_exist_and_are_not_computed(monkeypatch, others):
-    """A strip without corrections is checked inside compiled code, which leaves what it does not compute undefined."""
+    """A strip without corrections is checked in compiled code, which leaves results undefined that it does not
+    compute."""
     rows = []
 
     def told(*arguments):

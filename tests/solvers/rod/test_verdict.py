@@ -1,4 +1,4 @@
-"""Verdicts on strips: what is asked of them, and what they must keep anyway."""
+"""Verdicts on strips: their requirements, and those that any strip must meet."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ def test_a_buckled_strip_does_not_hold_and_nothing_else_is_known_of_it():
 
 
 def test_a_strip_that_only_friction_buckles_does_not_hold():
-    """Its safety is told as 1: the compression at which shapes end is the critical force itself."""
+    """Its safety is reported as 1, because the maximum compression reached is the critical force."""
     outcome = rod.check(PAPER, STRIP)
     verdict = rod.judge(replace(outcome.value, stability_safety=1.0, stresses=None), outcome.accuracy)
     assert not any(criterion.holds for criterion in verdict.criteria)

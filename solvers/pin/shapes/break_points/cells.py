@@ -16,7 +16,7 @@ Array = NDArray[np.float64]
 CUT = 4
 _SAMPLES = np.linspace(0.0, 1.0, 17)
 _SAFETY_FACTOR = 2.0
-"""Safety factor of what a curve sags below its chord between two samples."""
+"""Safety factor on the sag of a curve below its chord between two samples."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ def cells(half: Half, t: Array, h: Array, sums: Sums | None) -> Cells:
     level = half.least(grid.ravel()).reshape(grid.shape)
     table = np.zeros((t.size, COLUMNS))
     table[:, AT : AT + 2] = grid[:, [0, -1]]
-    # f is non-decreasing, and between two samples its kinks are seen as the second differences beside them.
+    # f is non-decreasing; a kink between two samples shows in the second differences beside it.
     turn = np.maximum(np.diff(level, 2, axis=1), 0.0)
     sag = 0.25 * _SAFETY_FACTOR * (np.pad(turn, ((0, 0), (0, 1))) + np.pad(turn, ((0, 0), (1, 0)))).max(axis=1)
     first, last = level[:, 0], level[:, -1]

@@ -22,7 +22,7 @@ APART = 1e-12
 """Distance below which two positions of the bar, 0 to 1, are identical."""
 _SAMPLES_PER_EDGE = 8
 _CALL, _STEP, _PAIR = 20_000, 10, 4
-"""Work of a call, of a wall that requires a minimisation, and of one that does not, in evaluations of a cost."""
+"""Work in cost evaluations: of a call, of a wall that requires a minimisation, and of one that does not."""
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ class Ground:
         return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
 
     def walls(self, places: Array) -> Walls | None:
-        """Return the lightest walls for these break points; None if none is stiff enough."""
+        """Return the lightest walls for these break points; None if none are stiff enough."""
         if self.sums is not None:
             return self.half.weigh(places)
         levels = self.half.least(places)

@@ -89,7 +89,7 @@ class Half:
         return found
 
     def weigh(self, places: Array) -> Walls | None:
-        """Return the lightest walls for steps that end at these positions, the last at 1; None if none is stiff
+        """Return the lightest walls for steps that end at these positions, the last at 1; None if none are stiff
         enough."""
         share = np.diff(places, prepend=0.0)
         sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)

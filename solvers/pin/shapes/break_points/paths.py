@@ -106,7 +106,7 @@ def _step_cost(
     for e in range(2):
         for f in range(2):
             out[e, f] = np.inf
-    # Coincident breaks share a cell: going back and forth would gain the difference of the cells' lines.
+    # Coincident breaks share a cell; otherwise a step back and forth would gain the difference of two cells' lines.
     if before[AT] > after[AT]:
         return u, sought
     ends = 2 if before[AT + 1] > before[AT] else 1

@@ -43,8 +43,9 @@ _MOST_POINTS = 65
 """Maximum points of a break point in the search for the multiplier."""
 _POLISHING_GRID = np.linspace(-1.0, 1.0, 9)
 _MOST_WORK = 4_000_000
-"""Maximum work per step in cost evaluations, ten for one that requires a minimisation: 30 ms. Of 150 random problems
-those that closed did so within it; the others' gaps were nearly as wide after ten times as much."""
+"""Maximum work per step, about 30 ms, in cost evaluations (one that requires a minimisation counts as ten). Of 150
+random problems, all that closed their gap did so within this limit; ten times as much hardly narrowed the others'
+gaps."""
 _WEIGHING_WORK = 100_000
 """Work counted for the walls of one path."""
 _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
@@ -214,7 +215,7 @@ class _Search:
             self.places, self.walls = places, walls
 
     def _divided(self, kept: _Part, around: Around | None, bound: float) -> list[_Part]:
-        """Return the kept cells refined, or divided where a duality gap dominates."""
+        """Return the part with its cells refined, or divided into parts if a duality gap dominates."""
         if around is not None:
             missing = self.walls.volume - around.value
             if missing > max(self.gap * self.walls.volume, 0.5 * (self.walls.volume - bound)):
@@ -227,8 +228,8 @@ class _Search:
         return [replace(kept, layers=[_undominated(layer) for layer in split])]
 
     def _parted(self, part: _Part, around: Around) -> list[_Part]:
-        """Divide the part where a path's walls fall most if they should not, else between the soft and the stiff path,
-        in a wall or in a break point; none if these differ by no more than their cells."""
+        """Divide the part where a path's walls wrongly decrease most; otherwise between the soft and the stiff path, in
+        a wall or in a break point. Empty if the paths differ by no more than their cells."""
         fall, step, middle = max(
             (path[1, k] - path[1, k + 1], k, 0.5 * (path[1, k] + path[1, k + 1]))
             for path in (around.soft, around.stiff)
@@ -281,6 +282,6 @@ def _spread(t: Array) -> Array:
 
 
 def _undominated(layer: Cells) -> Cells:
-    """Remove the cells in which a break is dominated by the next position where f or the deflection increases, or by
-    1: the step before it is the thinner one and extends that far with the same wall."""
+    """Remove the cells in which a break is dominated by a later position: the next one where f or the deflection
+    increases, or 1. The step before the break is the thinner one, and extends that far with the same wall."""
     return layer.taken(~layer.level | (layer.table[:, AT + 1] >= 1.0 - APART))

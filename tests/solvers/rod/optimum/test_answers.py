@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.outcome import Status
+from solvers.outcome import EffectState, Status
+from solvers.rod.constraints import BY_NAME
 from tests.solvers.rod.dense_search import MISSED, dense_search, sample
 from tests.solvers.rod.machines import CORE
 from tests.solvers.rod.test_design import REFERENCE, bound_of, cost_of
@@ -94,6 +95,33 @@ def test_opponents_name_each_other():
         reached = {name: entries[name].attainable * 0.998}
         given = replace(asked, **{**other, **reached})
         assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
+
+
+@pytest.mark.parametrize(
+    "asked",
+    [
+        rod.Requirements(4.0, 1.8),
+        rod.Requirements(3.5, 6.0),
+        rod.Requirements(2.65, 1.8, max_friction_power=0.02),
+        rod.Requirements(2.65, 1.8, max_contact_pressure=1.0e4),
+    ],
+)
+@pytest.mark.parametrize("selection", [rod.AUTO, rod.ALL], ids=["auto", "all"])
+def test_what_is_attainable_is_reached_by_a_strip_and_known_as_well_as_is_said(asked, selection):
+    """The best on the full model is that of a design for the result itself, with the same effects."""
+    outcome = rod.design(replace(REFERENCE, requirements=asked), selection)
+    assert outcome.status is Status.INFEASIBLE
+    assert 0.0 < outcome.accuracy.estimated < 0.05
+    active = frozenset(effect.name for effect in outcome.effects if effect.state is EffectState.ACTIVE)
+    settled = rod.EffectSelection(active, frozenset(effect.name for effect in rod.EFFECTS) - active)
+    for entry in outcome.diagnosis:
+        row = BY_NAME[entry.requirement]
+        alone = replace(REFERENCE, objective=rod.OBJECTIVES[row.serves], requirements=ANYTHING)
+        best = rod.design(alone, settled)
+        value, doubt = row.read(best.value.check), best.accuracy.estimated
+        assert entry.attainable == pytest.approx(value, rel=outcome.accuracy.estimated + doubt), row.name
+        # A strip reaches it: it is not better than the best.
+        assert (entry.attainable / value - 1.0) * (1 if row.least else -1) <= doubt + 1e-6, row.name
 
 
 LIMITS = {

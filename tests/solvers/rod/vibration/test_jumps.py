@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest
+from oracles.dense.rod_effects import RodModel
+from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
 from solvers.effects import EffectSelection
 
@@ -62,6 +65,36 @@ def test_a_jump_is_a_steep_rise():
     still = rod.check(scene, strip, EffectSelection(MOVED - {"rod_inertia"}, SELECTION.exclude | {"rod_inertia"}))
     # What rings is ten times what the two may differ by.
     assert abs(still.value.stresses.fatigue_safety / found.value.stresses.fatigue_safety - 1.0) > 1e-2
+
+
+@dataclass(frozen=True)
+class UnderADiagram(RodModel):
+    """The dense oracle's strip under a diagram's pressure, with elements that end at its points and jumps."""
+
+    def gas_force(self, angle):
+        return -(self.scene.load.pressure(angle) - self.scene.load.reference_pressure()) * self.scene.piston.area
+
+    def force_corners(self):
+        return np.unique(np.mod(self.scene.load.sharp_angles(), 2.0 * math.pi))
+
+    def greatest_reactions(self, functions, elements):
+        """The greatest side force [N] and clamp moment [N m] of the moving strip."""
+        motion = periodic_motion(self, functions=functions, elements=elements)
+        curvature, rate = motion.at_clamp(np.linspace(0.0, 2.0 * math.pi, 100_001))
+        return self.stiffness * np.array([np.abs(rate).max(), np.abs(curvature).max()])
+
+
+def test_the_motion_behind_a_jump_is_that_of_a_galerkin_method_on_a_fine_mesh():
+    """Radau collocation in time of the whole strip in polynomials, without modes or a quasi-static part."""
+    asked = request(CheckRequest, dimensions={"b_mm": 9, "h_mm": 0.46, "l_mm": 23})
+    outcome = rod.check(asked.scene(), asked.strip(), SELECTION, accuracy=1e-6)
+    found = np.array([outcome.value.stresses.side_force_max, outcome.value.stresses.clamp_moment_max])
+    dense = UnderADiagram(asked.scene(), asked.strip())
+    coarse, fine = dense.greatest_reactions(8, 200), dense.greatest_reactions(12, 400)
+    own = np.abs(coarse / fine - 1.0)
+    assert np.all(own < 1e-5)
+    assert np.all(np.abs(found / fine - 1.0) < own)
+    assert np.all(np.abs(found / fine - 1.0) < outcome.accuracy.estimated)
 
 
 def test_a_strip_that_a_jump_sets_ringing_is_designed():

@@ -14,7 +14,7 @@ from numba.core import postproc, types
 from numba.core.registry import cpu_target
 from numba.core.types.functions import BaseFunction, Function
 
-from solvers.numerics import remembering
+from solvers.numerics import compiler_caches
 
 ARRAY = types.Array(types.float64, 1, "C")
 
@@ -39,7 +39,7 @@ def test_the_second_answer_is_the_first_and_numba_s_own(given: tuple[types.Type,
     context = prepared()
     plus = context.resolve_value_type(operator.add)
     own = plus.get_call_type(context, given, {})
-    with remembering.types_of_operators():
+    with compiler_caches.types_of_operators():
         first, second = (plus.get_call_type(context, given, {}) for _ in range(2))
     assert second is first
     assert (first.return_type, first.args) == (own.return_type, own.args)
@@ -50,9 +50,9 @@ def test_what_is_no_number_is_left_to_numba() -> None:
     context = prepared()
     plus = context.resolve_value_type(operator.add)
     texts = (types.unicode_type, types.unicode_type)
-    with remembering.types_of_operators():
+    with compiler_caches.types_of_operators():
         assert plus.get_call_type(context, texts, {}).return_type == types.unicode_type
-    assert not any(given == texts for _, given in remembering._FOUND)
+    assert not any(given == texts for _, given in compiler_caches._FOUND)
 
 
 def mean_of_marked(values: np.ndarray, marked: np.ndarray) -> float:
@@ -74,13 +74,13 @@ def test_code_is_the_same() -> None:
         return re.sub(r"v\d+|\w*0x\w+|[0-9a-f]{9,}|\d{9,}", "", next(iter(compiled.inspect_llvm().values())))
 
     prepared()
-    assert code(nullcontext()) == code(remembering.findings())
+    assert code(nullcontext()) == code(compiler_caches.all_caches())
 
 
 def test_numba_is_left_as_it_was() -> None:
     context = cpu_target.target_context
     before = Function.get_call_type, postproc.PostProcessor.run, set(vars(context))
-    with pytest.raises(ZeroDivisionError), remembering.findings():
+    with pytest.raises(ZeroDivisionError), compiler_caches.all_caches():
         assert postproc.PostProcessor.run is not before[1]
         raise ZeroDivisionError
     assert (Function.get_call_type, postproc.PostProcessor.run, set(vars(context))) == before
@@ -91,5 +91,5 @@ def test_sizes_are_those_of_numba() -> None:
     context = cpu_target.target_context
     kinds = [context.get_value_type(each) for each in (types.float64, types.complex128, ARRAY)]
     own = [context.get_abi_sizeof(kind) for kind in kinds]
-    with remembering.sizes_of_types():
+    with compiler_caches.sizes_of_types():
         assert [context.get_abi_sizeof(kind) for kind in kinds * 2] == own * 2

@@ -1,10 +1,10 @@
-"""What numba finds out again and again while it compiles, found out once.
+"""Caches for what numba would otherwise compute repeatedly while it compiles.
 
 - The type of an operator: numba tries about fifty rules for every ``+``, once for type inference and once for code
   generation, a tenth of the compilation time of a kernel.
 - The size of a type: LLVM parses a module for each question.
-- Which variables are alive in each block of a function: determined anew after nine passes, but only the last result is
-  used, for the places where variables are released.
+- Which variables are alive in each block of a function: recomputed after nine compiler passes, although only the last
+  result is used, to place the releases of variables.
 
 This relies on numba's internals; what differs from what is expected is left to numba.
 """
@@ -16,8 +16,8 @@ from contextlib import contextmanager
 from typing import Any
 
 _FOUND: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
-"""By operator identity and argument types: the operator (kept alive, so that its identity stays unique), and argument
-and result types."""
+"""Results by operator identity and argument types. The operator is stored too: as long as it is alive its identity
+stays unique."""
 
 
 _SIZES: dict[str, int] = {}
@@ -25,8 +25,8 @@ _SIZES: dict[str, int] = {}
 
 
 @contextmanager
-def findings() -> Iterator[None]:
-    """All of the below within the block."""
+def all_caches() -> Iterator[None]:
+    """Apply every cache of this module within the block."""
     with types_of_operators(), sizes_of_types(), last_lifetimes():
         yield
 
@@ -57,10 +57,10 @@ def sizes_of_types() -> Iterator[None]:
 
 @contextmanager
 def last_lifetimes() -> Iterator[None]:
-    """Within the block, the variables alive at the start of each block of code are not determined.
+    """Skip the computation of the variables alive at the start of each block of code, within the context.
 
-    Only generators and numba's object mode need them, which kernels do not use. Lifetimes themselves are determined
-    when they are asked for, by numba's own rule.
+    Only generators and numba's object mode need them, and kernels use neither. Lifetimes of variables are still
+    computed on request, by numba's own rule.
     """
     from inspect import signature
 
@@ -113,7 +113,7 @@ def types_of_operators() -> Iterator[None]:
 
 
 def _is_plain(type_: Any) -> bool:
-    """Types whose operators only numba itself defines, by rules that depend on types alone."""
+    """Whether only numba itself defines the operators of a type, by rules that depend on types alone."""
     from numba.core import types
 
     if isinstance(type_, types.BaseTuple):

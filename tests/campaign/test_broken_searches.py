@@ -68,7 +68,7 @@ def test_a_wrong_pin_model_is_covered_by_the_gap_or_detected(monkeypatch):
     soften(monkeypatch, pin_program)
     owned = judged("pin-profile", problem)
     assert owned.closest < -1e-3 and owned.bounded
-    monkeypatch.setattr(pin_design, "told_apart", lambda *_: 0.0)
+    monkeypatch.setattr(pin_design, "bound_reduction", lambda *_: 0.0)
     found = judged("pin-profile", problem)
     assert not found.bounded and not found.unbeaten and found.better > 1e-3
 

@@ -1,0 +1,101 @@
+"""Numbers of requests: nothing else is taken for one."""
+
+from __future__ import annotations
+
+import copy
+import json
+import math
+from collections.abc import Iterator
+
+import pytest
+from pydantic import BaseModel, ValidationError
+
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
+JOBS = [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs if mode is not Mode.ACCURACY]
+
+
+def numbers(value, path=()) -> Iterator[tuple]:
+    """The paths of all numbers of a JSON value; of a list's only the first three."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from numbers(part, (*path, name))
+    elif isinstance(value, list):
+        for k, part in enumerate(value[:3]):
+            yield from numbers(part, (*path, k))
+    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+        yield path
+
+
+def changed(body, path, value):
+    body = copy.deepcopy(body)
+    inner = body
+    for name in path[:-1]:
+        inner = inner[name]
+    inner[path[-1]] = value
+    return body
+
+
+def accepted(model: type[BaseModel], body) -> bool:
+    try:
+        model.model_validate_json(json.dumps(body))
+    except ValidationError:
+        return False
+    return True
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_a_number_is_a_number(slug, mode):
+    kind = KINDS[slug]
+    model = kind.jobs[mode].request
+    for example in (kind.example(mode), *kind.others(mode).values()):
+        whole = model.model_validate(example).model_dump(mode="json")
+        assert accepted(model, whole)
+        paths = list(numbers(whole))
+        assert paths
+        for path in paths:
+            for value in (True, False, "1", {}, float("nan"), float("inf")):
+                assert not accepted(model, changed(whole, path, value)), (path, value)
+
+
+@pytest.mark.parametrize(
+    ("slug", "mode", "path"),
+    [
+        ("crank-dynamics", Mode.ANALYSIS, ("masses", "rods_per_pin")),
+        ("crank-dynamics", Mode.ANALYSIS, ("cylinder", "strokes")),
+        ("crank-dynamics", Mode.ANALYSIS, ("series_angles",)),
+    ],
+)
+def test_a_whole_number_has_no_fraction(slug, mode, path):
+    kind = KINDS[slug]
+    model = kind.jobs[mode].request
+    whole = model.model_validate(kind.example(mode)).model_dump(mode="json")
+    assert not accepted(model, changed(whole, path, 2.5))
+
+
+def answered(slug, mode, **changes):
+    job = KINDS[slug].jobs[mode]
+    return job.run(job.request.model_validate({**KINDS[slug].example(mode), **changes}))
+
+
+@pytest.mark.parametrize(
+    "form", [{"kind": "free"}, {"kind": "drillable"}, {"kind": "constant"}, {"kind": "stepped", "steps": 3}]
+)
+def test_a_bushing_with_hardly_a_bore_is_a_shaft(form):
+    example = KINDS["pin-profile"].example(Mode.DESIGN)
+    outside = {"variable": "outer", "form": form, "geometry": {**example["geometry"], "outer_diameter_mm": None}}
+    shaft, tiny, small = (answered("pin-profile", Mode.DESIGN, **outside, bore_mm=bore) for bore in (0.0, 1e-300, 1e-9))
+    assert tiny.result == shaft.result
+    assert small.result["mass_g"] == pytest.approx(shaft.result["mass_g"], rel=1e-6)
+
+
+def test_an_amplitude_is_not_as_uncertain_as_a_right_angle():
+    """Samples beyond a half turn, where the period is not finite, made the uncertainties no numbers."""
+    example = KINDS["crank-masses"].example(Mode.ANALYSIS)
+    result = answered(
+        "crank-masses", Mode.ANALYSIS, uncertainty={**example["uncertainty"], "amplitude_deg": 15.0}
+    ).result
+    assert all(math.isfinite(value) for name, value in result.items() if name.endswith("_u") and value is not None)
+    with pytest.raises(ValidationError, match="less than or equal to 15"):
+        answered("crank-masses", Mode.ANALYSIS, uncertainty={"amplitude_deg": 45.0})

@@ -39,7 +39,7 @@ def answer_many(slug: str, mode: Mode, bodies: Sequence[Mapping[str, Any]], deta
 def validated(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tuple[None, Answer]:
     """Validate a body; the request, or the refusing answer."""
     try:
-        request = job.request.model_validate(body)
+        request = job.request.__pydantic_validator__.validate_python(body)
     except ValidationError as error:
         return None, refusal(*summarize(error.errors(include_url=False), model=job.request))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]

@@ -6,7 +6,7 @@ Lengths in cranks, angles in rad; the formulas are in ``angular_velocity_ratio``
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -53,10 +53,16 @@ class FourBar:
         """R_k = (g - 1)/(g + 1)."""
         return self.start / self.end
 
-    @property
+    @cached_property
     def rotatable(self) -> Number:
         """Whether the crank rotates fully."""
         return self.kind.rotatability_margin(self.ratios) >= 0.0
+
+    @cached_property
+    def reverses(self) -> bool:
+        """Whether the rocker can reverse at the blow: e, |N| > 0."""
+        kind, r = self.kind, self.ratios
+        return bool(kind.pin_to_pivot(r) > 0.0 and kind.crank_sign * kind.half_angle_coefficient(r) > 0.0)
 
     @cached_property
     def swing(self) -> Number:
@@ -111,12 +117,8 @@ class FourBar:
         return u.reshape(s.shape), x.reshape(s.shape)
 
 
-@lru_cache(maxsize=32, typed=True)
 def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
-    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio.
-
-    Cached with what is derived from it: in a sweep of speeds, loads or limits the mechanism is the same.
-    """
+    """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
     return FourBar(kind, kind.family(Gain(restitution), parameter))
 
 

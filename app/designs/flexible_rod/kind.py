@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -118,7 +118,7 @@ def run_check(request: CheckRequest) -> Answer:
         return refused(request, refusal)
 
 
-def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> list[Answer]:
+def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> Iterator[Answer]:
     """Check strips in bulk."""
     return bulk_answers(requests, case_of, rod.check_many, _answer)
 

@@ -16,6 +16,7 @@ from app.access.keys import KeyCache
 from app.access.protection import check_protected
 from app.access.quotas import Quotas
 from app.access.sessions import Sessions
+from app.admission import QueuedExecutor
 from app.api import batches, catalogue, contract, exports, operation, runs, submissions
 from app.api.head_requests import Heads
 from app.api.one_by_one import OneByOne
@@ -37,7 +38,7 @@ from app.settings import Settings
 from app.store.errors import StoreError
 from app.store.migrate import upgrade
 from app.store.repository import RunStore
-from app.submission import QueuedExecutor, Service, ServiceLimits
+from app.submission import Service, ServiceLimits
 from app.version import VERSION
 from app.web import actions, batch_pages, form_pages, login, pages, reference, run_pages, worth
 from app.web.languages import Speaking
@@ -115,7 +116,9 @@ def create_app(
         )
         app.state.service = service
         metrics.watch(service.queue, service.open_accepted)
-        exports_of_runs = app.state.exports = RunExports(QueuedExecutor(service), settings.solve_budget_s)
+        exports_of_runs = app.state.exports = RunExports(
+            QueuedExecutor(service.executor, service.admission), settings.solve_budget_s
+        )
         app.state.batches = many = BatchService(
             store,
             pool,

@@ -8,19 +8,19 @@ import json
 import threading
 import time
 from collections import Counter
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
 
 from pydantic import BaseModel
 
 from app import metrics, runs
 from app.accepted_runs import MAX_ATTEMPTS, AcceptedRuns
 from app.access.caller import caller
+from app.admission import Admission, OnStart
 from app.designs.kind import REFUSED, Job, Kind, Mode
 from app.designs.problems import INVALID, OUT_OF_TIME
-from app.designs.progress import Progress, Report, ignore_progress
+from app.designs.progress import Progress
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_budget_of
 from app.encoded_answer import EncodedAnswer
@@ -55,18 +55,9 @@ from app.store.viewer import viewer
 
 logger = get_logger(__name__)
 
-OnStart = Callable[[], Awaitable[object]]
-"""Called when an accepted run gets a worker."""
-Call = Callable[[float, Report], Awaitable[Any]]
-"""``(kill timeout in seconds, report) -> answer``"""
-
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
-_EXPORT_PATIENCE = 5.0  # a report takes 0.2 s of an idle processor, and no file more than a few times that
-_SHORT_TRIES = 2  # a quick job may once have been delayed by a loaded machine
 _MAX_FULL_RESULTS = 64
-_CRASH_RETRIES = 5
-"""Retries of an accepted run whose worker crashed, for example killed by the system."""
 
 
 @dataclass(frozen=True)
@@ -104,6 +95,11 @@ class Service:
     """Results of batch items that were solved again for their curves, by run id."""
     stopping: threading.Event = field(default_factory=threading.Event)
     """Set when a shutdown was requested."""
+
+    @cached_property
+    def admission(self) -> Admission:
+        """The workers' slots, given in turn."""
+        return Admission(self.queue, self.limits.max_wait_s, self.limits.short_s)
 
     @cached_property
     def accepted_runs(self) -> AcceptedRuns:
@@ -178,42 +174,11 @@ class Service:
             payload = request.model_copy(update={"time_budget_s": times.solver_s}).model_dump_json().encode()
         call = partial(self.executor.run, run.kind, run.mode, payload)
         try:
-            return await self._queued(
+            return await self.admission.run(
                 call, times.kill_s, run.mode in _SHORT_MODES, partial(self._set_progress, run.id), on_start
             )
         finally:
             self.progress.pop(run.id, None)
-
-    async def _queued(
-        self,
-        call: Call,
-        kill_s: float,
-        short: bool,
-        report: Report = ignore_progress,
-        on_start: OnStart | None = None,
-        patience: float = 1.0,
-    ) -> Any:
-        """Run a call when the fair queue admits it.
-
-        Accepted runs (with ``on_start``) wait without limit and are retried after crashes. A short job that exceeds
-        ``short_s``, times ``patience``, gives its worker back and starts again, the second time as a long one.
-        """
-        short_s = patience * self.limits.short_s
-        who, max_wait_s = caller.get().name, None if on_start else self.limits.max_wait_s
-        for _ in range(_SHORT_TRIES if short else 0):
-            async with self.queue.slot(JobLength.SHORT, who, max_wait_s):
-                try:
-                    return await call(min(kill_s, short_s), report)
-                except BudgetExceeded:
-                    if kill_s <= short_s:
-                        raise
-        async with self.queue.slot(JobLength.LONG, who, max_wait_s):
-            if on_start is not None:
-                await on_start()
-                for _ in range(_CRASH_RETRIES):
-                    with contextlib.suppress(WorkerCrashed):
-                        return await call(kill_s, report)
-            return await call(kill_s, report)
 
     def _set_progress(self, run_id: str, progress: Progress) -> None:
         self.progress[run_id] = progress
@@ -241,7 +206,7 @@ class Service:
         if run_id not in self.full_results:
             try:
                 call = partial(self.executor.run, run.kind, run.mode, run.spec)
-                answer = (await self._queued(call, self.solve_budget_s, run.mode in _SHORT_MODES)).decoded()
+                answer = (await self.admission.run(call, self.solve_budget_s, run.mode in _SHORT_MODES)).decoded()
             except JobError:
                 return run
             if answer.result is None or not equal_json(kept, {name: answer.result.get(name) for name in kept}):
@@ -256,7 +221,7 @@ class Service:
         """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw."""
         payload = b'{"language":"%s","run":%s}' % (language.encode(), run_json)
         call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", payload)
-        return await self._queued(call, self.solve_budget_s, short=True)
+        return await self.admission.run(call, self.solve_budget_s, short=True)
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str
@@ -447,15 +412,3 @@ class Service:
     async def close(self) -> None:
         """Release accepted runs, which stay open for the next process."""
         await self.accepted_runs.close()
-
-
-@dataclass(frozen=True)
-class QueuedExecutor:
-    """Executor of exports and plots, as short jobs in the service's fair queue."""
-
-    service: Service
-
-    async def run(self, kind_slug: str, mode: str, payload: bytes, budget_s: float) -> Any:
-        """See ``Executor.run``."""
-        call = partial(self.service.executor.run, kind_slug, mode, payload)
-        return await self.service._queued(call, budget_s, short=True, patience=_EXPORT_PATIENCE)

@@ -274,7 +274,7 @@ def test_a_short_job_gives_way_twice_and_continues_as_a_long_one(beside, budgets
         if takes_s > budget_s:
             raise BudgetExceeded(budget_s)
 
-    by_clockwork(Service(None, None, 5.0, limits)._queued(call, 5.0, short=True))
+    by_clockwork(Service(None, None, 5.0, limits).admission.run(call, 5.0, short=True))
     assert given == budgets
 
 

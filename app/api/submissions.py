@@ -76,7 +76,7 @@ class _DirectRoute(APIRoute):
 
 
 def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
-    job = job_of(kind, mode)
+    job, path = job_of(kind, mode), f"/api/v1/{PATHS[mode]}/{kind.slug}"
 
     async def submit(
         request: Request,
@@ -85,8 +85,9 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
     ) -> Response:
         service: Service = request.app.state.service
         body = await read_body(request)
-        digest = request_hash("POST", request.url.path, body)
+        digest = ""
         if idempotency_key:
+            digest = request_hash("POST", path, body)
             first = await service.store.find_response(idempotency_key, digest)
             if first is not None:
                 return answer(first)
@@ -98,7 +99,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
         return answer(await cancel_on_disconnect(request.receive, work))
 
     app.router.add_api_route(
-        f"/api/v1/{PATHS[mode]}/{kind.slug}",
+        path,
         submit,
         methods=["POST"],
         status_code=201,

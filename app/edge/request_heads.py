@@ -40,4 +40,4 @@ class HeadLimiter:
 def head_bytes(scope: Scope) -> int:
     """Size of the head on the wire: target and headers, each with its colon and line end."""
     target = len(scope.get("raw_path") or b"") + len(scope["query_string"])
-    return target + sum(len(name) + len(value) + 4 for name, value in scope["headers"])
+    return target + sum([len(name) + len(value) + 4 for name, value in scope["headers"]])

@@ -31,9 +31,10 @@ def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[by
     """Canonical JSON of a validated spec and its ``spec_hash``; each field is encoded only once, since specs with long
     tables take milliseconds."""
     before = _inner_json({field: value for field, value in content.items() if field < "name"})
-    name = _inner_json({field: value for field, value in content.items() if field == "name"})
+    name = b'"name":%s' % canonical_json(content["name"]) if "name" in content else b""
     after = _inner_json({field: value for field, value in content.items() if field > "name"})
-    meaning = b"%s,{%s}]" % (canonical_json([kind, mode])[:-1], b",".join(filter(None, (before, after))))
+    fields = b",".join(filter(None, (before, after)))
+    meaning = b"[%s,%s,{%s}]" % (canonical_json(kind), canonical_json(mode), fields)
     return b"{%s}" % b",".join(filter(None, (before, name, after))), hashlib.sha256(meaning).hexdigest()
 
 

@@ -58,23 +58,22 @@ def row_hash(table: str, columns: Mapping[str, Any]) -> str:
     Each non-NULL column enters with its name, type and length-prefixed content, in order of the names: bytes cannot
     move between columns unnoticed, and a nullable column added later leaves old hashes valid.
     """
-    parts = [b"row-1:" + table.encode()]
-    for name in sorted(columns):
-        value = columns[name]
+    parts = [b"row-1:", table.encode()]
+    for name, value in sorted(columns.items()):
         if value is None or name == "row_hash":
             continue
-        tag, content = _encode(value)
-        parts.append(f"\n{name}:{tag}:{len(content)}:".encode())
-        parts.append(content)
+        # The most frequent types are told here: this runs for every column of every run.
+        if isinstance(value, bytes):
+            tag, content = "bytes", value
+        elif isinstance(value, str):
+            tag, content = "text", value.encode("utf-8", "surrogateescape")
+        else:
+            tag, content = _encode(value)
+        parts += f"\n{name}:{tag}:{len(content)}:".encode(), content
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 def _encode(value: Any) -> tuple[str, bytes]:
-    # The most frequent types first: this runs for every column of every run.
-    if isinstance(value, bytes):
-        return "bytes", value
-    if isinstance(value, str):
-        return "text", value.encode("utf-8", "surrogateescape")
     if isinstance(value, bool):
         return "bool", b"1" if value else b"0"
     if isinstance(value, int):

@@ -42,12 +42,15 @@ _ANSWERS: dict[int | str, dict[str, str]] = {
 _LATER: dict[int | str, dict[str, str]] = {202: {"description": "the queued run, requested by respond-async"}}
 
 
-def answer(response: StoredResponse) -> Response:
-    """The HTTP response of a stored one."""
-    headers = {"Location": response.location} if response.location else {}
+async def _send(response: StoredResponse, send: Send) -> None:
+    """Send a stored response; Starlette's class for responses takes as many steps again."""
+    headers = [(b"location", response.location.encode())] if response.location else []
     if response.status_code == 202:
-        headers["Retry-After"] = "1"
-    return Response(response.body, response.status_code, headers, response.content_type)
+        headers.append((b"retry-after", b"1"))
+    headers.append((b"content-length", b"%d" % len(response.body)))
+    headers.append((b"content-type", response.content_type.encode()))
+    await send({"type": "http.response.start", "status": response.status_code, "headers": headers})
+    await send({"type": "http.response.body", "body": response.body})
 
 
 class _DirectRoute(APIRoute):
@@ -71,8 +74,7 @@ class _DirectRoute(APIRoute):
         if key is not None and len(key) > _MAX_KEY_LENGTH:
             found = entry(f"/{_KEY}", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
             raise Problem(422, INVALID, "1 field cannot be accepted", [found])
-        response = await self.endpoint(request, key, request.headers.get("prefer"))
-        await response(scope, receive, send)
+        await _send(await self.endpoint(request, key, request.headers.get("prefer")), send)
 
 
 def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
@@ -82,7 +84,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
         request: Request,
         idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
         prefer: Annotated[str | None, Header()] = None,
-    ) -> Response:
+    ) -> StoredResponse:
         service: Service = request.app.state.service
         body = await read_body(request)
         digest = ""
@@ -90,13 +92,13 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
             digest = request_hash("POST", path, body)
             first = await service.store.find_response(idempotency_key, digest)
             if first is not None:
-                return answer(first)
+                return first
         asked = await parse_in_turn(request, job.request, body)
         later = mode in _LONG and "respond-async" in (prefer or "")
         if later:
-            return answer(await service.submit_later(kind, mode, asked, idempotency_key, digest))
+            return await service.submit_later(kind, mode, asked, idempotency_key, digest)
         work = service.submit(kind, mode, asked, idempotency_key, digest)
-        return answer(await cancel_on_disconnect(request.receive, work))
+        return await cancel_on_disconnect(request.receive, work)
 
     app.router.add_api_route(
         path,
@@ -108,6 +110,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
         name=f"{mode}-{kind.slug}",
         tags=[kind.slug],
         responses=_ANSWERS | (_LATER if mode in _LONG else {}),
+        response_model=None,
         route_class_override=_DirectRoute,
     )
 

@@ -52,6 +52,35 @@ class Connections:
         return make
 
 
+class _HeadWithBody:
+    """The transport of one response: its head waits for the beginning of the body, at most for the current pass of the
+    event loop, so that a short response is one system call and wakes the client once."""
+
+    def __init__(self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop) -> None:
+        self._transport, self._loop = transport, loop
+        self._begun, self._held = False, b""
+
+    def is_closing(self) -> bool:
+        return self._transport.is_closing()
+
+    def write(self, part: bytes) -> None:
+        if self._begun:
+            self._flush(part)
+        else:
+            self._begun, self._held = True, part
+            self._loop.call_soon(self._flush)
+
+    def close(self) -> None:
+        self._flush()
+        self._transport.close()
+
+    def _flush(self, part: bytes = b"") -> None:
+        parts = [each for each in (self._held, part) if each]
+        self._held = b""
+        if parts and not self._transport.is_closing():
+            self._transport.writelines(parts)
+
+
 class LimitedConnection(HttpToolsProtocol):
     """A connection that is closed when it exceeds a limit."""
 
@@ -116,6 +145,7 @@ class LimitedConnection(HttpToolsProtocol):
         self._rest_read, self._body_read = 0, 0
         self._stop("head")
         super().on_headers_complete()
+        self.cycle.transport = _HeadWithBody(self.transport, self.loop)  # type: ignore[assignment]
 
     def on_body(self, body: bytes) -> None:
         self._body_read += len(body)

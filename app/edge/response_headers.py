@@ -30,10 +30,10 @@ class SecurityHeaders:
 
         async def secured(message: Message) -> None:
             if message["type"] == "http.response.start":
-                given = {name.lower(): value for name, value in message.get("headers", ())}
+                given = dict(message.get("headers", ()))  # their names are in lower case, by ASGI
                 picture = given.get(b"content-type", b"").startswith(b"image/svg+xml")
                 wanted = _OF_PICTURES if picture else _OF_OTHERS
-                message["headers"] = [*message.get("headers", ()), *(each for each in wanted if each[0] not in given)]
+                message["headers"] = [*message.get("headers", ()), *[each for each in wanted if each[0] not in given]]
             await send(message)
 
         await self._app(scope, receive, secured)

@@ -16,6 +16,7 @@ from app.designs.kind import Kind, Mode
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, job_of, modes_of
 from app.designs.schema import entry
+from app.edge.asgi import header
 from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.store.hashing import request_hash
@@ -25,7 +26,7 @@ from app.submission import Service
 router = APIRouter(prefix="/api/v1")
 """Fallback for paths that match no route of a solve."""
 
-_KEY, _MAX_KEY_LENGTH = "idempotency-key", 200
+_MAX_KEY_LENGTH = 200
 _LONG = (Mode.DESIGN, Mode.ACCURACY)
 """Modes that may take seconds, for which a client may request a 202."""
 
@@ -70,11 +71,12 @@ class _DirectRoute(APIRoute):
             return
         request = Request(scope, receive, send)
         await check_csrf(request)
-        key = request.headers.get(_KEY)
+        key, prefer = header(scope, b"idempotency-key"), header(scope, b"prefer")
         if key is not None and len(key) > _MAX_KEY_LENGTH:
-            found = entry(f"/{_KEY}", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
+            found = entry("/idempotency-key", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
             raise Problem(422, INVALID, "1 field cannot be accepted", [found])
-        await _send(await self.endpoint(request, key, request.headers.get("prefer")), send)
+        given = [None if value is None else value.decode("latin-1") for value in (key, prefer)]
+        await _send(await self.endpoint(request, *given), send)
 
 
 def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:

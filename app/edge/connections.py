@@ -18,6 +18,8 @@ from app.errors import MEDIA_TYPE
 
 _MAX_OVERHEAD_PER_BYTE = 16
 """A one-byte chunk takes six bytes on the wire, plus chunk extensions and trailers."""
+_JOINED_BYTES = 1 << 18
+"""Greatest part of a body that is copied behind its head; beyond that, a system call is cheaper."""
 
 
 @dataclass(frozen=True)
@@ -54,31 +56,34 @@ class Connections:
 
 class _HeadWithBody:
     """The transport of one response: its head waits for the beginning of the body, at most for the current pass of the
-    event loop, so that a short response is one system call and wakes the client once."""
+    event loop, so that an ordinary response is one system call and wakes the client once."""
 
     def __init__(self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop) -> None:
         self._transport, self._loop = transport, loop
-        self._begun, self._held = False, b""
+        self._begun, self._head = False, b""
 
     def is_closing(self) -> bool:
         return self._transport.is_closing()
 
     def write(self, part: bytes) -> None:
-        if self._begun:
-            self._flush(part)
-        else:
-            self._begun, self._held = True, part
+        if not self._begun:
+            self._begun, self._head = True, part
             self._loop.call_soon(self._flush)
+        elif len(part) <= _JOINED_BYTES:
+            head, self._head = self._head, b""
+            self._transport.write(head + part)
+        else:
+            self._flush()
+            self._transport.write(part)
 
     def close(self) -> None:
         self._flush()
         self._transport.close()
 
-    def _flush(self, part: bytes = b"") -> None:
-        parts = [each for each in (self._held, part) if each]
-        self._held = b""
-        if parts and not self._transport.is_closing():
-            self._transport.writelines(parts)
+    def _flush(self) -> None:
+        head, self._head = self._head, b""
+        if head and not self._transport.is_closing():
+            self._transport.write(head)
 
 
 class LimitedConnection(HttpToolsProtocol):

@@ -22,6 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
+from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
@@ -34,7 +35,7 @@ _MOST_STEPS = 40
 _MOST_HALVINGS = 40
 _NARROWEST = 1e-9
 _EPS = float(np.finfo(float).eps)
-_INSIDE = 1e-14
+INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
@@ -81,15 +82,21 @@ def rule_of(n: int) -> Rule:
     return Rule(x, weights, shares, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
 
 
+@kernel
 def _points(left: Array, right: Array, rule: Rule) -> Array:
-    return (0.5 * (left + right)[:, None] + 0.5 * (right - left)[:, None] * rule.points).ravel()
+    out = np.empty(left.size * rule.points.size)
+    for p in range(left.size):
+        for j in range(rule.points.size):
+            place = 0.5 * (left[p] + right[p]) + 0.5 * (right[p] - left[p]) * rule.points[j]
+            out[p * rule.points.size + j] = place
+    return out
 
 
 def inside(angle: Array, rule: Rule) -> Array:
     """Move the end points of panels (panels n,) slightly inward."""
     angle = angle.reshape(-1, rule.points.size).copy()
-    angle[:, 0] += _INSIDE
-    angle[:, -1] -= _INSIDE
+    angle[:, 0] += INSIDE
+    angle[:, -1] -= INSIDE
     return angle.ravel()
 
 
@@ -109,36 +116,63 @@ def resolve(
     ``sample`` maps angles (m,) to (quantities, m); the first ``checked`` quantities decide: a panel is halved until
     their errors are below ``tolerance`` times each one's largest magnitude over the revolution, up to ``most_panels``.
     """
-    left, right = edges[:-1], edges[1:]
-    n = rule.points.size
-    values = sample(_points(left, right, rule))
-    scale = np.abs(values[:checked]).max(axis=1)
-    kept: list[tuple[Array, Array, Array]] = []
-    count, missed = 0, 0.0
+    left, right, missed, kept, count = edges[:-1], edges[1:], 0.0, [], 0
+    scale = np.full(checked, 1e-300)
     for _ in range(_MOST_HALVINGS):
-        errors = tail_errors(values[:checked], rule) / np.maximum(scale, 1e-300)[:, None]
-        error = errors.max(axis=0)
-        # rounding errors of this relative size cannot be resolved
-        halve = (error > tolerance) & (right - left > _NARROWEST)
-        if count + left.size + halve.sum() > most_panels:
-            halve[:] = False
-        columns = np.repeat(~halve, n)
-        kept.append((left[~halve], right[~halve], values[:, columns]))
-        count += int((~halve).sum())
-        missed = max(missed, float(error[~halve].max(initial=0.0)))
-        if not halve.any():
-            break
-        middle = 0.5 * (left[halve] + right[halve])
-        left, right = np.concatenate([left[halve], middle]), np.concatenate([middle, right[halve]])
         values = sample(_points(left, right, rule))
-        scale = np.maximum(scale, np.abs(values[:checked]).max(axis=1))
-    starts = np.concatenate([part[0] for part in kept])
-    order = np.argsort(starts)
-    ends = np.concatenate([part[1] for part in kept])[order]
-    panels = Panels(np.append(starts[order], ends[-1]), rule)
-    found = np.concatenate([part[2] for part in kept], axis=1)
-    found = np.ascontiguousarray(found.reshape(found.shape[0], -1, n)[:, order].reshape(found.shape[0], -1))
-    return panels, found, missed
+        halved, error, *halves = _judged(values, left, right, rule, scale, tolerance, most_panels - count)
+        kept.append((left, halved, values))
+        count, missed = count + int((~halved).sum()), max(missed, error)
+        if not halves[0].size:
+            break
+        left, right = halves
+    found, at = np.empty((values.shape[0], count * rule.points.size)), np.empty(count + 1)
+    starts = np.sort(np.concatenate([one[~halved] for one, halved, _ in kept]))
+    for one, halved, values in kept:
+        _place(values, one, halved, starts, found)
+    at[:-1], at[-1] = starts, edges[-1]
+    return Panels(at, rule), found, missed
+
+
+@kernel
+def _judged(
+    values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerance: float, most_panels: int
+) -> tuple[NDArray[np.bool_], float, Array, Array]:
+    """Which panels are to be halved, the largest error of the others, and the halves' left and right ends. ``scale``
+    (checked,) is updated with the magnitudes of the quantities that decide."""
+    n, count = rule.points.size, left.size
+    halved, error, missed, number = np.zeros(count, np.bool_), np.zeros(count), 0.0, 0
+    for row in range(scale.size):
+        scale[row] = max(scale[row], largest(values[row]))
+    for p in range(count):
+        for row in range(scale.size):
+            error[p] = max(error[p], panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row])
+        # rounding errors of this relative size cannot be resolved
+        halved[p] = error[p] > tolerance and right[p] - left[p] > _NARROWEST
+        number += halved[p]
+    if count + number > most_panels:
+        halved, number = np.zeros(count, np.bool_), 0
+    lefts, rights, k = np.empty(2 * number), np.empty(2 * number), 0
+    for p in range(count):
+        if halved[p]:
+            middle = 0.5 * (left[p] + right[p])
+            lefts[k], rights[k], lefts[k + 1], rights[k + 1] = left[p], middle, middle, right[p]
+            k += 2
+        else:
+            missed = max(missed, error[p])
+    return halved, missed, lefts, rights
+
+
+@kernel
+def _place(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array, out: Array) -> None:
+    """Copy the values of panels that were not halved to where they belong among all panels' ``starts``."""
+    n = out.shape[1] // starts.size
+    for p in range(left.size):
+        if not halved[p]:
+            at = np.searchsorted(starts, left[p])
+            for row in range(out.shape[0]):
+                for j in range(n):
+                    out[row, at * n + j] = values[row, p * n + j]
 
 
 @kernel

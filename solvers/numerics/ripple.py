@@ -10,13 +10,14 @@ see ``ripple_peaks``.
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
 from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import fusing_kernel, kernel
-from solvers.numerics.radau import Radau, shares_of
+from solvers.numerics.radau import Radau, radau, shares_of
 
 TURN = 2.0 * math.pi
 _MARGIN = 1.2
@@ -56,33 +57,40 @@ class Ripple(NamedTuple):
         return self.start.shape[1]
 
 
-def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Complex, rule: Radau) -> Ripple:
-    """Build from amplitudes (elements, modes), phases (elements, modes, points) and shapes (elements, modes, points,
+@kernel
+def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Array, rule: Radau) -> Ripple:
+    """Build from amplitudes (elements, modes), phases (elements, modes, points) and shapes (elements, modes, points, 2,
     parts)."""
-    rate = np.ascontiguousarray(phase @ rule.first.T / np.diff(edges)[:, None, None])
-    both = np.ascontiguousarray(np.stack([shape.real, shape.imag], axis=-2))
-    few = [0, rule.points.size // 2, rule.points.size - 1]
-    size = np.abs(start[:, :, None] * np.exp(phase[:, :, few].real))
-    probe = np.ascontiguousarray(both[:, :, few] * size[..., None, None])
-    pace = np.abs(rate.imag).max(axis=2, initial=0.0)
-    return Ripple(
-        edges,
-        np.ascontiguousarray(start),
-        np.ascontiguousarray(phase),
-        rate,
-        pace,
-        both,
-        probe,
-        rule.points,
-        rule.weights,
-        rule.first,
-    )
+    count, modes, p, _, parts = shape.shape
+    rate, pace = np.zeros((count, modes, p), np.complex128), np.zeros((count, modes))
+    probe = np.empty((count, modes, _PROBED, 2, parts))
+    for e in range(count):
+        for n in range(modes):
+            for i in range(p):
+                for k in range(p):
+                    rate[e, n, i] += rule.first[i, k] / (edges[e + 1] - edges[e]) * phase[e, n, k]
+                pace[e, n] = max(pace[e, n], abs(rate[e, n, i].imag))
+            for k in range(_PROBED):
+                i = (0, p // 2, p - 1)[k]
+                size = abs(start[e, n]) * math.exp(phase[e, n, i].real)
+                for side in range(2):
+                    for part in range(parts):
+                        probe[e, n, k, side, part] = shape[e, n, i, side, part] * size
+    return Ripple(edges, start, phase, rate, pace, shape, probe, rule.points, rule.weights, rule.first)
 
 
 def no_ripple(parts: int, rule: Radau) -> Ripple:
     """A ripple without modes."""
-    empty = np.empty((1, 0, rule.points.size, parts), np.complex128)
-    return ripple_of(np.array([0.0, TURN]), empty[:, :, 0, 0], empty[..., 0], empty, rule)
+    return _nothing(parts, rule.points.size - 1)
+
+
+@cache
+def _nothing(parts: int, stages: int) -> Ripple:
+    rule, none = radau(stages), np.empty((1, 0), np.complex128)
+    p, edges = rule.points.size, np.array([0.0, TURN])
+    phase, shape = np.empty((1, 0, p), np.complex128), np.empty((1, 0, p, 2, parts))
+    probe = np.empty((1, 0, _PROBED, 2, parts))
+    return Ripple(edges, none, phase, phase, np.empty((1, 0)), shape, probe, rule.points, rule.weights, rule.first)
 
 
 @kernel

@@ -10,19 +10,25 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 
-from threadpoolctl import ThreadpoolController
+from threadpoolctl import LibController, ThreadpoolController
 
 
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Limit BLAS to one thread within the block."""
-    with _libraries().limit(limits=1, user_api="blas"):
+    several = [(one, number) for one in _libraries() if (number := one.get_num_threads() or 1) > 1]
+    for library, _ in several:
+        library.set_num_threads(1)
+    try:
         yield
+    finally:
+        for library, number in several:
+            library.set_num_threads(number)
 
 
 @cache
-def _libraries() -> ThreadpoolController:
+def _libraries() -> tuple[LibController, ...]:
     # Finding the loaded libraries takes milliseconds; they do not change after scipy is imported.
     import scipy.linalg  # noqa: F401
 
-    return ThreadpoolController()
+    return tuple(one for one in ThreadpoolController().lib_controllers if one.user_api == "blas")

@@ -8,6 +8,7 @@ Ringing of the strip after corners is not resolved by panels but represented in 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -79,7 +80,7 @@ class SampledCycle:
         ``told`` (guide_loads.GUIDE_READINGS,); returns the friction power [W], nan without contact, and the maximum
         relative error."""
         field, rings, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
-        if not field.inclined and np.ptp(force) == 0.0:
+        if not field.inclined and force.max() == force.min():
             # A large constant force would mask a small amplitude: the criterion adds its stress separately.
             field, mean = field._replace(direct=0.0), field.direct * float(force[0])
         along_strip = StripRipple(rings.ripple, rings.bent, rings.sunk)
@@ -140,6 +141,12 @@ def _read(
     return max(error, read_guide(edges, rule, guide, ripple, of_side, of_moment, contact, tolerance, told))
 
 
+@cache
+def _at_the_middle(terms: int) -> Array:
+    """Legendre's polynomials at 0."""
+    return legendre.legvander(np.zeros(1), terms - 1)[0]
+
+
 class _Sampler:
     """The rows of a cycle at any angles: the resolved quantities, the states, and the corrections' series."""
 
@@ -170,5 +177,5 @@ class _Sampler:
             rows[2] += moment
         if self.bent_terms:
             rows[3] += bent.sum(axis=0)
-            rows[4] += legendre.legval(0.0, bent)
+            rows[4] += _at_the_middle(self.bent_terms) @ bent
         return rows

@@ -15,87 +15,58 @@ P_s = EI q_s, with the stroke W(l) + e W'(l) and the moment EI (W'' + e W''') at
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING, STROKE, Strip, constants
 from solvers.rod.strip.shape import bend
-from solvers.rod.vibration.natural_frequencies import StripBasis, strip_basis
+from solvers.rod.vibration.natural_frequencies import Polynomials, StripBasis, polynomials_of
 
 Array = NDArray[np.float64]
 
-_SOFTEST = 0.1
+SOFTEST = 0.1
 """Of a mode's stiffness: no frequency is taken for lower than under that."""
 
 
-@dataclass(frozen=True)
-class StripEquation:
-    """The equation of one strip, or of several, all of whose arrays then have a leading axis of strips.
+class StripEquation(NamedTuple):
+    """The equation of one strip.
 
-    ``slowness`` holds mu_n [rad^2], the greatest first, ``loss`` eta; ``modes`` takes amplitudes of the modes to those
-    of the basis; ``coupling`` is G [1/N], ``stretched`` h, ``carried`` b [1/m] and ``clamp`` V'' and V''' of the modes
-    at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2 psi_n z dz, of which shear makes
-    use. Those of several strips have one ``loss``, and all or none of them are flexible in shear.
+    ``mean`` is the mean axial force [N] as far as it bends the strip, ``loss`` eta, ``slowness`` holds mu_n [rad^2],
+    the greatest first; ``modes`` takes amplitudes of the modes to those of the basis; ``coupling`` is G [1/N], with
+    eigenvalues ``rates`` and, in columns, eigenvectors ``turned``; ``stretched`` is h, ``carried`` b [1/m] and
+    ``clamp`` V'' and V''' of the modes at the clamp, (2, modes); ``tip`` EI psi_n'(l) and ``leaning`` int rho A omega^2
+    psi_n z dz, of which shear makes use; ``last`` (2, 4) are V'' and V''' at the clamp of the last four polynomials,
+    for unit amplitudes of the basis.
     """
 
     strip: Strip
-    loss: float
     basis: StripBasis
-    mean: Array
+    mean: float
+    loss: float
     slowness: Array
     modes: Array
     coupling: Array
+    rates: Array
+    turned: Array
     stretched: Array
     carried: Array
     clamp: Array
     tip: Array
     leaning: Array
+    last: Array
 
     @staticmethod
-    def of(strip: Strip, inertia: ArrayLike, mean: ArrayLike, polynomials: int, loss: float) -> StripEquation:
-        """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N], one for each strip. Raises InvalidInput where
-        that buckles it."""
-        l = np.asarray(strip.length)[..., None, None]
-        basis, mean = strip_basis(strip.length, strip.rod_length, polynomials), np.asarray(mean) * strip.couples
-        stiffness, inertia = np.asarray(strip.stiffness)[..., None, None], np.asarray(inertia)[..., None, None]
-        try:
-            lower = np.linalg.cholesky(stiffness * basis.bending + mean[..., None, None] * basis.geometric)
-        except np.linalg.LinAlgError:
-            raise InvalidInput(
-                "dimensions.h", "the strip buckles under the mean force of the cycle", "thicker"
-            ) from None
-        # The greatest masses are known best, and they come first.
-        half = np.linalg.solve(lower, inertia * basis.mass)
-        whole = np.linalg.solve(lower, half.mT)
-        slowness, modes = np.linalg.eigh(0.5 * (whole + whole.mT))
-        modes = np.linalg.solve(lower.mT, modes)[..., ::-1]
-        zeta, weights = basis.quadrature()
-        ends = np.append(zeta, 1.0)
-        coupling, stations = mean / strip.stiffness, l[..., 0] * ends
-        slope, value = each(mean.shape, _static_shape, coupling, strip.length, strip.rod_length, stations)
-        turned = basis.values(ends, 1) @ modes
-        borne = inertia * l * weights[:, None] * (basis.values(zeta, 0) @ modes)
-        couples, head = np.asarray(strip.couples)[..., None], np.asarray(strip.rod_length)[..., None] - l[..., 0]
-        weighed = np.concatenate([l[..., 0] * weights, head], axis=-1) * slope
-        return StripEquation(
-            strip=strip,
-            loss=loss,
-            basis=basis,
-            mean=mean,
-            slowness=np.ascontiguousarray(slowness[..., ::-1]),
-            modes=modes,
-            coupling=np.ascontiguousarray(modes.mT @ basis.geometric @ modes) * couples[..., None],
-            stretched=(weighed[..., None, :] @ turned)[..., 0, :] * couples,
-            carried=(value[..., None, :-1] @ borne)[..., 0, :],
-            clamp=np.concatenate([basis.values(np.zeros(1), order) for order in (2, 3)], axis=-2) @ modes,
-            tip=stiffness[..., 0] * turned[..., -1, :],
-            leaning=((l[..., 0] * zeta)[..., None, :] @ borne)[..., 0, :],
-        )
+    def of(strip: Strip, inertia: float, mean: float, polynomials: int, loss: float) -> StripEquation:
+        """For rho A omega^2 = ``inertia`` [N/m^2] and the mean force [N]. Raises InvalidInput where that buckles it."""
+        found = _equation(strip, inertia, mean, float(loss), polynomials_of(polynomials))
+        if not found.slowness.size:
+            raise InvalidInput("dimensions.h", "the strip buckles under the mean force of the cycle", "thicker")
+        return found
 
     @property
     def pace(self) -> Array:
@@ -108,69 +79,165 @@ class StripEquation:
         return self.loss * np.sqrt(self.slowness)
 
     def fastest(self, modes: int, swing: Array) -> Array:
-        """Natural frequency [1/rad] of the last of so many modes of one strip by itself, under forces beside the
-        mean."""
+        """Natural frequency [1/rad] of the last of so many modes by itself, under forces beside the mean."""
         last = modes - 1
-        return self.pace[last] * np.sqrt(np.maximum(1.0 + swing * self.coupling[last, last], _SOFTEST))
+        return np.sqrt(np.maximum(1.0 + swing * self.coupling[last, last], SOFTEST) / self.slowness[last])
 
     def swing(self, states: Array) -> Array:
-        """P - mean [N] as far as it bends the strip, (..., angles), from a table of states (rows, ..., angles)."""
-        return np.asarray(self.strip.couples)[..., None] * states[FORCE] - self.mean[..., None]
+        """P - mean [N] as far as it bends the strip, (angles,), from a table of states (rows, angles)."""
+        return self.strip.couples * states[FORCE] - self.mean
 
     def still(self, states: Array) -> Array:
-        """c, the quasi-static amplitudes: (..., angles, modes)."""
-        swing, stroke = self.swing(states), states[STROKE]
-        if not np.any(self.strip.compliance):
-            return self._static(swing, -(stroke * swing)[..., None] * self.stretched[..., None, :])
-        l, rod_length, stiffness, compliance = (
-            np.asarray(part)[..., None]
-            for part in (self.strip.length, self.strip.rod_length, self.strip.stiffness, self.strip.compliance)
-        )
-        coupling, softening = states[COUPLING], states[SOFTENING]
-        ends = (states[row] for row in (COUPLING, CLAMP, SHEAR, HEAD))
-        bent, turned, sunk = each(self.mean.shape, _at_the_end, *ends, l[..., 0])
-        swing = stiffness * coupling - self.mean[..., None]
-        stroke_of_w = sunk + (rod_length - l) * turned
-        moment = bent + (rod_length - l) * (coupling * turned + states[SHEAR])
-        load = moment[..., None] * self.tip[..., None, :]
-        load = load - (stroke_of_w * swing)[..., None] * self.stretched[..., None, :]
-        beside = (stroke_of_w / softening - stroke)[..., None] * self.carried[..., None, :]
-        beside = beside - (compliance * states[SHEAR])[..., None] * self.leaning[..., None, :]
-        return self._static(swing, load) / softening[..., None] + beside / self.slowness[..., None, :]
+        """c, the quasi-static amplitudes: (angles, modes)."""
+        return quasi_static(self, states)[1]
 
-    def right(self, states: Array, still: Array) -> Array:
-        """f, from the states and c at the same angles: (..., angles, modes)."""
-        held = still + self.swing(states)[..., None] * (still @ self.coupling)
-        return held + states[STROKE][..., None] * self.carried[..., None, :]
-
-    def _static(self, swing: Array, load: Array) -> Array:
-        """(1 + swing G)^-1 load."""
-        rates, turned = np.linalg.eigh(self.coupling)
-        return ((load @ turned) / (1.0 + swing[..., None] * rates[..., None, :])) @ turned.mT
-
-
-def each(strips: tuple[int, ...], function: Callable[..., tuple[Array, ...]], *arrays: ArrayLike) -> tuple[Array, ...]:
-    """What a function of one strip gives for several (``strips`` is their number, or nothing for one), side by side:
-    so kernels, which take one at a time, serve all."""
-    if not strips:
-        return function(*arrays)
-    found = [function(*(part[k] for part in arrays)) for k in range(strips[0])]
-    return tuple(np.stack(part) for part in zip(*found, strict=True))
-
-
-def _at_the_end(coupling: Array, clamp: Array, shear: Array, head: Array, l: float) -> tuple[Array, ...]:
-    """psi', psi and int psi dz at the strip's end for all angles."""
-    out, end = np.empty((3, coupling.size)), float(l)
-    bend(coupling, clamp, shear, head, end, end, *out)
-    return tuple(out)
+    def right(self, states: Array) -> Array:
+        """f: (angles, modes)."""
+        return quasi_static(self, states)[2]
 
 
 @kernel
-def _static_shape(q: float, l: float, rod_length: float, stations: Array) -> tuple[Array, Array]:
-    """g' and g at the stations for the coupling q, without shear."""
-    _, _, clamp, shear, head = constants(q, l, rod_length, 0.0)
-    one = np.array([[q], [clamp], [shear], [head]])
-    slope, value, unused = np.empty(stations.size), np.empty(stations.size), np.empty(1)
-    for i in range(stations.size):
-        bend(one[0], one[1], one[2], one[3], l, stations[i], unused, slope[i : i + 1], value[i : i + 1])
-    return slope, value
+def _combined(row: Array, blend: tuple[float, float], out: Array) -> None:
+    """What belongs to the basis (n - 1,) from what belongs to the polynomials (n,)."""
+    out[0] = blend[0] * row[0] + blend[1] * row[1]
+    for j in range(1, out.size):
+        out[j] = row[j + 1]
+
+
+@kernel
+def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Polynomials) -> StripEquation:
+    """``StripEquation.of``; without modes where the mean force buckles the strip."""
+    n, l, points = table.end.size - 1, strip.length, table.zeta.size
+    lever, mean = strip.rod_length / l - 1.0, mean * strip.couples
+    # Of all polynomials the first two alone move the pin.
+    first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
+    size = math.hypot(first, second)
+    blend = (-second / size, first / size)
+    combination = np.zeros((n + 1, n))
+    combination[0, 0], combination[1, 0] = blend
+    for j in range(1, n):
+        combination[j + 1, j] = 1.0
+    # (mass, geometric): rows combined, then columns.
+    energy, rows = np.empty((2, n, n)), np.empty((n + 1, n))
+    tip, bent = np.empty(n), np.empty((2, n))
+    _combined(table.tip, blend, tip)
+    for k in range(2):
+        for i in range(n + 1):
+            _combined(table.geometric[i] if k else table.mass[i], blend, rows[i])
+        for j in range(n):
+            _combined(rows[:, j], blend, energy[k, :, j])
+        _combined(table.clamp[k], blend, bent[k])
+        for j in range(n):
+            bent[k, j] /= l ** (k + 2)
+    mass, geometric, lower = energy[0], energy[1], np.zeros((n, n))
+    for i in range(n):
+        for j in range(n):
+            mass[i, j] *= inertia * l
+            geometric[i, j] = (geometric[i, j] + lever * tip[i] * tip[j]) / l
+    stands = True
+    for i in range(n):
+        for j in range(i + 1):
+            total = mean * geometric[i, j] + (strip.stiffness / l**3 if i == j else 0.0)
+            for k in range(j):
+                total -= lower[i, k] * lower[j, k]
+            stands = stands and (i > j or total > 0.0)
+            lower[i, j] = total / lower[j, j] if i > j else math.sqrt(max(total, 0.0))
+    count = n if stands else 0
+    modes, slowness = np.empty((n, count)), np.empty(count)
+    if stands:
+        for _ in range(2):
+            # L^-1 mass, and with that transposed L^-1 mass L^-T
+            for i in range(n):
+                for j in range(n):
+                    total = mass[i, j]
+                    for k in range(i):
+                        total -= lower[i, k] * rows[k, j]
+                    rows[i, j] = total / lower[i, i]
+            for i in range(n):
+                for j in range(n):
+                    mass[i, j] = rows[j, i]
+        for i in range(n):
+            for j in range(i):
+                mass[i, j] = mass[j, i] = 0.5 * (mass[i, j] + mass[j, i])
+        masses, vectors = np.linalg.eigh(mass)
+        # The greatest masses are known best, and they come first.
+        for m in range(n):
+            slowness[m] = masses[n - 1 - m]
+            for i in range(n - 1, -1, -1):
+                total = vectors[i, n - 1 - m]
+                for k in range(i + 1, n):
+                    total -= lower[k, i] * modes[k, m]
+                modes[i, m] = total / lower[i, i]
+    # (h, b, leaning, tip) of the basis, weighed with the static shape under the mean force
+    coupling = mean / strip.stiffness
+    _, _, clamp, shear, head = constants(coupling, l, strip.rod_length, 0.0)
+    one = np.array([[coupling], [clamp], [shear], [head]])
+    unused, slope, value, read, loads = np.empty(1), np.empty(1), np.empty(1), np.zeros((3, n + 1)), np.empty((4, n))
+    for i in range(points + 1):
+        zeta = table.zeta[i] if i < points else 1.0
+        bend(one[0], one[1], one[2], one[3], l, l * zeta, unused, slope, value)
+        for j in range(n + 1):
+            if i == points:
+                read[0, j] += lever * slope[0] * table.tip[j]
+            else:
+                weight = table.weights[i]
+                read[0, j] += weight * slope[0] * table.slopes[i, j]
+                read[1, j] += inertia * l * weight * value[0] * table.values[i, j]
+                read[2, j] += inertia * l * weight * l * zeta * table.values[i, j]
+    for k in range(3):
+        _combined(read[k], blend, loads[k])
+    for j in range(n):
+        loads[0, j] *= strip.couples
+        loads[3, j] = strip.stiffness * tip[j] / l
+    last = np.empty((2, 4))
+    for k in range(2):
+        for t in range(4):
+            j = n - 3 + t
+            last[k, t] = table.clamp[k, j] / l ** (k + 2) * combination[j, max(j - 1, 0)]
+    own = np.dot(modes.T, np.dot(geometric, modes))
+    for i in range(count):
+        for j in range(count):
+            own[i, j] *= strip.couples
+    rates, turned = np.linalg.eigh(own) if stands else (slowness, own)
+    found = np.dot(loads, modes)
+    return StripEquation(
+        strip, StripBasis(l, combination), mean, loss, slowness, modes, own, rates, np.ascontiguousarray(turned),
+        found[0], found[1], np.dot(bent, modes), found[3], found[2], last,
+    )  # fmt: skip
+
+
+@kernel
+def quasi_static(equation: StripEquation, states: Array) -> tuple[Array, Array, Array]:
+    """P - mean (angles,), c and f (angles, modes) of a table of states (rows, angles)."""
+    strip, n, angles = equation.strip, equation.slowness.size, states.shape[1]
+    l, lever, sheared = strip.length, strip.rod_length - strip.length, strip.compliance != 0.0
+    swing, part, ends, turned = np.empty(angles), np.empty((angles, n)), np.empty((3, angles)), equation.turned
+    if sheared:
+        # psi', psi and int psi dz at the strip's end
+        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], l, l, ends[0], ends[1], ends[2])
+    # h and EI psi'(l) in coordinates that make G diagonal
+    stretched, tip = np.dot(equation.stretched, turned), np.dot(equation.tip, turned)
+    for i in range(angles):
+        swing[i], stroke, softening = strip.couples * states[FORCE, i] - equation.mean, states[STROKE, i], 1.0
+        moment, under, lifted = 0.0, swing[i], stroke
+        if sheared:
+            softening = states[SOFTENING, i]
+            under = strip.stiffness * states[COUPLING, i] - equation.mean
+            lifted = ends[2, i] + lever * ends[1, i]
+            moment = ends[0, i] + lever * (states[COUPLING, i] * ends[1, i] + states[SHEAR, i])
+        for k in range(n):
+            load = moment * tip[k] - lifted * under * stretched[k]
+            part[i, k] = load / ((1.0 + under * equation.rates[k]) * softening)
+    still = np.dot(part, turned.T)
+    if sheared:
+        for i in range(angles):
+            drawn = (ends[2, i] + lever * ends[1, i]) / states[SOFTENING, i] - states[STROKE, i]
+            leant = strip.compliance * states[SHEAR, i]
+            for a in range(n):
+                beside = drawn * equation.carried[a] - leant * equation.leaning[a]
+                still[i, a] += beside / equation.slowness[a]
+    right = np.dot(still, equation.coupling)
+    for i in range(angles):
+        for a in range(n):
+            right[i, a] = still[i, a] + swing[i] * right[i, a] + states[STROKE, i] * equation.carried[a]
+    return swing, still, right

@@ -15,11 +15,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.panels import inside, resolve, rule_of, split
+from solvers.numerics.jit import kernel
+from solvers.numerics.panels import INSIDE, Rule, largest, panel_error, rule_of, split
 from solvers.numerics.radau import Radau, radau
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
@@ -41,6 +43,7 @@ _MOST_CORNERS = 1000
 _MOST_ELEMENTS = 2000
 MANY = 128
 """So many pieces of a load, or elements, are narrow."""
+_NOWHERE = np.empty(0)
 _ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
 
 
@@ -68,15 +71,10 @@ class Excitation:
         corners, anchors = _anchors(cycle)
         if drive.breaks.size and not corners.size:
             wanted = max(wanted, 1e-6)
-        rule = rule_of(RULE.points.size)
-
-        def checked(angle: Array) -> Array:
-            return states_beside(drive, strip, jumps, inside(angle, rule))[[FORCE, SIDE, MOMENT]]
-
-        edges = split(anchors, _WIDEST)
-        if corners.size < MANY:
-            edges = resolve(checked, edges, rule, 3, wanted, _MOST_ELEMENTS)[0].edges
-        states = _states_in(drive, strip, jumps, edges, RULE)
+        if corners.size >= MANY:
+            wanted = np.inf
+        edges = _following(drive, strip, jumps, anchors, rule_of(RULE.points.size), wanted)
+        states = states_in(drive, strip, jumps, edges, RULE)
         return Excitation(strip, drive, _inertia(cycle), corners, jumps, anchors, edges, states)
 
     def beside(self, cycle: Cycle) -> Excitation | None:
@@ -90,74 +88,168 @@ class Excitation:
         if np.max(np.abs(moved)) > _SAME_CORNER or np.any(np.abs(np.diff(moved)) > _WIDENED * np.diff(self.anchors)):
             return None
         edges = np.interp(self.edges, self.anchors, anchors)
-        states = _states_in(drive, strip, self.jumps, edges, RULE)
+        states = states_in(drive, strip, self.jumps, edges, RULE)
         return Excitation(strip, drive, _inertia(cycle), corners, self.jumps, anchors, edges, states)
 
     def halved(self, where: NDArray[np.bool_]) -> Excitation:
         """With two elements in place of each one that is marked."""
         parts = np.where(where, 0.5 * (1.0 + 1e-6), 1.0) * np.diff(self.edges)
         edges = split(self.edges, parts)
-        return replace(self, edges=edges, states=_states_in(self.drive, self.strip, self.jumps, edges, RULE))
+        return replace(self, edges=edges, states=states_in(self.drive, self.strip, self.jumps, edges, RULE))
 
     def states_on(self, edges: Array, rule: Radau) -> Array:
         """The states at all points of a rule in elements between other edges."""
-        if rule is RULE and np.array_equal(edges, self.edges):
+        if rule is RULE and (edges is self.edges or np.array_equal(edges, self.edges)):
             return self.states
-        return _states_in(self.drive, self.strip, self.jumps, edges, rule)
+        return states_in(self.drive, self.strip, self.jumps, edges, rule)
 
     def panels(self, edges: Array) -> NDArray[np.int64]:
         """The first elements behind the corners; without corners the first one of the turn."""
         return np.searchsorted(edges, self.corners) if self.corners.size else np.zeros(1, dtype=np.int64)
 
     @cached_property
-    def mean(self) -> float:
-        """The mean axial force [N]."""
-        weights = np.outer(np.diff(self.edges), RULE.integral[-1]).ravel() / TURN
-        return float(weights @ self.states[FORCE])
-
-    @cached_property
-    def analytic(self) -> Array:
-        """How far from the real axis [rad] the motion stays analytic, of every element."""
-        values = np.abs(self.states[[SIDE, MOMENT]].reshape(2, -1, RULE.points.size))
-        most = values.max(axis=(1, 2), initial=1e-300)[:, None]
-        last = np.abs(self.states[[SIDE, MOMENT]].reshape(values.shape) @ RULE.tail[2:].T).max(axis=2)
-        ratio, widths = np.max(last / most, axis=0) + _ROUGH, np.diff(self.edges)
-        rho = ratio ** (-1.0 / (RULE.points.size - 2))
-        # In a narrow element, coefficients at rounding tell nothing of what lies farther away than it is wide.
-        told = (ratio > _ROUNDED * _ROUGH) | (widths > _NARROW)
-        # In one that lies between two corners, whatever is not followed is what its series and polynomials leave out.
-        told &= ~np.isin(self.edges[:-1], self.corners) | ~np.isin(self.edges[1:], np.append(self.corners, self.last))
-        return np.where(told, 0.25 * widths * (rho - 1.0 / rho), np.inf)
+    def smoothness(self) -> Smoothness:
+        return _smoothness(self.edges, self.states, self.corners, RULE)
 
     @property
-    def last(self) -> float:
-        """The turn's end [rad]."""
-        return float(self.edges[-1])
+    def mean(self) -> float:
+        """The mean axial force [N]."""
+        return self.smoothness.mean
 
 
+class Smoothness(NamedTuple):
+    """The mean axial force [N]; the least and the greatest of every element; and how far from the real axis [rad] the
+    motion stays analytic there."""
+
+    mean: float
+    least: Array
+    greatest: Array
+    analytic: Array
+
+
+@kernel
+def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smoothness:
+    count, p = edges.size - 1, rule.points.size
+    mean, least, greatest, out = 0.0, np.empty(count), np.empty(count), np.empty(count)
+    most, last = np.full(2, 1e-300), np.zeros((2, count))
+    for e in range(count):
+        low, high = np.inf, -np.inf
+        for i in range(p):
+            force = states[FORCE, e * p + i]
+            low, high = min(low, force), max(high, force)
+            mean += (edges[e + 1] - edges[e]) / TURN * rule.integral[p - 1, i] * force
+        least[e], greatest[e] = low, high
+        for q in range(2):
+            row = states[SIDE if q == 0 else MOMENT, e * p : (e + 1) * p]
+            for i in range(p):
+                most[q] = max(most[q], abs(row[i]))
+            for t in range(2, rule.tail.shape[0]):
+                total = 0.0
+                for i in range(p):
+                    total += rule.tail[t, i] * row[i]
+                last[q, e] = max(last[q, e], abs(total))
+    for e in range(count):
+        ratio, width = max(last[0, e] / most[0], last[1, e] / most[1]) + _ROUGH, edges[e + 1] - edges[e]
+        rho = ratio ** (-1.0 / (p - 2))
+        # In a narrow element, coefficients at rounding tell nothing of what lies farther away than it is wide; in one
+        # between two corners, whatever is not followed is what its series and polynomials leave out.
+        told = ratio > _ROUNDED * _ROUGH or width > _NARROW
+        enclosed = _among(corners, edges[e]) and (e == count - 1 or _among(corners, edges[e + 1]))
+        out[e] = 0.25 * width * (rho - 1.0 / rho) if told and not enclosed else np.inf
+    return Smoothness(mean, least, greatest, out)
+
+
+@kernel
+def _among(rising: Array, value: float) -> bool:
+    place = np.searchsorted(rising, value)
+    return place < rising.size and rising[place] == value
+
+
+@kernel
 def off_jumps(angle: Array, jumps: Array) -> Array:
     """The angles; those within the step that replaces a jump at its end on their side of the jump."""
-    if not jumps.size:
-        return angle
-    apart = np.mod(angle[:, None] - jumps + 0.5 * TURN, TURN) - 0.5 * TURN
-    return angle + np.sum(np.where(np.abs(apart) < JUMP, np.copysign(JUMP, apart) - apart, 0.0), axis=1)
+    out = angle.copy()
+    for i in range(angle.size):
+        for k in range(jumps.size):
+            apart = (angle[i] - jumps[k] + 0.5 * TURN) % TURN - 0.5 * TURN
+            if abs(apart) < JUMP:
+                out[i] += math.copysign(JUMP, apart) - apart
+    return out
 
 
-def _states_in(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Radau) -> Array:
-    """The states at a rule's points of elements, none of which holds a jump."""
-    angle = points(edges, rule)
-    return states_beside(drive, strip, jumps, inside(angle, rule)) if jumps.size else states_at(drive, strip, angle)
-
-
+@kernel
 def states_beside(drive: Drive, strip: Strip, jumps: Array, angle: Array) -> Array:
     """The states as they would be with jumps in place of steps: extrapolated from outside the step, on every side."""
-    out = off_jumps(angle, jumps)
-    states, within = states_at(drive, strip, out), np.flatnonzero(out != angle)
-    if within.size:
-        inward = angle[within] - out[within]
-        change = states[:, within] - states_at(drive, strip, out[within] - np.copysign(JUMP, inward))
-        states[:, within] += np.abs(inward) / JUMP * change
+    out, states = off_jumps(angle, jumps), np.empty((ROWS, angle.size))
+    fill_states(drive, strip, out, states)
+    one, outside = np.empty(1), np.empty((ROWS, 1))
+    for i in range(angle.size if jumps.size > 0 else 0):
+        if out[i] != angle[i]:
+            inward = angle[i] - out[i]
+            one[0] = out[i] - math.copysign(JUMP, inward)
+            fill_states(drive, strip, one, outside)
+            for row in range(ROWS):
+                states[row, i] += abs(inward) / JUMP * (states[row, i] - outside[row, 0])
     return states
+
+
+@kernel
+def states_in(drive: Drive, strip: Strip, jumps: Array, edges: Array, rule: Radau) -> Array:
+    """The states of the quasi-static strip, with friction closed in, at a rule's points of elements, none of which
+    holds a jump, one element after the other: (rows, angles)."""
+    p = rule.points.size
+    angle = np.empty((edges.size - 1) * p)
+    for e in range(edges.size - 1):
+        for i in range(p):
+            angle[e * p + i] = edges[e] + (edges[e + 1] - edges[e]) * rule.points[i]
+        if jumps.size > 0:
+            angle[e * p] += INSIDE
+            angle[(e + 1) * p - 1] -= INSIDE
+    return states_beside(drive, strip, jumps, angle)
+
+
+@kernel
+def _following(drive: Drive, strip: Strip, jumps: Array, anchors: Array, rule: Rule, wanted: float) -> Array:
+    """Edges, anchors among them, between which polynomials through the points of a rule follow forces and moment to
+    ``wanted`` of the greatest of each."""
+    n, rows, scale, count = rule.points.size, (FORCE, SIDE, MOMENT), np.full(3, 1e-300), 0
+    left, right, starts = [0.0 for _ in range(0)], [0.0 for _ in range(0)], [0.0 for _ in range(0)]
+    for k in range(anchors.size - 1):
+        whole = anchors[k + 1] - anchors[k]
+        parts = max(math.ceil(whole / _WIDEST * (1.0 - 1e-9)), 1)
+        for part in range(parts):
+            left.append(anchors[k] + part / parts * whole)
+            right.append(anchors[k] + (part + 1) / parts * whole if part + 1 < parts else anchors[k + 1])
+    while len(left) > 0:
+        angle = np.empty(len(left) * n)
+        for e in range(len(left)):
+            for i in range(n):
+                angle[e * n + i] = 0.5 * (left[e] + right[e]) + 0.5 * (right[e] - left[e]) * rule.points[i]
+            angle[e * n] += INSIDE
+            angle[(e + 1) * n - 1] -= INSIDE
+        states, halve, number = states_beside(drive, strip, jumps, angle), np.zeros(len(left), np.bool_), 0
+        for k in range(3):
+            scale[k] = max(scale[k], largest(states[rows[k]]))
+        for e in range(len(left)):
+            for k in range(3):
+                missed = panel_error(states[rows[k], e * n : (e + 1) * n], rule)
+                halve[e] = halve[e] or missed > wanted * scale[k]
+            halve[e] = halve[e] and right[e] - left[e] > _APART
+            number += halve[e]
+        if count + len(left) + number > _MOST_ELEMENTS:
+            halve[:] = False
+        lefts, rights = [0.0 for _ in range(0)], [0.0 for _ in range(0)]
+        for e in range(len(left)):
+            if halve[e]:
+                middle = 0.5 * (left[e] + right[e])
+                lefts += [left[e], middle]
+                rights += [middle, right[e]]
+            else:
+                starts.append(left[e])
+                count += 1
+        left, right = lefts, rights
+    starts.append(anchors[-1])
+    return np.sort(np.array(starts))
 
 
 def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
@@ -167,36 +259,39 @@ def states_at(drive: Drive, strip: Strip, angle: Array) -> Array:
     return states
 
 
-def points(edges: Array, rule: Radau = RULE) -> Array:
-    """Angles of all elements' points, one element after the other."""
-    return (edges[:-1, None] + np.diff(edges)[:, None] * rule.points).ravel()
-
-
 def _anchors(cycle: Cycle) -> tuple[Array, Array]:
     """Corners, and the ends of pieces over one turn in which the force is smooth, from the first corner on."""
-    drive = cycle.drive
-    corners = _corners(cycle)
-    sharp = np.empty(0) if drive.breaks.size else np.mod(cycle.scene.load.sharp_angles(), TURN)
-    corners = corners[: corners.size if corners.size <= _MOST_CORNERS else 0]
-    first = corners[0] if corners.size else 0.0
-    ends = np.unique(np.concatenate([corners, first + np.mod(sharp - first, TURN), [first, first + TURN]]))
-    return corners, ends[np.append(np.diff(ends) > _APART, True)]
+    load, drive = cycle.scene.load, cycle.drive
+    sharp = _NOWHERE if drive.breaks.size else load.sharp_angles()
+    return anchors_of(drive, cycle.strip, load.corners(), load.jumps(), sharp)
+
+
+@kernel
+def anchors_of(drive: Drive, strip: Strip, known: Array, jumps: Array, sharp: Array) -> tuple[Array, Array]:
+    """``_anchors`` from ``known`` corners, those of the load, in [0, 2 pi), and ``sharp`` angles. Where the piston
+    begins or ceases to bear on both walls there is another if friction acts back. Among many pieces these, where far
+    less changes, are left to narrow elements: they would come and go from strip to strip."""
+    found = np.sort(known % TURN)
+    if strip.friction != 0.0 and found.size < MANY:
+        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, found))))
+        apart = bearing[off_jumps(bearing, jumps) == bearing]
+        found = np.sort(np.concatenate((found, apart)) % TURN)
+    kept = np.ones(found.size, np.bool_)
+    for k in range(found.size):
+        kept[k] = found[k] - (found[k - 1] if k > 0 else found[found.size - 1] - TURN) > _APART
+    corners = found[kept]
+    if corners.size > _MOST_CORNERS:
+        corners = corners[:0].copy()
+    first = corners[0] if corners.size > 0 else 0.0
+    ends = np.concatenate((np.concatenate((corners, first + (sharp - first) % TURN)), np.array([first, first + TURN])))
+    ends = np.sort(ends)
+    kept = np.ones(ends.size, np.bool_)
+    for k in range(ends.size - 1):
+        kept[k] = ends[k + 1] - ends[k] > _APART
+    return corners, ends[kept]
 
 
 def _inertia(cycle: Cycle) -> float:
     """rho A omega^2 [N/m^2]."""
     d = cycle.dimensions
     return cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
-
-
-def _corners(cycle: Cycle) -> Array:
-    """Angles in [0, 2 pi), rising: those of the load, and where the piston begins or ceases to bear on both
-    walls if friction acts back. Among many pieces the latter, where far less changes, are left to narrow elements: they
-    would come and go from strip to strip."""
-    drive, strip, load = cycle.drive, cycle.strip, cycle.scene.load
-    found = np.mod(load.corners(), TURN)
-    if strip.friction and found.size < MANY:
-        bearing = friction_corners(drive, strip, np.unique(np.concatenate([_GRID, found])))
-        found = np.concatenate([found, bearing[off_jumps(bearing, load.jumps()) == bearing]])
-    found = np.unique(np.mod(found, TURN))
-    return found[np.diff(found, prepend=found[-1:] - TURN) > _APART]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,12 +12,12 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau, radau, shares_of
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
-from solvers.rod.cycle.state import MOMENT, SIDE, Strip
-from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, split
+from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
+from solvers.rod.vibration.equation import SOFTEST, StripEquation, quasi_static
+from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoothness, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
-from solvers.rod.vibration.ringing import FreeModes, chosen, closing, phases, rung
-from solvers.rod.vibration.turn import Turn, with_one
+from solvers.rod.vibration.ringing import chosen, free_modes, ringing_of, rung
+from solvers.rod.vibration.turn import Turn, close, turn_of
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -29,12 +28,13 @@ MOST_RINGING = 16
 _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
-_EXPONENT = 1.5
+EXPONENT = 1.5
 _SMALLER, _DEARER = (radau(7), radau(5)), 1.5
 """Rules of fewer points; how an element's time grows with its points."""
 _OSCILLATION = 8.0
 """Times the error wanted: what may be left out of a mode's oscillation, which is not all of the bending."""
 _PHASE_SHARE = 0.1
+_NONE_RINGS = np.empty((0, 0, 0))
 
 
 def _missed_by(rule: Radau) -> Array:
@@ -46,7 +46,8 @@ def _missed_by(rule: Radau) -> Array:
     return np.eye(most) - whole[:, :few] @ known
 
 
-_OF_RINGING = tuple((rule, _missed_by(rule)) for rule in (radau(3), radau(5), radau(7)))
+_OF_RINGING = radau(3), radau(5), radau(7)
+_MISSED = np.stack([_missed_by(rule) for rule in _OF_RINGING])
 
 
 @dataclass(frozen=True)
@@ -111,68 +112,48 @@ class Motion:
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        angle = np.ascontiguousarray(angle)
-        return amplitudes(self.edges, self.samples, self.rule, angle) + parts_at(self.ringing, angle)
+        return amplitudes(self.edges, self.samples, self.rule, self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
     """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
     ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
-    m, modes = slow, equation.slowness.size
+    m, modes, corners = slow, equation.slowness.size, excitation.corners.size > 0
     rule, edges = _elements(equation, excitation, m, step, wanted)
     states = excitation.states_on(edges, rule)
-    turn = Turn.of(equation, rule, states, edges, excitation.panels(edges), m, wanted)
-    begun, _, amplification = turn.closed()
+    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
+    begun, _, amplification = close(turn, _NONE_RINGS, _NONE_RINGS)
 
-    static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-    ringing, omitted, missed, enlarged, enough = no_ripple(modes, rule), 0.0, 0.0, 1.0, np.empty(0)
-    if excitation.corners.size:
-        lefts, rights = turn.sides
-        here = with_one(begun)[:, None]
-        jump = (here @ lefts - np.roll(here @ rights, 1, axis=0))[:, 0]
-        jump[:, : 2 * m] = 0.0
+    ringing, omitted, missed, enlarged = no_ripple(modes, rule), 0.0, 0.0, np.ones(modes - m)
+    enough = np.empty(0)
+    if corners:
+        static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
         coarse, few = excitation.edges, rule_of_ringing(equation, excitation, m, wanted)
-        states_of_few = excitation.states_on(coarse, few)
-        phase = phases(equation, few, coarse, states_of_few, m)
-        enlarged = closing(equation, phase, m)
-        shares, given = rung(equation, excitation, phase, m, jump, static)
+        states_of_few, panels = excitation.states_on(coarse, few), excitation.panels(coarse)
+        forces = excitation.states[FORCE, panels * RULE.points.size]
+        enlarged, shares, given = rung(equation, turn, begun, few, coarse, panels, states_of_few, forces, static)
         count, omitted = chosen(shares, m, MOST_RINGING, wanted)
         if count:
             enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
-            free = FreeModes.of(equation, few, coarse, excitation.panels(coarse), states_of_few, m, enough)
-            begun, ringed, amplification = turn.closed(free)
-            (ringing,) = free.ringing(equation, ringed)
+            free = free_modes(equation, few, coarse, panels, states_of_few, m, enough)
+            begun, ringed, amplification = close(turn, free.behind, free.before)
+            ringing = ringing_of(free, equation.modes, ringed, few)
             share = np.max(np.abs(equation.clamp[:, m : m + count]) / static[:, None], axis=0)
-            missed = float(np.abs(ringed).max(axis=0) * share @ free.missed) * max(float(amplification), 1.0)
+            missed = float(np.abs(ringed).max(axis=0) * share @ free.missed) * max(amplification, 1.0)
 
-    begin = turn.begin(begun)
-    whole, speed = turn.amplitudes(begin), turn.fast_speeds(begin)
-    d = whole - turn.still
-    seen = d @ equation.clamp.T
-    greatest = np.stack([states[MOMENT], -states[SIDE]], axis=1) / equation.strip.stiffness + seen.reshape(-1, 2)
-    greatest = np.maximum(np.abs(greatest).max(axis=0), 1e-300)
-    left = np.max(left_by_series(np.einsum("tp,epq->teq", rule.tail, seen)) / greatest, axis=1)
-    changed = np.abs(np.einsum("ec,epcq->epq", begin, turn.change)).max(axis=(0, 1)) / greatest
-    parted = _parted(whole, speed) * np.max(np.abs(equation.clamp[:, m:]) / greatest[:, None], axis=0)
-    if excitation.corners.size:
-        parted[turn.stop] = 0.0
-        # What is wrong beside a corner as it is at the next ends of elements, that rings.
-        parted[turn.first] *= enlarged
-        parted[turn.stop - 1] *= enlarged
-    time, fell = left + parted.sum(axis=1), turn.fell
+    samples, series, space, time = read(turn, equation, rule, states, begun, enlarged, corners)
     errors = Errors(
-        series=float(changed.max()) * (fell / (1.0 - fell) if fell < 0.5 else 1.0),
-        space=_space(equation, d, greatest),
+        series=series,
+        space=space,
         omitted=omitted,
         phase=missed,
         excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
         time=time,
         mean_time=float(time @ turn.widths) / TURN,
-        closing=_ROUNDING * float(amplification),
+        closing=_ROUNDING * amplification,
     )
-    samples, strip = np.ascontiguousarray(d @ equation.modes.T), equation.strip
-    return Motion(strip, equation.basis, rule, edges, samples, ringing, errors, float(amplification), m, enough)
+    return Motion(equation.strip, equation.basis, rule, edges, samples, ringing, errors, amplification, m, enough)
 
 
 def _elements(
@@ -181,7 +162,10 @@ def _elements(
     """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: of many
     narrow elements one of fewer points, and of smaller steps, where that takes less time."""
     count = excitation.edges.size - 1
-    pace = _fastest(equation, excitation, slow) if slow else np.full(count, 1e-300)
+    if not slow and count < MANY:
+        return RULE, excitation.edges
+    swing = equation.strip.couples * excitation.smoothness.greatest - equation.mean
+    pace = equation.fastest(slow, swing) if slow else np.full(count, 1e-300)
     ways = [(RULE, split(excitation.edges, step / pace))]
     for rule in _SMALLER if count >= MANY else ():
         most = min(_longest_step(rule, _OSCILLATION * wanted / math.sqrt(count)), step)
@@ -201,94 +185,191 @@ def rule_of_ringing(equation: StripEquation, excitation: Excitation, slow: int, 
     What a polynomial through fewer points misses of the slowest such mode's frequency, times an element's width, is
     what its phase misses there; a share of ``wanted`` of a radian in the turn is enough. In many narrow elements six
     points always have been."""
-    n, widths = min(slow, equation.slowness.size - 1), np.diff(excitation.edges)
-    swing = equation.swing(excitation.states).reshape(widths.size, -1)
-    pace = equation.pace[n] * np.sqrt(np.maximum(1.0 + swing * equation.coupling[n, n], 0.1))
-    most = _SMALLER[-1] if widths.size >= MANY else RULE
-    for rule, missed in _OF_RINGING:
-        if rule.points.size >= most.points.size:
-            break
-        if widths @ np.abs(pace @ missed.T).max(axis=1) <= _PHASE_SHARE * wanted:
-            return rule
-    return most
+    many = excitation.edges.size > MANY
+    rules = tuple(rule for rule in _OF_RINGING if not many or rule.points.size < _SMALLER[-1].points.size)
+    missed = phases_missed(equation, excitation.edges, excitation.states, slow, _MISSED)
+    enough = (rule for rule, radians in zip(rules, missed.tolist(), strict=False) if radians <= _PHASE_SHARE * wanted)
+    return next(enough, _SMALLER[-1] if many else RULE)
 
 
-def _fastest(equation: StripEquation, excitation: Excitation, slow: int) -> Array:
-    """The greatest frequency [1/rad] of the last slow mode in every element."""
-    return equation.fastest(slow, equation.swing(excitation.states).reshape(-1, RULE.points.size).max(axis=1))
+@kernel
+def phases_missed(equation: StripEquation, edges: Array, states: Array, slow: int, missed: Array) -> Array:
+    """What the phase of the first mode behind the ``slow`` ones misses in the turn [rad] by rules of which polynomials
+    miss so much (rules, points, points), from states at the points."""
+    n, (rules, p, _) = min(slow, equation.slowness.size - 1), missed.shape
+    out, pace = np.zeros(rules), np.empty(p)
+    for e in range(edges.size - 1):
+        for i in range(p):
+            swing = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+            pace[i] = math.sqrt(max(1.0 + swing * equation.coupling[n, n], 0.1) / equation.slowness[n])
+        for r in range(rules):
+            most = 0.0
+            for i in range(p):
+                total = 0.0
+                for k in range(p):
+                    total += missed[r, i, k] * pace[k]
+                most = max(most, abs(total))
+            out[r] += (edges[e + 1] - edges[e]) * most
+    return out
 
 
-def motions_beside(
-    found: Motion, around: Excitation, beside: Sequence[Excitation], loss: float, wanted: float
-) -> list[Motion]:
-    """The motions of strips next to one that was ``found`` with the excitation ``around``, as well resolved: with as
-    many modes, on elements that go with the corners (``Excitation.beside``). What they leave unknown is taken to be the
+def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: float, wanted: float) -> Motion:
+    """The motion of a strip next to one that was ``found`` with the excitation ``around``, as well resolved: with as
+    many modes, on elements that go with the corners (``Excitation.beside``). What it leaves unknown is taken to be the
     same."""
-    strips = Strip(*np.array([one.strip for one in beside]).T)
-    rule, coarse = found.rule, np.stack([one.edges for one in beside])
-    inertia, mean = np.array([one.inertia for one in beside]), np.array([one.mean for one in beside])
-    equation = StripEquation.of(strips, inertia, mean, found.basis.polynomials, loss)
-    edges = np.stack([np.interp(found.edges, around.anchors, one.anchors) for one in beside])
-    fine = np.stack([one.states_on(own, rule) for one, own in zip(beside, edges, strict=True)], axis=1)
-    turn = Turn.of(equation, rule, fine, edges, around.panels(found.edges), found.slow, wanted)
-    free = None
+    rule, m = found.rule, found.slow
+    equation = StripEquation.of(beside.strip, beside.inertia, beside.mean, found.basis.polynomials, loss)
+    edges = np.interp(found.edges, around.anchors, beside.anchors)
+    states = beside.states_on(edges, rule)
+    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, around.panels(found.edges), m, wanted)
+    ringing, behind, before = found.ringing, _NONE_RINGS, _NONE_RINGS
     if found.phases.size:
-        few = radau(found.ringing.points.size - 1)
-        states = np.stack([one.states_on(one.edges, few) for one in beside], axis=1)
-        free = FreeModes.of(equation, few, coarse, around.panels(around.edges), states, found.slow, found.phases)
-    begun, ringed, amplification = turn.closed(free)
-    d = turn.amplitudes(turn.begin(begun)) - turn.still
-    samples = np.ascontiguousarray(d @ equation.modes[..., None, :, :].mT)
-    ringing = [found.ringing] * len(beside) if free is None else free.ringing(equation, ringed)
-    return [
-        replace(
-            found,
-            strip=one.strip,
-            basis=equation.basis.of_strip(k),
-            edges=edges[k],
-            samples=samples[k],
-            ringing=ringing[k],
-            amplification=float(amplification[k]),
-        )
-        for k, one in enumerate(beside)
-    ]
+        few, panels = radau(ringing.points.size - 1), around.panels(around.edges)
+        free = free_modes(equation, few, beside.edges, panels, beside.states_on(beside.edges, few), m, found.phases)
+        behind, before = free.behind, free.before
+    begun, ringed, amplification = close(turn, behind, before)
+    if found.phases.size:
+        ringing = ringing_of(free, equation.modes, ringed, few)
+    samples = read(turn, equation, rule, states, begun, np.ones(turn.rest.shape[0]), False)[0]
+    return replace(
+        found, strip=beside.strip, basis=equation.basis, edges=edges, samples=samples, ringing=ringing,
+        amplification=amplification,
+    )  # fmt: skip
 
 
 def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
     exp(-omega y) (``excitation``), with a margin on the exponent."""
-    swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
-    return float(np.exp(-np.min(equation.fastest(n, swing) * excitation.analytic) / _EXPONENT))
-
-
-def left_by_series(last: Array) -> Array:
-    """What series leave out, from their last four terms (4, ...), after how pairs of them fall."""
-    before, last = np.abs(last[:2]).max(axis=0), np.abs(last[2:]).max(axis=0)
-    ratio = np.clip(last / np.maximum(before, 1e-300), 0.05, 0.9)
-    return 2.0 * last * ratio / (1.0 - ratio)
-
-
-def _space(equation: StripEquation, d: Array, greatest: Array) -> float:
-    """What the polynomials along the strip leave out."""
-    combined = equation.basis.combination @ equation.modes
-    series = np.abs(d.reshape(-1, d.shape[2]) @ combined.T).max(axis=0)
-    ends = np.stack([equation.basis.uncombined(0.0, order) * series for order in (2, 3)], axis=1)
-    margin = _ALGEBRAIC if equation.loss else 1.0
-    return margin * float(np.max(left_by_series(ends[-4:]) / greatest))
-
-
-def _parted(whole: Array, speed: Array) -> Array:
-    """By how much the fast modes disagree at the ends of elements: of every element with the next, (elements, fast).
-    From speeds at their first and last ends, (elements, 2, fast), times sqrt(mu)."""
-    fast = whole[..., whole.shape[2] - speed.shape[2] :]
-    return np.hypot(np.roll(fast[:, 0], -1, axis=0) - fast[:, -1], np.roll(speed[:, 0], -1, axis=0) - speed[:, 1])
+    least, _ = least_turned(equation, excitation.edges, excitation.smoothness)
+    return math.exp(-least[n - 1] / EXPONENT)
 
 
 @kernel
-def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array:
-    """What polynomials (elements, points, basis) on elements of the turn make at the angles, (basis, angles)."""
+def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array]:
+    """The least angles [rad] by which every mode by itself turns where the force is greatest compression: within the
+    distance from the real axis up to which the motion is analytic, and within an element."""
+    n = equation.slowness.size
+    analytic, narrow = np.full(n, np.inf), np.full(n, np.inf)
+    for k in range(n):
+        for e in range(force.least.size):
+            swing = equation.strip.couples * force.least[e] - equation.mean
+            stiffness = max(1.0 + swing * equation.coupling[k, k], SOFTEST)
+            pace = math.sqrt(stiffness / equation.slowness[k])
+            analytic[k] = min(analytic[k], pace * force.analytic[e])
+            narrow[k] = min(narrow[k], pace * (edges[e + 1] - edges[e]))
+    return analytic, narrow
+
+
+@kernel
+def read(
+    turn: Turn, equation: StripEquation, rule: Radau, states: Array, begun: Array, enlarged: Array, corners: bool
+) -> tuple[Array, float, float, Array]:
+    """d in amplitudes of the basis (elements, points, basis), what the series and the polynomials along the strip leave
+    unknown (``Errors``), and what every element does, from the panels' first states (panels, 2 m) and by which closing
+    the turn enlarges what every fast mode rings with."""
+    m, n, p, count = turn.slow, equation.slowness.size, rule.points.size, turn.widths.size
+    fast, columns = n - m, 2 * m + 1
+    begin, panel = np.zeros((count, columns)), -1
+    coordinates, speeds = np.zeros((count * p, n)), np.zeros((count * 2, fast))
+    for e in range(count):
+        if panel + 1 < turn.first.size and turn.first[panel + 1] == e:
+            panel += 1
+        begin[e, 2 * m] = 1.0
+        for c in range(columns):
+            share = begun[panel, c] if c < 2 * m else 1.0
+            for a in range(2 * m):
+                begin[e, a] += share * turn.onward[e, c, a]
+        for c in range(columns):
+            share = begin[e, c]
+            for i in range(p):
+                for a in range(n):
+                    coordinates[e * p + i, a] += share * turn.columns[e, i, c, a]
+            for end in range(2):
+                for k in range(fast):
+                    speeds[2 * e + end, k] += share * turn.speeds[e, end, c, k]
+    if fast > 0:
+        moved, run = np.dot(np.ascontiguousarray(coordinates[:, m:]), turn.rest.T), np.dot(speeds, turn.rest.T)
+        for i in range(count * p):
+            for k in range(fast):
+                coordinates[i, m + k] = moved[i, k]
+        for i in range(2 * count):
+            for k in range(fast):
+                speeds[i, k] = run[i, k] * math.sqrt(equation.slowness[m + k])
+    whole = coordinates.reshape(count, p, n)
+    d = whole - turn.still
+    flat, seen, greatest = d.reshape(count * p, n), np.zeros((count, p, 2)), np.full(2, 1e-300)
+    for e in range(count):
+        for i in range(p):
+            for q in range(2):
+                for a in range(n):
+                    seen[e, i, q] += equation.clamp[q, a] * d[e, i, a]
+                still = states[MOMENT if q == 0 else SIDE, e * p + i] * (1.0 - 2.0 * q) / equation.strip.stiffness
+                greatest[q] = max(greatest[q], abs(still + seen[e, i, q]))
+    time, changed, last = np.zeros(count), 0.0, np.zeros((2, rule.tail.shape[0]))
+    for e in range(count):
+        last[:] = 0.0
+        for q in range(2):
+            for t in range(rule.tail.shape[0]):
+                for i in range(p):
+                    last[q, t] += rule.tail[t, i] * seen[e, i, q]
+            time[e] = max(time[e], _left_by_series(last[q]) / greatest[q])
+            for i in range(p):
+                change = 0.0
+                for c in range(columns):
+                    change += begin[e, c] * turn.change[e, i, c, q]
+                changed = max(changed, abs(change) / greatest[q])
+    # By how much the fast modes disagree where an element ends and the next one begins. What is wrong beside a corner
+    # as it is at the next ends of elements, that rings.
+    margin = np.ones((count, fast))
+    for k in range(turn.first.size if corners else 0):
+        for a in range(fast):
+            margin[turn.stop[k], a] = 0.0
+            margin[turn.first[k], a] *= enlarged[a]
+    for k in range(turn.first.size if corners else 0):
+        for a in range(fast):
+            margin[turn.stop[k] - 1, a] *= enlarged[a]
+    for e in range(count):
+        after = (e + 1) % count
+        for k in range(fast):
+            share = max(abs(equation.clamp[0, m + k]) / greatest[0], abs(equation.clamp[1, m + k]) / greatest[1])
+            parted = math.hypot(
+                whole[after, 0, m + k] - whole[e, p - 1, m + k], speeds[2 * after, k] - speeds[2 * e + 1, k]
+            )
+            time[e] += margin[e, k] * parted * share
+    samples = np.dot(flat, equation.modes.T)
+    fell, space = turn.fell, _space(equation, samples, greatest)
+    return samples.reshape(count, p, n), changed * (fell / (1.0 - fell) if fell < 0.5 else 1.0), space, time
+
+
+@kernel
+def _space(equation: StripEquation, samples: Array, greatest: Array) -> float:
+    """What the polynomials along the strip leave out, from amplitudes of the basis (points, basis)."""
+    n, space, last = samples.shape[1], 0.0, np.empty(4)
+    most = np.zeros(n)
+    for i in range(samples.shape[0]):
+        for a in range(n):
+            most[a] = max(most[a], abs(samples[i, a]))
+    for q in range(2):
+        for t in range(4):
+            last[t] = equation.last[q, t] * most[max(n - 4 + t, 0)]
+        space = max(space, _left_by_series(last) / greatest[q])
+    return space * (_ALGEBRAIC if equation.loss != 0.0 else 1.0)
+
+
+@kernel
+def _left_by_series(last: Array) -> float:
+    """What a series leaves out, from its last four terms, after how pairs of them fall."""
+    before, behind = max(abs(last[0]), abs(last[1])), max(abs(last[2]), abs(last[3]))
+    ratio = min(max(behind / max(before, 1e-300), 0.05), 0.9)
+    return 2.0 * behind * ratio / (1.0 - ratio)
+
+
+@kernel
+def amplitudes(edges: Array, samples: Array, rule: Radau, ringing: Ripple, angle: Array) -> Array:
+    """What polynomials (elements, points, basis) on elements of the turn, and what rings, make at the angles, (basis,
+    angles)."""
     p, basis = samples.shape[1], samples.shape[2]
-    out, share, row = np.zeros((basis, angle.size)), np.empty(p), np.empty(basis)
+    out, share, row = parts_at(ringing, angle), np.empty(p), np.empty(basis)
     for i in range(angle.size):
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
@@ -299,5 +380,5 @@ def amplitudes(edges: Array, samples: Array, rule: Radau, angle: Array) -> Array
             for b in range(basis):
                 row[b] += share[k] * samples[e, k, b]
         for b in range(basis):
-            out[b, i] = row[b]
+            out[b, i] += row[b]
     return out

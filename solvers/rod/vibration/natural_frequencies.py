@@ -14,13 +14,12 @@ Source: W. Ritz (1909); S. P. Timoshenko, Vibration Problems in Engineering.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from functools import cache, lru_cache
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
@@ -60,79 +59,54 @@ def _derivatives(zeta: tuple[float, ...], polynomials: int, order: int) -> Array
     return legendre_at(2.0 * np.array(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
 
 
-@lru_cache(maxsize=8)
-def _quadrature(polynomials: int) -> tuple[Array, Array, Array, Array]:
-    """Gauss points and weights on [0, 1] and, at the points, value and slope of the polynomials."""
-    x, w = legendre.leggauss(polynomials + _MORE_POINTS)
-    zeta = 0.5 * (x + 1.0)
-    value, slope = (_derivatives(tuple(zeta.tolist()), polynomials, order) for order in (0, 1))
-    return zeta, 0.5 * w, value, slope
+class Polynomials(NamedTuple):
+    """Over a strip of unit length: Gauss's points and weights that integrate products of two of them exactly, value and
+    slope there, (points, n); value and slope at the far end, (n,); second and third derivatives at the clamp, (2, n);
+    int psi_i psi_j dz and int psi_i' psi_j' dz, (n, n)."""
 
-
-@dataclass(frozen=True)
-class StripBasis:
-    """Matrices of strips in place in a basis that satisfies the constraints, per unit EI, P and rho A.
-
-    bending  int psi_i'' psi_j'' dz [1/m^3], a multiple of the unit matrix; geometric  int psi_i' psi_j' dz +
-    e psi_i'(l) psi_j'(l) [1/m]; mass  int psi_i psi_j dz [m]; combination maps the basis to the polynomials, shape
-    (polynomials, basis). All have the leading axes of ``length`` [m], one entry for each strip; sections are told by
-    zeta = z/l.
-    """
-
-    length: Array
-    combination: Array
-    bending: Array
-    geometric: Array
+    zeta: Array
+    weights: Array
+    values: Array
+    slopes: Array
+    end: Array
+    tip: Array
+    clamp: Array
     mass: Array
+    geometric: Array
+
+
+@lru_cache(maxsize=16)
+def polynomials_of(count: int) -> Polynomials:
+    """So many polynomials."""
+    x, w = legendre.leggauss(count + _MORE_POINTS)
+    zeta, weights = 0.5 * (x + 1.0), 0.5 * w
+    value, slope = (np.ascontiguousarray(_derivatives(tuple(zeta.tolist()), count, order)) for order in (0, 1))
+    end, tip = (_derivatives((1.0,), count, order)[0] for order in (0, 1))
+    clamp = np.concatenate([_derivatives((0.0,), count, order) for order in (2, 3)])
+    mass, geometric = (np.ascontiguousarray(f.T @ (weights[:, None] * f)) for f in (value, slope))
+    return Polynomials(zeta, weights, value, slope, end, tip, clamp, mass, geometric)
+
+
+class StripBasis(NamedTuple):
+    """Polynomials on a strip of free ``length`` [m] that satisfy the constraints; ``combination`` maps them to those of
+    ``Polynomials``, shape (polynomials, basis). Sections are told by zeta = z/l."""
+
+    length: float
+    combination: Array
 
     @property
     def polynomials(self) -> int:
         """How many there are."""
-        return self.combination.shape[-2]
+        return self.combination.shape[0]
 
     def values(self, zeta: Array, order: int) -> Array:
-        """d^order psi/dz^order at the sections: (..., sections, basis)."""
-        return self._per_length(_derivatives(tuple(zeta.tolist()), self.polynomials, order) @ self.combination, order)
+        """d^order psi/dz^order at the sections: (sections, basis)."""
+        one = _derivatives(tuple(zeta.tolist()), self.polynomials, order)
+        return one @ self.combination / self.length**order
 
     def series(self, order: int) -> Array:
-        """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (..., terms, basis)."""
-        return self._per_length(_coefficients(self.polynomials, order) @ self.combination, order)
-
-    def uncombined(self, zeta: float, order: int) -> Array:
-        """d^order/dz^order at one section of the polynomials that ``combination`` combines: (..., polynomials)."""
-        one = _derivatives((zeta,), self.polynomials, order)
-        return self._per_length(one, order)[..., 0, :]
-
-    def quadrature(self) -> tuple[Array, Array]:
-        """Sections and weights, over a unit of length, that integrate products of two basis functions exactly."""
-        zeta, weights, _, _ = _quadrature(self.polynomials)
-        return zeta, weights
-
-    def of_strip(self, k: int) -> StripBasis:
-        """The basis of one of several strips."""
-        return StripBasis(self.length[k], self.combination[k], self.bending[k], self.geometric[k], self.mass[k])
-
-    def _per_length(self, values: Array, order: int) -> Array:
-        return values / (np.asarray(self.length) ** order)[..., None, None]
-
-
-def strip_basis(length: ArrayLike, rod_length: ArrayLike, polynomials: int = POLYNOMIALS) -> StripBasis:
-    """The constrained basis for strips of free length l on rods of length L [m]."""
-    length = np.asarray(length, dtype=float)
-    _, weights, value, first = _quadrature(polynomials)
-    end_value, end_slope = (_derivatives((1.0,), polynomials, order)[0] for order in (0, 1))
-    l, e = length[..., None, None], (np.asarray(rod_length) - length)[..., None, None]
-    constraint = end_value + (e / l) * end_slope
-    # The null space of the one constraint: the trailing columns of a full QR factorisation.
-    combination = np.linalg.qr(constraint.mT, mode="complete")[0][..., 1:]
-    value, first, tip = value @ combination, first @ combination, end_slope[None] @ combination
-    return StripBasis(
-        length=length,
-        combination=combination,
-        bending=np.eye(polynomials - 1) / l**3,
-        geometric=first.mT @ (weights[:, None] * first) / l + e / l**2 * (tip.mT * tip),
-        mass=value.mT @ (weights[:, None] * value) * l,
-    )
+        """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (terms, basis)."""
+        return _coefficients(self.polynomials, order) @ self.combination / self.length**order
 
 
 class Energies(NamedTuple):
@@ -148,10 +122,8 @@ class Energies(NamedTuple):
 @cache
 def energies() -> Energies:
     """Of as many polynomials as any force asks for."""
-    _, weights, value, first = _quadrature(_MOST_POLYNOMIALS)
-    end, slope = (_derivatives((1.0,), _MOST_POLYNOMIALS, order)[0] for order in (0, 1))
-    mass, geometric = (np.ascontiguousarray(f.T @ (weights[:, None] * f)) for f in (value, first))
-    return Energies(mass, geometric, end, slope)
+    table = polynomials_of(_MOST_POLYNOMIALS)
+    return Energies(table.mass, table.geometric, table.end, table.tip)
 
 
 def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:

@@ -8,7 +8,8 @@ slow modes, then their speeds, then amplitude and speed of every fast mode.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,9 +17,11 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
-from solvers.rod.vibration.equation import StripEquation, each
-from solvers.rod.vibration.excitation import RULE, TURN, Excitation
+from solvers.rod.cycle.state import FORCE
+from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.excitation import TURN
 from solvers.rod.vibration.free_modes import free_mode
+from solvers.rod.vibration.turn import Turn
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -33,57 +36,95 @@ _MARGIN = 2.0
 """On the ringing of what is left out."""
 
 
-def phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
-    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes), from the
-    states at the rule's points."""
-    swing, count = equation.swing(states)[:, None, None], equation.slowness.size
-    own, n = np.diag(equation.coupling), np.arange(slow, min(slow + _PHASED, count))
-    stiffness = 1.0 + swing[:, 0] * own[n]
-    # What the other modes do in step with one, as they are by themselves.
-    away = 1.0 + swing * own - stiffness[..., None] * (equation.slowness / equation.slowness[n, None])
-    away[:, np.arange(n.size), n] = np.inf
-    stiffness -= np.sum((swing * equation.coupling[n]) ** 2 / away, axis=2)
-    rate, widths = np.sqrt(np.maximum(stiffness, 0.01) / equation.slowness[n]), np.diff(edges)
-    return widths[:, None] * (rule.integral[-1] @ rate.reshape(widths.size, rule.points.size, n.size))
-
-
-def closing(equation: StripEquation, phase: Array, slow: int) -> Array:
-    """By which closing the turn enlarges what every fast mode rings with, from its ``phases``."""
-    n = np.arange(slow, slow + phase.shape[1])
-    out = np.full(equation.slowness.size - slow, _CLOSING)
-    kept = np.exp(-0.5 * TURN * equation.damping[n] / equation.slowness[n])
-    left = np.hypot(1.0 - kept, 2.0 * np.sqrt(kept) * np.sin(0.5 * phase.sum(axis=0)))
-    out[: n.size] = 1.0 / np.clip(left, 1e-300, 1.0)
-    return out
-
-
+@kernel
 def rung(
-    equation: StripEquation, excitation: Excitation, phase: Array, slow: int, jump: Array, greatest: Array
-) -> tuple[Array, Array]:
-    """What every fast mode rings with, and what it is given by all corners together, as shares of V'' or V''' at the
-    clamp, whichever suffers more: (fast,) each.
+    equation: StripEquation, turn: Turn, begun: Array, rule: Radau, edges: Array, panels: NDArray[np.int64],
+    states: Array, forces: Array, greatest: Array,
+) -> tuple[Array, Array, Array]:  # fmt: skip
+    """By which closing the turn enlarges what every fast mode rings with; what each rings with; and what it is given by
+    all corners together: (fast,) each, the latter as shares of V'' or V''' at the clamp, whichever suffers more.
 
     At a corner a mode of the strip as it is there is given what differs between the two sides; on its way to the next
-    one it turns and is damped. Modes whose ``phases`` are not known are taken to ring in step with every corner. From
-    jumps of the states of all modes (corners, 2 modes), amplitude and speed by turns, and the greatest V'' and V'''.
+    one it turns and is damped. Modes whose phases are not known are taken to ring in step with every corner. From the
+    panels' first states (panels, 2 m), states at the rule's points between ``edges``, of which ``panels`` begin panels,
+    the ``forces`` [N] behind the corners, and the greatest V'' and V'''.
     """
-    panels, phased = excitation.panels(excitation.edges), phase.shape[1]
-    swing = equation.swing(excitation.states)[panels * RULE.points.size]
-    root, n = np.sqrt(equation.slowness), np.arange(slow, equation.slowness.size)
-    stiffness = np.eye(root.size) + swing[:, None, None] * equation.coupling
-    square, own = np.linalg.eigh(stiffness / np.outer(root, root))
-    # A mode has the same sign at every corner.
-    own *= np.sign(np.einsum("cnn->cn", own))[:, None]
-    share = np.max(np.abs(equation.clamp / root @ own) / greatest[:, None], axis=1)
-    amplitude = ((jump[:, ::2] * root)[:, None] @ own)[:, 0]
-    speed = (jump[:, 1::2][:, None] @ own)[:, 0] / np.sqrt(square)
-    given, share = amplitude[:, slow:] - 1j * speed[:, slow:], share[:, slow:]
-    total = np.sum(np.abs(given) * share, axis=0)
-    given[:, phased:] = np.abs(given[:, phased:])
-    rate = np.outer(np.diff(excitation.edges), -0.5 * equation.damping[n] / equation.slowness[n]).astype(np.complex128)
-    rate[:, :phased] += 1j * phase
-    amplitudes = _repeating(given, np.exp(np.add.reduceat(rate, panels)))
-    return np.max(amplitudes * share, axis=0), total
+    m, n, corners, slowness = turn.slow, equation.slowness.size, panels.size, equation.slowness
+    fast, root, damping = n - m, np.sqrt(slowness), equation.loss * np.sqrt(slowness)
+    phase = _phases(equation, rule, edges, states, m)
+    phased, enlarged = phase.shape[1], np.full(fast, _CLOSING)
+    for k in range(phased):
+        kept, angle = math.exp(-0.5 * TURN * damping[m + k] / slowness[m + k]), 0.0
+        for e in range(phase.shape[0]):
+            angle += phase[e, k]
+        left = math.hypot(1.0 - kept, 2.0 * math.sqrt(kept) * math.sin(0.5 * angle))
+        enlarged[k] = 1.0 / min(max(left, 1e-300), 1.0)
+    given, kept = np.zeros((corners, fast), np.complex128), np.empty((corners, fast), np.complex128)
+    share, total, matrix, jump = np.empty((corners, fast)), np.zeros(fast), np.empty((n, n)), np.empty((2, fast))
+    for c in range(corners):
+        jump[:] = 0.0
+        for row in range(2 * m + 1):
+            here, before = (begun[c, row], begun[c - 1, row]) if row < 2 * m else (1.0, 1.0)
+            for k in range(fast):
+                for q in range(2):
+                    at = 2 * (m + k) + q
+                    jump[q, k] += here * turn.lefts[c, row, at] - before * turn.rights[c - 1, row, at]
+        swing = equation.strip.couples * forces[c] - equation.mean
+        for i in range(n):
+            for j in range(n):
+                matrix[i, j] = ((1.0 if i == j else 0.0) + swing * equation.coupling[i, j]) / (root[i] * root[j])
+        square, own = np.linalg.eigh(matrix)
+        for k in range(fast):
+            # A mode has the same sign at every corner.
+            sign, amplitude, speed = 1.0 if own[m + k, m + k] >= 0.0 else -1.0, 0.0, 0.0
+            for j in range(fast):
+                amplitude += jump[0, j] * root[m + j] * own[m + j, m + k] * sign
+                speed += jump[1, j] * own[m + j, m + k] * sign
+            given[c, k] = amplitude - 1j * speed / math.sqrt(square[m + k])
+            share[c, k] = 0.0
+            for q in range(2):
+                seen = 0.0
+                for j in range(n):
+                    seen += equation.clamp[q, j] / root[j] * own[j, m + k]
+                share[c, k] = max(share[c, k], abs(seen) / greatest[q])
+            total[k] += abs(given[c, k]) * share[c, k]
+            if k >= phased:
+                given[c, k] = abs(given[c, k])
+            rate = 0.0j
+            for e in range(panels[c], panels[c + 1] if c + 1 < corners else edges.size - 1):
+                rate -= 0.5 * (edges[e + 1] - edges[e]) * damping[m + k] / slowness[m + k]
+                if k < phased:
+                    rate += 1j * phase[e, k]
+            kept[c, k] = np.exp(rate)
+    amplitudes, most = _repeating(given, kept), np.zeros(fast)
+    for c in range(corners):
+        for k in range(fast):
+            most[k] = max(most[k], amplitudes[c, k] * share[c, k])
+    return enlarged, most, total
+
+
+@kernel
+def _phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
+    """By how much the first fast modes turn in every element [rad], to the leading order: (elements, modes), from the
+    states at the rule's points."""
+    n, p, count = equation.slowness.size, rule.points.size, edges.size - 1
+    phase = np.zeros((count, min(_PHASED, n - slow)))
+    for e in range(count):
+        for i in range(p):
+            swing = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+            for m in range(phase.shape[1]):
+                mode = slow + m
+                stiffness = 1.0 + swing * equation.coupling[mode, mode]
+                own = stiffness
+                # What the other modes do in step with one, as they are by themselves.
+                for k in range(n):
+                    if k != mode:
+                        away = 1.0 + swing * equation.coupling[k, k]
+                        away -= own * equation.slowness[k] / equation.slowness[mode]
+                        stiffness -= (swing * equation.coupling[mode, k]) ** 2 / away
+                rate = math.sqrt(max(stiffness, 0.01) / equation.slowness[mode])
+                phase[e, m] += (edges[e + 1] - edges[e]) * rule.integral[p - 1, i] * rate
+    return phase
 
 
 @kernel
@@ -122,83 +163,87 @@ def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, flo
     return ringing, float(left[ringing])
 
 
-@dataclass(frozen=True)
-class FreeModes:
-    """Fast modes that may ring, from the ``first`` on, on elements between ``edges`` (..., elements + 1) of which those
-    of ``panels`` lie behind corners: ``shape`` and ``rate`` (..., modes, elements, points, all modes) of a and a' in a
-    free motion that grows as exp(``phase``) (..., modes, elements, points) from the element's first end, and by
-    ``since`` (..., modes, elements) from the last corner to there; ``missed`` (..., modes) are errors of the phase over
-    the turn [rad]. Points are those of the ``rule``."""
+class FreeModes(NamedTuple):
+    """Fast modes that may ring, from the ``first`` on, on elements between ``edges`` (elements + 1,) of which those of
+    ``panels`` lie behind corners: ``shape`` (modes, elements, points, all modes) of a free motion that grows as
+    exp(``phase``) (modes, elements, points) from the element's first end, and by ``since`` (modes, elements) from the
+    last corner to there; ``missed`` (modes,) are errors of the phase over the turn [rad]. States ``behind`` corners and
+    ``before`` the next ones, of the modes up to the last one that rings, are for the real and the imaginary part of
+    each one's amplitude behind the corner: (panels, 2 modes, states)."""
 
-    rule: Radau
-    first: int
     edges: Array
     panels: NDArray[np.int64]
     shape: Complex
-    rate: Complex
     phase: Complex
     since: Complex
     missed: Array
+    behind: Array
+    before: Array
 
-    @staticmethod
-    def of(
-        equation: StripEquation,
-        rule: Radau,
-        edges: Array,
-        panels: NDArray[np.int64],
-        states: Array,
-        first: int,
-        enough: Array,
-    ) -> FreeModes:
-        """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, ..., elements
-        points)."""
-        widths = np.diff(edges)
-        swing = equation.swing(states).reshape(*widths.shape, -1)
 
-        def of_one(*own: Array) -> tuple[Array, ...]:
-            found = [free_mode(first + k, *own, rule, phase, _MOST_TIMES) for k, phase in enumerate(enough.tolist())]
-            return tuple(np.stack(part) for part in zip(*found, strict=True))
-
-        shape, rate, phase, missed = each(
-            equation.mean.shape, of_one, widths, swing, equation.slowness, equation.damping, equation.coupling
+@kernel
+def free_modes(
+    equation: StripEquation, rule: Radau, edges: Array, panels: NDArray[np.int64], states: Array, first: int,
+    enough: Array,
+) -> FreeModes:  # fmt: skip
+    """With errors of the phases that are ``enough`` on every element, (modes,), from states (rows, elements points) at
+    the points of the ``rule``."""
+    m, n, ringing, p, count = first, equation.slowness.size, enough.size, rule.points.size, edges.size - 1
+    last, swing, widths = first + ringing, np.empty((count, p)), np.diff(edges)
+    for e in range(count):
+        for i in range(p):
+            swing[e, i] = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
+    damping, missed = equation.loss * np.sqrt(equation.slowness), np.zeros(ringing)
+    shapes = np.empty((ringing, count, p, n), np.complex128)
+    phases = np.empty((ringing, count, p), np.complex128)
+    since = np.empty((ringing, count), np.complex128)
+    behind, before = np.empty((panels.size, 2 * ringing, 2 * last)), np.empty((panels.size, 2 * ringing, 2 * last))
+    for r in range(ringing):
+        shape, rate, phase, error = free_mode(
+            m + r, widths, swing, equation.slowness, damping, equation.coupling, rule, enough[r], _MOST_TIMES
         )
-        gone = np.cumsum(phase[..., -1], axis=-1) - phase[..., -1]
-        gone -= np.repeat(gone[..., panels], np.diff(np.append(panels, widths.shape[-1])), axis=-1)
-        return FreeModes(rule, first, edges, panels, shape, rate, phase, np.exp(gone), missed.sum(axis=-1))
+        panel, gone = 0, 0.0j
+        for e in range(count):
+            missed[r] += error[e]
+            if panel < panels.size and panels[panel] == e:
+                panel, gone = panel + 1, 0.0j
+            since[r, e] = np.exp(gone)
+            gone += phase[e, p - 1]
+            for i in range(p):
+                phases[r, e, i] = phase[e, i]
+                for a in range(n):
+                    shapes[r, e, i, a] = shape[e, i, a]
+        for k in range(panels.size):
+            stop = (panels[k + 1] if k + 1 < panels.size else count) - 1
+            for out, e, i in ((behind, panels[k], 0), (before, stop, p - 1)):
+                grown = since[r, e] * np.exp(phase[e, i])
+                for a in range(last):
+                    # Slow modes' amplitudes, then their speeds; fast modes' by turns.
+                    place, speed = (a, m + a) if a < m else (2 * a, 2 * a + 1)
+                    one, other = shape[e, i, a] * grown, rate[e, i, a] * grown * np.sqrt(equation.slowness[a])
+                    out[k, 2 * r, place], out[k, 2 * r + 1, place] = one.real, -one.imag
+                    out[k, 2 * r, speed], out[k, 2 * r + 1, speed] = other.real, -other.imag
+    return FreeModes(edges, panels, shapes, phases, since, missed, behind, before)
 
-    @property
-    def _lasting(self) -> NDArray[np.int64]:
-        """How many elements every panel has."""
-        return np.diff(np.append(self.panels, self.since.shape[-1]))
 
-    def behind(self, equation: StripEquation) -> Array:
-        """States behind corners, of the modes up to the last one that rings, for the real and the imaginary part of
-        each one's amplitude there: (..., panels, 2 ringing, states)."""
-        return self._states(equation, self.panels, 0)
-
-    def before(self, equation: StripEquation) -> Array:
-        """The same before the next corners."""
-        return self._states(equation, self.panels + self._lasting - 1, -1)
-
-    def _states(self, equation: StripEquation, elements: NDArray[np.int64], point: int) -> Array:
-        m, last = self.first, self.first + self.missed.shape[-1]
-        grown = self.since[..., elements] * np.exp(self.phase[..., elements, point])
-        amplitude, speed = (
-            (part[..., elements, point, :last] * grown[..., None]).swapaxes(-3, -2) for part in (self.shape, self.rate)
-        )
-        speed = speed * np.sqrt(equation.slowness[..., None, None, :last])
-        fast = np.stack([amplitude[..., m:], speed[..., m:]], axis=-1).reshape(*amplitude.shape[:-1], -1)
-        both = np.concatenate([amplitude[..., :m], speed[..., :m], fast], axis=-1)
-        parts = np.stack([both.real, -both.imag], axis=-2)
-        return parts.reshape(*both.shape[:-2], -1, both.shape[-1])
-
-    def ringing(self, equation: StripEquation, begun: Complex) -> list[Ripple]:
-        """With these amplitudes behind the corners (..., panels, modes), of every strip; parts of a ripple are
-        amplitudes of the basis."""
-        start = np.repeat(begun, self._lasting, axis=-2) * self.since.mT
-        shape = self.shape.swapaxes(-4, -3) @ equation.modes[..., None, None, :, :].mT
-        strips = [
-            part.reshape(-1, *part.shape[part.ndim - own :])
-            for part, own in ((self.edges, 1), (start, 2), (self.phase.swapaxes(-3, -2), 3), (shape, 4))
-        ]
-        return [ripple_of(*one, self.rule) for one in zip(*strips, strict=True)]
+@kernel
+def ringing_of(free: FreeModes, modes: Array, begun: Complex, rule: Radau) -> Ripple:
+    """With the amplitudes behind the corners (panels, modes) and the equation's ``modes``; parts of the ripple are
+    amplitudes of the basis."""
+    ringing, count, p, n = free.shape.shape
+    start, phase = np.empty((count, ringing), np.complex128), np.empty((count, ringing, p), np.complex128)
+    parts, panel = np.empty((count, ringing, p, 2, n)), -1
+    for e in range(count):
+        if panel + 1 < free.panels.size and free.panels[panel + 1] == e:
+            panel += 1
+        for r in range(ringing):
+            start[e, r] = begun[panel, r] * free.since[r, e]
+            for i in range(p):
+                phase[e, r, i] = free.phase[r, e, i]
+                for a in range(n):
+                    parts[e, r, i, 0, a], parts[e, r, i, 1, a] = (
+                        free.shape[r, e, i, a].real,
+                        free.shape[r, e, i, a].imag,
+                    )
+    shape = np.dot(parts.reshape(count * ringing * p * 2, n), modes.T)
+    return ripple_of(free.edges, start, phase, shape.reshape(count, ringing, p, 2, modes.shape[0]), rule)

@@ -24,12 +24,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
-from solvers.rod.vibration.motion import MOST_RINGING, Errors, Motion, excited, motion, motions_beside
+from solvers.rod.vibration.motion import EXPONENT, MOST_RINGING, Errors, Motion, least_turned, motion, motion_beside
 
 LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
@@ -83,7 +84,7 @@ class RodInertia:
     def beside(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
         """At the resolution of a vibration that was found, all at once; None where corners come or go."""
         with one_thread():
-            return _beside(found, cycles)
+            return [_beside(found, cycle) for cycle in cycles]
 
 
 @dataclass(frozen=True)
@@ -111,11 +112,11 @@ class SteadyVibration:
         """Legendre coefficients of V."""
         return self._sunk.shape[0]
 
-    @property
+    @cached_property
     def quiet(self) -> SteadyVibration:
-        return replace(self, motion=self.motion.quiet)
+        return replace(self, motion=self.motion.quiet) if self.motion.ringing.modes else self
 
-    @property
+    @cached_property
     def ringing(self) -> Rippling:
         """V'', V, T and M0 of what rings."""
         side, moment = self._reactions
@@ -140,28 +141,43 @@ class SteadyVibration:
 
     def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        amplitude = self._amplitudes(states)
-        bent[: self.bent_terms] += self._bent @ amplitude
-        sunk[: self.sunk_terms] += self._sunk @ amplitude
-        side, moment = self._reactions
-        return side @ amplitude, moment @ amplitude
+        return spread(self._amplitudes(states), self._bent, self._sunk, *self._reactions, bent, sunk)
 
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles). Within a step that replaces a jump of the force the strip as a
         whole stays where it is, so that d makes up for the quasi-static shape."""
-        angle, excitation = states[ANGLE], self.excitation
+        angle, excitation = np.ascontiguousarray(states[ANGLE]), self.excitation
         still_at = off_jumps(angle, excitation.jumps)
         found, within = self.motion.at(still_at), still_at != angle
         if within.any():
             sides = states_at(excitation.drive, excitation.strip, still_at[within])
-            equation = self._equation
-            found[:, within] += equation.modes @ (equation.still(sides) - equation.still(states[:, within])).T
+            equation, inside = self._equation, np.ascontiguousarray(states[:, within])
+            found[:, within] += equation.modes @ (equation.still(sides) - equation.still(inside)).T
         return found
 
     @cached_property
     def _equation(self) -> StripEquation:
         e, polynomials = self.excitation, self.motion.basis.polynomials
         return StripEquation.of(e.strip, e.inertia, e.mean, polynomials, 0.0)
+
+
+@kernel
+def spread(
+    amplitude: Array, of_bent: Array, of_sunk: Array, side: Array, moment: Array, bent: Array, sunk: Array
+) -> tuple[Array, Array]:
+    """``SteadyVibration.add`` from amplitudes (basis, angles) and what unit amplitudes make."""
+    for out, share in ((bent, of_bent), (sunk, of_sunk)):
+        for t in range(share.shape[0]):
+            for b in range(share.shape[1]):
+                if share[t, b] != 0.0:
+                    for i in range(amplitude.shape[1]):
+                        out[t, i] += share[t, b] * amplitude[b, i]
+    force, couple = np.zeros(amplitude.shape[1]), np.zeros(amplitude.shape[1])
+    for b in range(amplitude.shape[0]):
+        for i in range(amplitude.shape[1]):
+            force[i] += side[b] * amplitude[b, i]
+            couple[i] += moment[b] * amplitude[b, i]
+    return force, couple
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
@@ -181,15 +197,14 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     return best
 
 
-def _beside(found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
-    """Those of strips next to the one found, whatever their resolution leaves unknown."""
-    excitations = [found.excitation.beside(cycle) for cycle in cycles]
-    placed = [one for one in excitations if one is not None]
-    motions = iter(())
-    if placed:
-        loss, wanted = cycles[0].scene.material.loss_factor, max(0.5 * cycles[0].tolerance, LEAST_ERROR)
-        motions = iter(motions_beside(found.motion, found.excitation, placed, loss, wanted))
-    return [None if one is None else replace(found, motion=next(motions), excitation=one) for one in excitations]
+def _beside(found: SteadyVibration, cycle: Cycle) -> SteadyVibration | None:
+    """That of a strip next to the one found, whatever its resolution leaves unknown."""
+    excitation = found.excitation.beside(cycle)
+    if excitation is None:
+        return None
+    loss, wanted = cycle.scene.material.loss_factor, max(0.5 * cycle.tolerance, LEAST_ERROR)
+    beside = motion_beside(found.motion, found.excitation, excitation, loss, wanted)
+    return replace(found, motion=beside, excitation=excitation)
 
 
 def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:
@@ -273,13 +288,10 @@ def _step(excitation: Excitation, wanted: float) -> float:
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
     """So many of the slowest modes do not merely follow the force: it excites them, by how fast it changes, or elements
     are too narrow for series."""
-    swing = equation.swing(excitation.states).reshape(excitation.edges.size - 1, -1).min(axis=1)
+    analytic, turned = least_turned(equation, excitation.edges, excitation.smoothness)
     narrow = _NARROW_LOOSELY if wanted > _LOOSELY else _NARROW
-    for n in range(1, equation.slowness.size):
-        wide = np.min(equation.fastest(n, swing) * np.diff(excitation.edges)) > narrow
-        if wide and excited(equation, excitation, n) < wanted:
-            return n - 1
-    return equation.slowness.size - 1
+    follows = (np.exp(-analytic / EXPONENT) < wanted) & (turned > narrow)
+    return int(np.argmax(np.append(follows[:-1], True)))
 
 
 def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:

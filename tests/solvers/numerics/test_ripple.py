@@ -54,7 +54,8 @@ class Rippling:
         grown = np.stack([self.phase(row, c) for row, c in zip(x, corner, strict=True)])
         start = self.start[(np.arange(15) >= 7).astype(int)] * np.exp(grown[:, :, 0])
         shape = np.broadcast_to(np.moveaxis(self.shape(x), 0, -1)[:, None], (15, len(self.paces), *x.shape[1:], 2))
-        return ripple_of(edges, start, grown - grown[:, :, :1], shape, RULE)
+        phase, both = grown - grown[:, :, :1], np.stack([shape.real, shape.imag], axis=-2)
+        return ripple_of(edges, start, np.ascontiguousarray(phase), np.ascontiguousarray(both), RULE)
 
 
 CASES = [((40.0,), (0.3,)), ((25.0, 90.0, 400.0), (1e-3, 1e-4, 1e-6)), ((130.0, 310.0, 900.0), (1e-5, 2e-8, 1e-8))]

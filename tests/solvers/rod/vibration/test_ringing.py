@@ -63,8 +63,7 @@ def integrated(equation, excitation, angles):
 
     def driven(x, state):
         states = states_at(excitation.drive, excitation.strip, np.array([x]))
-        still = equation.still(states)
-        swing, right = equation.swing(states)[0], equation.right(states, still)[0]
+        swing, right = equation.swing(states)[0], equation.right(states)[0]
         a = state.reshape(2 * count, -1)
         load = np.zeros_like(a[:count])
         load[:, -1] = right

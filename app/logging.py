@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import logging
 import sys
+from contextvars import ContextVar
 from enum import StrEnum
 from functools import cache
 from typing import TYPE_CHECKING, Any, TextIO, cast
@@ -33,6 +34,11 @@ class LogLevel(StrEnum):
     ERROR = "error"
 
 
+request_id: ContextVar[str | None] = ContextVar("request_id", default=None)
+"""The id of the current request, added to its records."""
+_LEVELS = logging.getLevelNamesMapping()
+
+
 class _Handler(logging.StreamHandler):
     """The service's handler, distinguishable from those added by others to the root logger."""
 
@@ -44,7 +50,7 @@ class _LazyLogger:
         self._name, self._logger = name, logging.getLogger(name)
 
     def __getattr__(self, severity: str) -> Any:
-        if not self._logger.isEnabledFor(logging.getLevelNamesMapping().get(severity.upper(), logging.ERROR)):
+        if not self._logger.isEnabledFor(_LEVELS.get(severity.upper(), logging.ERROR)):
             return _ignored
         from structlog.stdlib import get_logger
 
@@ -54,6 +60,11 @@ class _LazyLogger:
 
 def _ignored(*_given: Any, **_named: Any) -> None:
     """A record below the level."""
+
+
+def _with_request_id(_logger: Any, _method: str, record: dict[str, Any]) -> dict[str, Any]:
+    current = request_id.get()
+    return record if current is None else {"request_id": current, **record}
 
 
 def get_logger(name: str) -> BoundLogger:
@@ -67,7 +78,7 @@ def _shared() -> list[Any]:
     import structlog
 
     shared: list[Any] = [
-        structlog.contextvars.merge_contextvars,
+        _with_request_id,
         structlog.stdlib.add_logger_name,
         structlog.stdlib.add_log_level,
         structlog.processors.TimeStamper(fmt="iso", utc=True),

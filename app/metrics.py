@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import collections
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any
 
-from prometheus_client import Counter, Gauge, Histogram
+from prometheus_client import REGISTRY, Counter, Gauge, Histogram, Metric
+from prometheus_client.core import CounterMetricFamily
+from prometheus_client.registry import Collector
 
 from app.jobs.fair_queue import FairQueue, JobLength
 from app.store.faults import StoreFault
@@ -17,13 +20,38 @@ SOLVES = Counter("crankwright_solves", "Finished solves", ["kind", "mode", "stat
 SOLVE_SECONDS = Histogram(
     "crankwright_solve_seconds", "Seconds from request to answer", ["kind", "mode"], buckets=_SECONDS
 )
-EFFECTS = Counter("crankwright_effects", "Effects of solved scenes", ["kind", "effect", "state"])
 ENDED = Counter("crankwright_solves_cut", "Solves without an answer, by reason", ["reason"])
 STORE_SECONDS = Histogram("crankwright_store_seconds", "Seconds per group of writes, commit included", buckets=_SECONDS)
 STORE_FAULTS = Counter("crankwright_store_faults", "Groups of writes that failed", ["trouble"])
 WAITING = Gauge("crankwright_queue_waiting", "Solves waiting for a worker", ["length"])
 RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["length"])
 ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
+
+
+Effects = tuple[tuple[str, str], ...]
+"""Name and state of each effect of a scene."""
+
+
+class _EffectsCollector(Collector):
+    """Counts the effects of solved scenes: each scene once when it is solved, each of its effects at a scrape."""
+
+    def __init__(self) -> None:
+        self.solved: collections.Counter[tuple[str, Effects]] = collections.Counter()
+
+    def collect(self) -> Iterator[Metric]:
+        counted: collections.Counter[tuple[str, ...]] = collections.Counter()
+        for (kind, effects), times in self.solved.items():
+            for effect in effects:
+                counted[kind, *effect] += times
+        labels = ("kind", "effect", "state")
+        found = CounterMetricFamily("crankwright_effects", "Effects of solved scenes", labels=labels)
+        for values, times in counted.items():
+            found.add_metric(values, times)
+        yield found
+
+
+EFFECTS = _EffectsCollector()
+REGISTRY.register(EFFECTS)
 
 
 @cache
@@ -33,12 +61,11 @@ def labelled(metric: Any, *values: str) -> Any:
     return metric.labels(*values)
 
 
-def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Iterable[tuple[str, str]]) -> None:
+def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Effects) -> None:
     """Record a finished solve, with the name and the state of each effect."""
     labelled(SOLVES, kind, mode, status).inc()
     labelled(SOLVE_SECONDS, kind, mode).observe(seconds)
-    for name, state in effects:
-        labelled(EFFECTS, kind, name, state).inc()
+    EFFECTS.solved[kind, effects] += 1
 
 
 def record_write(seconds: float, fault: StoreFault | None) -> None:

@@ -19,6 +19,8 @@ from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSum
 from app.store.viewer import viewer
 from app.version import NAME, VERSION
 
+_COMPACT = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False)
+
 
 @dataclass(frozen=True)
 class AnsweredRun(RunRecord):
@@ -140,8 +142,8 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
         "timing": run.timing,
         "links": to_json(links(run)),
     }
-    tail = b"".join(b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items())
-    return json.dumps(head, separators=(",", ":"), ensure_ascii=False)[:-1].encode() + tail + b"}"
+    tail = b"".join([b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items()])
+    return b"%s%s}" % (_COMPACT.encode(head)[:-1].encode(), tail)
 
 
 def links(run: RunRecord) -> dict[str, Any]:

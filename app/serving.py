@@ -42,9 +42,9 @@ def run(host: str, port: int, database_url: str, fork_server: ForkServer, demo: 
     """Serve until a signal arrives. Raises StoreError and Unprotected for problems an operator can fix."""
     settings = Settings(host=host, port=port, database_url=database_url)
     prepare(settings)
+    application = create_app(settings, fork_server, WarmupPrinter())
     # A telemetry collector that is down must not delay the shutdown; by default each signal takes 10 s.
     os.environ.setdefault("OTEL_EXPORTER_OTLP_TIMEOUT", "1")
-    application = create_app(settings, fork_server, WarmupPrinter())
     connections = Connections(
         ConnectionLimits(
             settings.max_connections,
@@ -56,7 +56,7 @@ def run(host: str, port: int, database_url: str, fork_server: ForkServer, demo: 
     )
     config = uvicorn.Config(
         application, host=host, port=port, log_config=None, timeout_graceful_shutdown=settings.drain_s, lifespan="on",
-        http=connections.protocol(), ws="none", server_header=False,
+        http=connections.protocol(), ws="none", server_header=False, access_log=False,
         proxy_headers=bool(settings.trusted_proxies), forwarded_allow_ips=settings.trusted_proxies or None,
     )  # fmt: skip
     server = _Server(config, application, demo)

@@ -11,6 +11,7 @@ from pydantic_core import from_json, to_json
 from app.designs.problems import INVALID
 from app.designs.refusals import json_pointer
 from app.designs.schema import Entry, entry
+from app.edge.asgi import header
 from app.errors import Problem, invalid
 
 if TYPE_CHECKING:
@@ -34,8 +35,8 @@ _LARGE_BYTES = 16_384
 
 async def read_body(request: Request) -> bytes:
     """The body's bytes. Raises Problem 415 unless it is JSON, 422 if it has too many fields."""
-    kind = request.headers.get("content-type", "").partition(";")[0].strip().lower()
-    if kind != "application/json":
+    kind = header(request.scope, b"content-type") or b""
+    if kind.partition(b";")[0].strip().lower() != b"application/json":
         raise Problem(415, "Not JSON", "send application/json")
     body = await request.body()
     maximum = request.app.state.settings.max_body_names

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Awaitable, Callable, Iterable, MutableMapping
+from collections.abc import Awaitable, Callable, MutableMapping
 from typing import Any
 
 from app.errors import Problem, problem_response
@@ -19,20 +19,10 @@ CLOSE = {"Connection": "close"}
 
 def header(scope: Scope, name: bytes) -> bytes | None:
     """The value of a header, the first if repeated."""
-    return next((value for key, value in scope["headers"] if key == name), None)
-
-
-def watching(send: Send, watch: Callable[[Message], Iterable[tuple[bytes, bytes]]]) -> Send:
-    """``send`` that first passes each message of a response to ``watch``, and adds the headers it returns to the
-    start."""
-
-    async def watched(message: Message) -> None:
-        headers = watch(message)
-        if message["type"] == "http.response.start":
-            message["headers"] = [*message.get("headers", ()), *headers]
-        await send(message)
-
-    return watched
+    for key, value in scope["headers"]:
+        if key == name:
+            return value
+    return None
 
 
 async def refuse(scope: Scope, receive: Receive, send: Send, problem: Problem) -> None:

@@ -18,6 +18,8 @@ from app.errors import MEDIA_TYPE
 
 _MAX_OVERHEAD_PER_BYTE = 16
 """A one-byte chunk takes six bytes on the wire, plus chunk extensions and trailers."""
+_JOINED_BYTES = 1 << 18
+"""Greatest part of a body that is copied behind its head; beyond that, a system call is cheaper."""
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,38 @@ class Connections:
             return LimitedConnection(self, *given, **named)
 
         return make
+
+
+class _HeadWithBody:
+    """The transport of one response: its head waits for the beginning of the body, at most for the current pass of the
+    event loop, so that an ordinary response is one system call and wakes the client once."""
+
+    def __init__(self, transport: asyncio.Transport, loop: asyncio.AbstractEventLoop) -> None:
+        self._transport, self._loop = transport, loop
+        self._begun, self._head = False, b""
+
+    def is_closing(self) -> bool:
+        return self._transport.is_closing()
+
+    def write(self, part: bytes) -> None:
+        if not self._begun:
+            self._begun, self._head = True, part
+            self._loop.call_soon(self._flush)
+        elif len(part) <= _JOINED_BYTES:
+            head, self._head = self._head, b""
+            self._transport.write(head + part)
+        else:
+            self._flush()
+            self._transport.write(part)
+
+    def close(self) -> None:
+        self._flush()
+        self._transport.close()
+
+    def _flush(self) -> None:
+        head, self._head = self._head, b""
+        if head and not self._transport.is_closing():
+            self._transport.write(head)
 
 
 class LimitedConnection(HttpToolsProtocol):
@@ -116,6 +150,7 @@ class LimitedConnection(HttpToolsProtocol):
         self._rest_read, self._body_read = 0, 0
         self._stop("head")
         super().on_headers_complete()
+        self.cycle.transport = _HeadWithBody(self.transport, self.loop)  # type: ignore[assignment]
 
     def on_body(self, body: bytes) -> None:
         self._body_read += len(body)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 from app.designs.problems import INVALID
 from app.edge.asgi import CLOSE, Application, Receive, Scope, Send, refuse
 from app.errors import Problem
@@ -40,4 +42,4 @@ class HeadLimiter:
 def head_bytes(scope: Scope) -> int:
     """Size of the head on the wire: target and headers, each with its colon and line end."""
     target = len(scope.get("raw_path") or b"") + len(scope["query_string"])
-    return target + sum(len(name) + len(value) + 4 for name, value in scope["headers"])
+    return target + sum(map(len, chain.from_iterable(scope["headers"]))) + 4 * len(scope["headers"])

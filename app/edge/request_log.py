@@ -6,12 +6,10 @@ import re
 import secrets
 import time
 
-import structlog
-
-from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse, watching
+from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse
 from app.edge.concurrency import HEALTH_PATHS
 from app.errors import Problem
-from app.logging import get_logger
+from app.logging import get_logger, request_id
 
 logger = get_logger(__name__)
 
@@ -31,30 +29,31 @@ class RequestLog:
             await self._app(scope, receive, send)
             return
         sent = header(scope, HEADER)
-        request_id = sent if sent is not None and _VALID_ID.fullmatch(sent) else secrets.token_hex(8).encode()
+        given = sent if sent is not None and _VALID_ID.fullmatch(sent) else secrets.token_hex(8).encode()
         began, status, complete = time.perf_counter(), 0, False
 
-        def note(message: Message) -> list[tuple[bytes, bytes]]:
+        async def logged(message: Message) -> None:
             nonlocal status, complete
-            status = message.get("status", status)
-            complete = message["type"] == "http.response.body" and not message.get("more_body", False)
-            return [(HEADER, request_id)]
+            if message["type"] == "http.response.start":
+                status = message["status"]
+                message["headers"] = [*message.get("headers", ()), (HEADER, given)]
+            else:
+                complete = not message.get("more_body", False)
+            await send(message)
 
-        logged = watching(send, note)
-        with structlog.contextvars.bound_contextvars(request_id=request_id.decode()):
-            try:
-                await self._app(scope, receive, logged)
-            except Exception:
-                logger.exception("request_failed", method=scope["method"], path=scope["path"])
-                if not status:
-                    await refuse(scope, receive, logged, Problem(500, "Something went wrong", "the fault is here"))
-                elif not complete:
-                    raise
-            finally:
-                client = scope["client"][0] if scope.get("client") else ""
-                detail = {"method": scope["method"], "path": scope["path"], "status": status, "client": client}
-                seconds = round(time.perf_counter() - began, 4)
-                log = (
-                    logger.debug if scope["path"] in HEALTH_PATHS else logger.warning if status >= 500 else logger.info
-                )
-                log("request", **detail, seconds=seconds)
+        token = request_id.set(given.decode())
+        try:
+            await self._app(scope, receive, logged)
+        except Exception:
+            logger.exception("request_failed", method=scope["method"], path=scope["path"])
+            if not status:
+                await refuse(scope, receive, logged, Problem(500, "Something went wrong", "the fault is here"))
+            elif not complete:
+                raise
+        finally:
+            client = scope["client"][0] if scope.get("client") else ""
+            detail = {"method": scope["method"], "path": scope["path"], "status": status, "client": client}
+            seconds = round(time.perf_counter() - began, 4)
+            log = logger.debug if scope["path"] in HEALTH_PATHS else logger.warning if status >= 500 else logger.info
+            log("request", **detail, seconds=seconds)
+            request_id.reset(token)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from app.edge.asgi import Application, Message, Receive, Scope, Send, watching
+from app.edge.asgi import Application, Message, Receive, Scope, Send
 
 NOTHING = "default-src 'none'; form-action 'none'; frame-ancestors 'none'; base-uri 'none'"
 PICTURE = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; sandbox"
 """Drawings contain inline styles; scripts in them are blocked."""
 
-_ALWAYS = {
-    b"x-content-type-options": b"nosniff",
-    b"referrer-policy": b"same-origin",
-    b"cross-origin-resource-policy": b"same-origin",
-}
+_ALWAYS = (
+    (b"x-content-type-options", b"nosniff"),
+    (b"referrer-policy", b"same-origin"),
+    (b"cross-origin-resource-policy", b"same-origin"),
+)
+_OF_PICTURES = (*_ALWAYS, (b"content-security-policy", PICTURE.encode()))
+_OF_OTHERS = (*_ALWAYS, (b"content-security-policy", NOTHING.encode()))
 
 
 class SecurityHeaders:
@@ -25,11 +27,13 @@ class SecurityHeaders:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        await self._app(scope, receive, watching(send, _missing))
 
+        async def secured(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                given = dict(message.get("headers", ()))  # their names are in lower case, by ASGI
+                picture = given.get(b"content-type", b"").startswith(b"image/svg+xml")
+                wanted = _OF_PICTURES if picture else _OF_OTHERS
+                message["headers"] = [*message.get("headers", ()), *[each for each in wanted if each[0] not in given]]
+            await send(message)
 
-def _missing(message: Message) -> list[tuple[bytes, bytes]]:
-    names = {name.lower(): value for name, value in message.get("headers", ())}
-    policy = PICTURE if names.get(b"content-type", b"").startswith(b"image/svg+xml") else NOTHING
-    wanted = _ALWAYS | {b"content-security-policy": policy.encode()}
-    return [(name, value) for name, value in wanted.items() if name not in names]
+        await self._app(scope, receive, secured)

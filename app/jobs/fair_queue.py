@@ -10,8 +10,6 @@ import asyncio
 import math
 import time
 from collections import Counter, deque
-from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager
 from dataclasses import dataclass
 from enum import StrEnum
 
@@ -43,6 +41,20 @@ class QueueLimits:
         return max(1, self.workers - 1)
 
 
+class Slot:
+    """A worker slot, held for the duration of a block; see ``FairQueue.slot``."""
+
+    def __init__(self, queue: FairQueue, length: JobLength, caller: str, max_wait_s: float | None) -> None:
+        self._queue, self._length, self._caller, self._max_wait_s = queue, length, caller, max_wait_s
+
+    async def __aenter__(self) -> None:
+        await self._queue._acquire(self._length, self._caller, self._max_wait_s)
+        self._began = time.monotonic()
+
+    async def __aexit__(self, *_error: object) -> None:
+        self._queue._free(self._length, time.monotonic() - self._began)
+
+
 class FairQueue:
     """Grants worker slots; not thread-safe, belongs to one event loop."""
 
@@ -61,22 +73,14 @@ class FairQueue:
         queues = self._waiting[length]
         return sum(map(len, queues.values())) if caller is None else len(queues.get(caller, ()))
 
-    @asynccontextmanager
-    async def slot(self, length: JobLength, caller: str, max_wait_s: float | None = None) -> AsyncIterator[None]:
-        """Hold a worker slot for the duration of the block.
+    def slot(self, length: JobLength, caller: str, max_wait_s: float | None = None) -> Slot:
+        """Hold a worker slot for the duration of an ``async with`` block.
 
         Raises ShareUsed if too many jobs of this caller wait, Busy if too many wait in total or no slot came free
         within ``max_wait_s``. With ``max_wait_s`` None the job was accepted earlier: it is never refused and waits
         without limit.
         """
-        await self._acquire(length, caller, max_wait_s)
-        began = time.monotonic()
-        try:
-            yield
-        finally:
-            took = time.monotonic() - began
-            self._mean_s[length] += _SMOOTHING * (took - self._mean_s[length])
-            self._release(length)
+        return Slot(self, length, caller, max_wait_s)
 
     def retry_s(self, length: JobLength, ahead: int) -> float:
         """Estimated seconds until ``ahead`` waiting jobs have been admitted."""
@@ -119,6 +123,10 @@ class FairQueue:
         queue.remove(admitted)
         if not queue:
             del self._waiting[length][caller]
+
+    def _free(self, length: JobLength, took_s: float) -> None:
+        self._mean_s[length] += _SMOOTHING * (took_s - self._mean_s[length])
+        self._release(length)
 
     def _release(self, length: JobLength) -> None:
         self._running[length] -= 1

@@ -86,7 +86,8 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
 def _send(connection: Connection, message: tuple[Reply, Any]) -> None:
     """Send a message as ``multiprocessing`` does, but in one piece: it writes the length of a large one separately,
     which wakes the reader twice."""
-    data = memoryview(pickle.dumps(message, pickle.HIGHEST_PROTOCOL))
+    reply, content = message
+    data = memoryview(pickle.dumps((reply.value, content), pickle.HIGHEST_PROTOCOL))
     sent = os.writev(connection.fileno(), (LENGTH.pack(len(data)), data)) - LENGTH.size
     while sent < len(data):
         sent += os.write(connection.fileno(), data[sent:])

@@ -111,19 +111,19 @@ class Worker:
                 raise WorkerCrashed(None) from None
             self._loaded.add(kind)
             self.accepted = True
-        reply, deadline = Reply.PROGRESS, clock() + call.budget_s
+        reply, deadline = Reply.PROGRESS.value, clock() + call.budget_s
         try:
-            while reply is Reply.PROGRESS:
+            while reply == Reply.PROGRESS:
                 reply, content = await self._receive(deadline)
                 self.accepted = True
-                if reply is Reply.PROGRESS:
+                if reply == Reply.PROGRESS:
                     call.report(content)
         except TimeoutError:
             raise BudgetExceeded(call.budget_s) from None
-        if reply is Reply.MEMORY:
+        if reply == Reply.MEMORY:
             raise MemoryExceeded("the solve exceeded the memory limit of a worker")
         self.usable = True
-        if reply is Reply.ERROR:
+        if reply == Reply.ERROR:
             raise SolveFailed(*content)
         return content
 
@@ -138,7 +138,7 @@ class Worker:
             async with asyncio.timeout(LOAD_TIMEOUT_S):
                 await asyncio.get_running_loop().sock_sendall(self._socket, data[sent:])
 
-    async def _receive(self, deadline: float) -> tuple[Reply, Any]:
+    async def _receive(self, deadline: float) -> tuple[str, Any]:
         """The next message. Raises EOFError, and TimeoutError at the deadline [s] of the loop's clock."""
         loop, late = asyncio.get_running_loop(), False
         while (data := self._message()) is None:

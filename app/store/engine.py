@@ -19,6 +19,8 @@ _LONG_TIMEOUT_MS = 60_000
 
 WRITE = {"crankwright_write": True}
 """Execution options of a connection that will write: SQLite then takes the write lock at BEGIN."""
+BY_DRIVER = {"crankwright_by_driver": True}
+"""Execution options of a connection to SQLite whose owner begins and ends transactions on the driver itself."""
 
 
 def normalised_url(url: str) -> URL:
@@ -108,7 +110,10 @@ def _switch_to_wal(cursor: Any) -> None:
 def _begin_sqlite(connection: Connection) -> None:
     # A deferred transaction that reads and then writes fails immediately if another writer came in between; taking the
     # write lock at BEGIN makes it wait instead. Executing BEGIN through SQLAlchemy takes four times as long.
-    write = connection.get_execution_options().get("crankwright_write", False)
+    options = connection.get_execution_options()
+    if options.get("crankwright_by_driver", False):
+        return
+    write = options.get("crankwright_write", False)
     statement = "BEGIN IMMEDIATE" if write else "BEGIN"
     try:
         connection.connection.driver_connection.execute(statement)  # type: ignore[union-attr]

@@ -70,13 +70,13 @@ def fault_of(error: BaseException) -> StoreFault | None:
         return error
     if isinstance(error, PoolTimeout):
         return StoreFault(FaultKind.BUSY, "no free connection in the pool")
-    if not isinstance(error, DBAPIError):
-        return None
-    original = error.orig
+    original = error.orig if isinstance(error, DBAPIError) else error
     if isinstance(original, sqlite3.Error):
         kind = _SQLITE.get(getattr(original, "sqlite_errorcode", 0) & 0xFF)
         if kind is None and "no such table" in str(original):
             kind = FaultKind.GONE
+    elif not isinstance(error, DBAPIError):
+        return None
     else:
         state = getattr(original, "sqlstate", None)
         kind = _POSTGRESQL.get(state or "")

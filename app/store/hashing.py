@@ -8,7 +8,9 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
-_CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+_CANONICAL = json.JSONEncoder(
+    sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False, check_circular=False
+)
 
 
 def canonical_json(value: Any) -> bytes:
@@ -31,9 +33,10 @@ def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[by
     """Canonical JSON of a validated spec and its ``spec_hash``; each field is encoded only once, since specs with long
     tables take milliseconds."""
     before = _inner_json({field: value for field, value in content.items() if field < "name"})
-    name = _inner_json({field: value for field, value in content.items() if field == "name"})
+    name = b'"name":%s' % canonical_json(content["name"]) if "name" in content else b""
     after = _inner_json({field: value for field, value in content.items() if field > "name"})
-    meaning = b"%s,{%s}]" % (canonical_json([kind, mode])[:-1], b",".join(filter(None, (before, after))))
+    fields = b",".join(filter(None, (before, after)))
+    meaning = b"[%s,%s,{%s}]" % (canonical_json(kind), canonical_json(mode), fields)
     return b"{%s}" % b",".join(filter(None, (before, name, after))), hashlib.sha256(meaning).hexdigest()
 
 
@@ -57,23 +60,22 @@ def row_hash(table: str, columns: Mapping[str, Any]) -> str:
     Each non-NULL column enters with its name, type and length-prefixed content, in order of the names: bytes cannot
     move between columns unnoticed, and a nullable column added later leaves old hashes valid.
     """
-    parts = [b"row-1:" + table.encode()]
-    for name in sorted(columns):
-        value = columns[name]
+    parts = [b"row-1:", table.encode()]
+    for name, value in sorted(columns.items()):
         if value is None or name == "row_hash":
             continue
-        tag, content = _encode(value)
-        parts.append(f"\n{name}:{tag}:{len(content)}:".encode())
-        parts.append(content)
+        # The most frequent types are told here: this runs for every column of every run.
+        if isinstance(value, bytes):
+            tag, content = "bytes", value
+        elif isinstance(value, str):
+            tag, content = "text", value.encode("utf-8", "surrogateescape")
+        else:
+            tag, content = _encode(value)
+        parts += f"\n{name}:{tag}:{len(content)}:".encode(), content
     return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 def _encode(value: Any) -> tuple[str, bytes]:
-    # The most frequent types first: this runs for every column of every run.
-    if isinstance(value, bytes):
-        return "bytes", value
-    if isinstance(value, str):
-        return "text", value.encode("utf-8", "surrogateescape")
     if isinstance(value, bool):
         return "bool", b"1" if value else b"0"
     if isinstance(value, int):

@@ -29,7 +29,7 @@ class Put:
 
     @staticmethod
     def together(connection: Connection, operations: Sequence[Put]) -> list[None]:
-        INSERT_RUN.many(connection, [run_to_row(operation.record) for operation in operations])
+        INSERT_RUN(connection, *(run_to_row(operation.record) for operation in operations))
         return [None] * len(operations)
 
 

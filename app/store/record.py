@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import time
-import uuid
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from enum import StrEnum
@@ -158,4 +157,5 @@ def new_run_id() -> str:
     random_bits = int.from_bytes(os.urandom(10), "big")
     high = (milliseconds << 16) | 0x7000 | ((random_bits >> 62) & 0x0FFF)
     low = (0b10 << 62) | (random_bits & ((1 << 62) - 1))
-    return str(uuid.UUID(int=(high << 64) | low))
+    digits = f"{high:016x}{low:016x}"
+    return f"{digits[:8]}-{digits[8:12]}-{digits[12:16]}-{digits[16:20]}-{digits[20:]}"

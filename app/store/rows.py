@@ -20,7 +20,8 @@ RESPONSE_FIELDS = tuple(field.name for field in fields(StoredResponse))
 
 
 def run_to_row(record: RunRecord) -> dict[str, Any]:
-    row: dict[str, Any] = {name: getattr(record, name) for name in RUN_FIELDS}
+    values = vars(record)
+    row: dict[str, Any] = {name: values[name] for name in RUN_FIELDS}
     row["source_run_ids"] = canonical_json(list(record.source_run_ids)) if record.source_run_ids else None
     row["row_hash"] = row_hash(runs.name, row)
     return row

@@ -7,6 +7,7 @@ from http.cookies import CookieError, SimpleCookie
 from starlette.datastructures import Headers
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from app.edge.asgi import header
 from app.words.languages import LANGUAGES, speaking
 from app.words.units import SYSTEMS, System, measuring
 
@@ -32,7 +33,7 @@ def units_of(headers: Headers) -> System:
 
 def _cookie_value(headers: Headers, cookie: str) -> str:
     given = headers.get("cookie")
-    if given is None:  # as for most API clients; creating a cookie jar takes longer than this test
+    if given is None:
         return ""
     try:
         kept = SimpleCookie(given).get(cookie)
@@ -59,6 +60,9 @@ class Speaking:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
+            return
+        if header(scope, b"cookie") is None and header(scope, b"accept-language") is None:
+            await self._app(scope, receive, send)  # as from most API clients: the defaults hold
             return
         headers = Headers(scope=scope)
         with speaking(preferred(headers)), measuring(units_of(headers)):

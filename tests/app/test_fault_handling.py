@@ -15,6 +15,7 @@ from types import SimpleNamespace
 
 import pytest
 from fastapi import FastAPI
+from prometheus_client import REGISTRY
 from sqlalchemy import event
 from starlette.testclient import TestClient
 
@@ -66,8 +67,9 @@ def test_a_deleted_database_is_reported_by_every_route_and_readiness(tmp_path):
 def test_a_full_database_is_507(tmp_path):
     with keyed(tmp_path) as service:
         service.warm()
-        bound = "PRAGMA max_page_count = 1"  # in every transaction from now on
-        event.listen(service.store._engine, "begin", lambda connection: connection.exec_driver_sql(bound))
+        bound = "PRAGMA max_page_count = 1"  # on every connection from now on: the file does not grow
+        event.listen(service.store._engine, "checkout", lambda driver, *_: driver.execute(bound))
+        service.store.write_and_wait(lambda connection: connection.exec_driver_sql(bound))
         statuses = [service.client.post(MASSES, json={**BODY, "name": "x" * 200}).status_code for _ in range(12)]
         assert statuses[-1] == 507 and set(statuses) <= {201, 507}
         rows = b"".join(json.dumps({**BODY, "name": os.urandom(99).hex()}).encode() + b"\n" for _ in range(500))
@@ -142,9 +144,11 @@ def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, rea
         before = number()
         answer = service.client.post("/api/v1/checks/pin-profile", json=KINDS["pin-profile"].example(Mode.CHECK))
         assert answer.json()["status"] == "failed" and number() == before + 1
-    skipped = metrics.EFFECTS.labels("a-kind", "shear", "skipped")._value
-    metrics.record_solve("a-kind", "check", "succeeded", 0.1, [("shear", "skipped")])
-    assert skipped.get() >= 1
+    effects = (("shear", "skipped"), ("friction", "active"))
+    metrics.record_solve("a-kind", "check", "succeeded", 0.1, effects)
+    for effect, state in effects:
+        labels = {"kind": "a-kind", "effect": effect, "state": state}
+        assert REGISTRY.get_sample_value("crankwright_effects_total", labels) >= 1
 
 
 @pytest.mark.parametrize(

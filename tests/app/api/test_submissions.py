@@ -173,6 +173,9 @@ def test_plot_effects_health_and_metrics(client, check_request):
     client.get("/static/style.css")
     client.request("INVENTED", "/healthz")
     counted = client.get("/metrics").text
+    solved = [line for line in counted.splitlines() if line.startswith("crankwright_effects_total{")]
+    labels = 'effect="shear",kind="flexible-rod",state='
+    assert sum(float(line.split()[-1]) for line in solved if labels in line) >= 1
     assert 'method="other",status="4xx"' in counted
     assert "INVENTED" not in counted
     for handler, method in ((CHECKS, "POST"), ("/api/v1/runs/{run_id}/plots/{plot}", "GET"), ("/static", "GET")):

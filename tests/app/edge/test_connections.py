@@ -24,6 +24,8 @@ async def application(scope, receive, send) -> None:
     large = b"x" * (20_000_000 if scope["path"] == "/large" else 2)
     length = str(len(large)).encode()
     await send({"type": "http.response.start", "status": 200, "headers": [(b"content-length", length)]})
+    if scope["path"] == "/later":
+        await asyncio.sleep(1.0)
     await send({"type": "http.response.body", "body": large})
 
 
@@ -123,6 +125,17 @@ def test_an_unread_response_times_out(port):
         connection.sendall(b"GET /large HTTP/1.1\r\nHost: localhost\r\n\r\n")
         time.sleep(1.5)
         assert len(rest_of(connection)) < 20_000_000
+
+
+def test_a_head_arrives_with_its_body_or_before_a_later_one(port):
+    with connected(port) as connection:
+        connection.sendall(ASKED)
+        assert connection.recv(1000).endswith(b"\r\n\r\nxx")
+        connection.sendall(ASKED.replace(b"/ ", b"/later "))
+        began = time.monotonic()
+        assert connection.recv(1000).endswith(b"\r\n\r\n")
+        assert time.monotonic() - began < 0.9
+        assert connection.recv(1000) == b"xx"
 
 
 def test_connections_per_address_are_limited(port):

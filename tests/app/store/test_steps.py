@@ -33,7 +33,7 @@ def filled(url: str) -> None:
     records = [make_record(float(k), **plain, **({"status": "queued"} if k < OPEN else {})) for k in range(ROWS)]
     engine = make_engine(url)
     with engine.begin() as connection:
-        INSERT_RUN.many(connection, [run_to_row(record) for record in records])
+        INSERT_RUN(connection, *map(run_to_row, records))
     engine.dispose()
 
 

@@ -6,7 +6,7 @@ import asyncio
 import sqlite3
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
@@ -40,8 +40,7 @@ def engine(url: str) -> Iterator[Engine]:
 
 def test_many_submissions_share_few_commits(engine: Engine) -> None:
     commits = []
-    event.listen(engine, "commit", lambda connection: commits.append(1))
-    writer = GroupWriter(engine)
+    writer = GroupWriter(engine, on_commit=lambda _seconds, _fault: commits.append(1))
 
     async def crowd():
         await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(200)))
@@ -88,14 +87,17 @@ def sqlite_error(code: int) -> sqlite3.OperationalError:
 
 
 def test_a_database_fault_reaches_all_submitters_and_recovers(engine: Engine, url: str) -> None:
-    writer = GroupWriter(engine)
     kind = [True]
 
-    def fail_commit(connection: object) -> None:
-        if kind[0]:
-            raise OperationalError("COMMIT", {}, sqlite_error(sqlite3.SQLITE_FULL))
+    class Failing(GroupWriter):
+        @contextmanager
+        def _transaction(self) -> Iterator[Connection]:
+            with super()._transaction() as connection:
+                yield connection
+                if kind[0]:
+                    raise OperationalError("COMMIT", {}, sqlite_error(sqlite3.SQLITE_FULL))
 
-    event.listen(engine, "commit", fail_commit)
+    writer = Failing(engine)
 
     async def crowd():
         failed = await asyncio.gather(*(writer.submit(Put(make_record(k))) for k in range(5)), return_exceptions=True)

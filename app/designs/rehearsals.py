@@ -14,11 +14,21 @@ _STIFF = {"limits": {"max_deflection_um": 12.0, "min_wall_mm": 1.0}}  # stiffer 
 _BUSHING = {"variable": "outer", "bore_mm": 12.0}
 _TWO_STEPS = {"form": {"kind": "stepped", "steps": 2}}
 
+_DIAGRAM = {
+    "kind": "indicator",
+    "clearance_volume_cm3": 2.0,
+    "strokes": [
+        {"volume_cm3": [2.0, 2.4, 2.9], "pressure_mpa": [2.4, 2.0, 1.6]},
+        {"volume_cm3": [2.9, 2.4, 2.0], "pressure_mpa": [1.5, 1.8, 2.2]},
+    ],
+}  # the pressure jumps at the dead centres
+
 _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
     ("flexible-rod", Mode.CHECK): (
         {"effects": "all"},
         {"load": {"kind": "constant", "constant_pressure_mpa": 0.3}},
         {"load": {"kind": "table", "angle_deg": [0.0, 120.0, 240.0], "pressure_mpa": [2.0, 1.0, 1.5]}},
+        {"load": _DIAGRAM, "effects": "all"},
     ),
     ("flexible-rod", Mode.DESIGN): (
         {"objective": "friction_power"},

@@ -78,6 +78,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.cycle.sampled._read", "solvers.rod.cycle.section.Field solvers.rod.cycle.section.StripRipple solvers.rod.cycle.guide_loads.Guide f1 f1 b f f3 f1 f i f1 f1"),
         ("solvers.rod.cycle.sampling.first_edges", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.piston.skirt.contact_load", "f f"),
+        ("solvers.rod.strip.shape.bend", "f1 f1 f1 f1 f f f1 f1 f1"),
         ("solvers.rod.vibration.equation._equation", "solvers.rod.cycle.state.Strip f f f solvers.rod.vibration.natural_frequencies.Polynomials"),
         ("solvers.rod.vibration.equation.quasi_static", "solvers.rod.vibration.equation.StripEquation f2"),
         ("solvers.rod.vibration.excitation._following", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f1 solvers.numerics.panels.Rule f"),

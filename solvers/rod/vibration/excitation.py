@@ -43,6 +43,8 @@ _MOST_CORNERS = 1000
 _MOST_ELEMENTS = 2000
 MANY = 128
 """So many pieces of a load, or elements, are narrow."""
+_DIVIDED = 8
+"""Between two corners of the load friction's are looked for in so many parts."""
 _NOWHERE = np.empty(0)
 _ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
 
@@ -53,11 +55,12 @@ class Excitation:
     jumps itself, ``anchors`` all these and others between
     which it is smooth, over one turn from the first corner on, ``edges`` the ends of elements, anchors among them,
     ``states`` those at ``RULE``'s points of every element, one after the other; ``inertia`` is rho A omega^2
-    [N/m^2]."""
+    [N/m^2]; ``stretch`` [1/(N m)] makes of a force the curvature that has the same stress."""
 
     strip: Strip
     drive: Drive
     inertia: float
+    stretch: float
     corners: Array
     jumps: Array
     anchors: Array
@@ -75,7 +78,7 @@ class Excitation:
             wanted = np.inf
         edges = _following(drive, strip, jumps, anchors, rule_of(RULE.points.size), wanted)
         states = states_in(drive, strip, jumps, edges, RULE)
-        return Excitation(strip, drive, _inertia(cycle), corners, jumps, anchors, edges, states)
+        return Excitation(strip, drive, _inertia(cycle), _stretch(cycle), corners, jumps, anchors, edges, states)
 
     def beside(self, cycle: Cycle) -> Excitation | None:
         """Of a strip next to this one, on the same elements, which go with the corners; None where corners come and
@@ -89,7 +92,7 @@ class Excitation:
             return None
         edges = np.interp(self.edges, self.anchors, anchors)
         states = states_in(drive, strip, self.jumps, edges, RULE)
-        return Excitation(strip, drive, _inertia(cycle), corners, self.jumps, anchors, edges, states)
+        return Excitation(strip, drive, _inertia(cycle), _stretch(cycle), corners, self.jumps, anchors, edges, states)
 
     def halved(self, where: NDArray[np.bool_]) -> Excitation:
         """With two elements in place of each one that is marked."""
@@ -273,7 +276,7 @@ def anchors_of(drive: Drive, strip: Strip, known: Array, jumps: Array, sharp: Ar
     less changes, are left to narrow elements: they would come and go from strip to strip."""
     found = np.sort(known % TURN)
     if strip.friction != 0.0 and found.size < MANY:
-        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, found))))
+        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, _within(found)))))
         apart = bearing[off_jumps(bearing, jumps) == bearing]
         found = np.sort(np.concatenate((found, apart)) % TURN)
     kept = np.ones(found.size, np.bool_)
@@ -291,7 +294,23 @@ def anchors_of(drive: Drive, strip: Strip, known: Array, jumps: Array, sharp: Ar
     return corners, ends[kept]
 
 
+@kernel
+def _within(corners: Array) -> Array:
+    """Angles that divide what lies between corners: in a narrow piece the force may go up and down."""
+    out = np.empty(corners.size * _DIVIDED)
+    for k in range(corners.size):
+        end = corners[k + 1] if k + 1 < corners.size else corners[0] + TURN
+        for i in range(_DIVIDED):
+            out[k * _DIVIDED + i] = (corners[k] + i / _DIVIDED * (end - corners[k])) % TURN
+    return out
+
+
 def _inertia(cycle: Cycle) -> float:
     """rho A omega^2 [N/m^2]."""
     d = cycle.dimensions
     return cycle.scene.material.density * d.b * d.h * cycle.scene.mechanism.angular_speed**2
+
+
+def _stretch(cycle: Cycle) -> float:
+    """h/(6 EI) [1/(N m)]."""
+    return cycle.dimensions.h / (6.0 * cycle.strip.stiffness)

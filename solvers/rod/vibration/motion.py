@@ -16,7 +16,8 @@ from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import SOFTEST, StripEquation, quasi_static
 from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoothness, split
 from solvers.rod.vibration.natural_frequencies import StripBasis
-from solvers.rod.vibration.ringing import chosen, free_modes, ringing_of, rung
+from solvers.rod.vibration.omitted import chosen, in_means, left_behind
+from solvers.rod.vibration.ringing import free_modes, ringing_of, rung
 from solvers.rod.vibration.turn import Turn, close, turn_of
 
 Array = NDArray[np.float64]
@@ -34,6 +35,8 @@ _SMALLER, _DEARER = (radau(7), radau(5)), 1.5
 _OSCILLATION = 8.0
 """Times the error wanted: what may be left out of a mode's oscillation, which is not all of the bending."""
 _PHASE_SHARE = 0.1
+_FALLS, _FALLS_BEHIND_JUMPS = 4.0, 2.0
+"""Behind corners, and behind jumps of the force, shares of V''' fall about like this power of the modes' number."""
 _NONE_RINGS = np.empty((0, 0, 0))
 
 
@@ -54,14 +57,16 @@ _MISSED = np.stack([_missed_by(rule) for rule in _OF_RINGING])
 class Errors:
     """What a motion leaves unknown, as shares of the greatest V'' or V''' at the clamp, whichever suffers more.
 
-    ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes;
-    ``phase``  of the other ringing; ``excited``  what the smooth force excites of it; ``time``  elements, of each,
-    ``mean_time``  on the average over the turn; ``closing``  rounding, as closing the turn enlarges it.
+    ``series``  of the fast modes ends; ``space``  polynomials along the strip do; ``omitted``  ringing of faster modes,
+    as greatest values and, ``mean_omitted``, means suffer from it; ``phase``  of the other ringing; ``excited``  what
+    the smooth force excites of it; ``time``  elements, of each, ``mean_time``  on the average over the turn;
+    ``closing``  rounding, as closing the turn enlarges it.
     """
 
     series: float
     space: float
     omitted: float
+    mean_omitted: float
     phase: float
     excited: float
     time: Array
@@ -75,16 +80,17 @@ class Errors:
 
     @property
     def total(self) -> float:
-        return self.series + self.space + self.closing + self.oscillating
+        return self.series + self.space + self.closing + self.omitted + self._oscillating
 
     @property
-    def oscillating(self) -> float:
+    def _oscillating(self) -> float:
         """What oscillates, at the pace of the slowest mode at the least."""
-        return self.omitted + self.phase + self.excited + self.elements
+        return self.phase + self.excited + self.elements
 
     def lasting(self, oscillating: float) -> float:
         """What remains of a mean, to which so much is left of what oscillates."""
-        return self.series + self.space + self.closing + self.mean_time + oscillating * self.oscillating
+        lasting = self.series + self.space + self.closing + self.mean_time + self.mean_omitted
+        return lasting + oscillating * self._oscillating
 
 
 @dataclass(frozen=True)
@@ -124,15 +130,17 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     turn = turn_of(equation, rule, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = close(turn, _NONE_RINGS, _NONE_RINGS)
 
-    ringing, omitted, missed, enlarged = no_ripple(modes, rule), 0.0, 0.0, np.ones(modes - m)
-    enough = np.empty(0)
+    ringing, missed, enlarged, enough = no_ripple(modes, rule), 0.0, np.ones(modes - m), np.empty(0)
+    omitted = mean_omitted = 0.0
     if corners:
         static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
         coarse, few = excitation.edges, rule_of_ringing(equation, excitation, m, wanted)
         states_of_few, panels = excitation.states_on(coarse, few), excitation.panels(coarse)
         forces = excitation.states[FORCE, panels * RULE.points.size]
-        enlarged, shares, given = rung(equation, turn, begun, few, coarse, panels, states_of_few, forces, static)
-        count, omitted = chosen(shares, m, MOST_RINGING, wanted)
+        enlarged, rings, given = rung(equation, turn, begun, few, coarse, panels, states_of_few, forces, static)
+        falls = _FALLS_BEHIND_JUMPS if excitation.jumps.size else _FALLS
+        count, omitted = chosen(rings.max(axis=(0, 1)), m, falls, MOST_RINGING, wanted)
+        mean_omitted = in_means(equation, rings, m, falls, count) if omitted else 0.0
         if count:
             enough = 1e-1 * wanted / np.maximum(given * enlarged**2, 1e-300)[:count] / turn.widths.size
             enough = np.minimum(enough, 1e-3)
@@ -143,10 +151,15 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
             missed = float(np.abs(ringed).max(axis=0) * share @ free.missed) * max(amplification, 1.0)
 
     samples, series, space, time = read(turn, equation, rule, states, begun, enlarged, corners)
+    if omitted > 0.5 * wanted and excitation.corners.size < MANY:
+        omitted, mean_omitted = left_behind(
+            equation, excitation, rule, edges, states, samples, rings, static, m, falls, count
+        )
     errors = Errors(
         series=series,
         space=space,
         omitted=omitted,
+        mean_omitted=mean_omitted,
         phase=missed,
         excited=excited(equation, excitation, m + 1) if m < modes else 0.0,
         time=time,

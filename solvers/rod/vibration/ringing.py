@@ -32,17 +32,15 @@ _CLOSING = 3.0
 _PHASED = 8
 """So many of the fast modes have phases worth knowing."""
 
-_MARGIN = 2.0
-"""On the ringing of what is left out."""
-
 
 @kernel
 def rung(
     equation: StripEquation, turn: Turn, begun: Array, rule: Radau, edges: Array, panels: NDArray[np.int64],
     states: Array, forces: Array, greatest: Array,
 ) -> tuple[Array, Array, Array]:  # fmt: skip
-    """By which closing the turn enlarges what every fast mode rings with; what each rings with; and what it is given by
-    all corners together: (fast,) each, the latter as shares of V'' or V''' at the clamp, whichever suffers more.
+    """By which closing the turn enlarges what every fast mode rings with (fast,); what each rings with beside every
+    corner, as shares of V'' and V''' at the clamp, (2, corners, fast); and what it is given by all corners together, as
+    a share of the one that suffers more (fast,).
 
     At a corner a mode of the strip as it is there is given what differs between the two sides; on its way to the next
     one it turns and is damped. Modes whose phases are not known are taken to ring in step with every corner. From the
@@ -60,7 +58,7 @@ def rung(
         left = math.hypot(1.0 - kept, 2.0 * math.sqrt(kept) * math.sin(0.5 * angle))
         enlarged[k] = 1.0 / min(max(left, 1e-300), 1.0)
     given, kept = np.zeros((corners, fast), np.complex128), np.empty((corners, fast), np.complex128)
-    share, total, matrix, jump = np.empty((corners, fast)), np.zeros(fast), np.empty((n, n)), np.empty((2, fast))
+    share, total, matrix, jump = np.empty((2, corners, fast)), np.zeros(fast), np.empty((n, n)), np.empty((2, fast))
     for c in range(corners):
         jump[:] = 0.0
         for row in range(2 * m + 1):
@@ -81,13 +79,12 @@ def rung(
                 amplitude += jump[0, j] * root[m + j] * own[m + j, m + k] * sign
                 speed += jump[1, j] * own[m + j, m + k] * sign
             given[c, k] = amplitude - 1j * speed / math.sqrt(square[m + k])
-            share[c, k] = 0.0
             for q in range(2):
                 seen = 0.0
                 for j in range(n):
                     seen += equation.clamp[q, j] / root[j] * own[j, m + k]
-                share[c, k] = max(share[c, k], abs(seen) / greatest[q])
-            total[k] += abs(given[c, k]) * share[c, k]
+                share[q, c, k] = abs(seen) / greatest[q]
+            total[k] += abs(given[c, k]) * max(share[0, c, k], share[1, c, k])
             if k >= phased:
                 given[c, k] = abs(given[c, k])
             rate = 0.0j
@@ -96,11 +93,12 @@ def rung(
                 if k < phased:
                     rate += 1j * phase[e, k]
             kept[c, k] = np.exp(rate)
-    amplitudes, most = _repeating(given, kept), np.zeros(fast)
+    amplitudes = _repeating(given, kept)
     for c in range(corners):
         for k in range(fast):
-            most[k] = max(most[k], amplitudes[c, k] * share[c, k])
-    return enlarged, most, total
+            for q in range(2):
+                share[q, c, k] *= amplitudes[c, k]
+    return enlarged, share, total
 
 
 @kernel
@@ -144,23 +142,6 @@ def _repeating(given: Complex, kept: Complex) -> Array:
             out[k, n] = max(abs(total), abs(total + given[k, n]))
             total = (total + given[k, n]) * kept[k, n]
     return out
-
-
-def chosen(shares: Array, slow: int, most: int, wanted: float) -> tuple[int, float]:
-    """How many fast modes are to ring, and what the others leave out, from what each would ring with.
-
-    Of fewer than the slower half of all modes so few polynomials tell the frequencies to a hundredth of a radian in a
-    turn; beyond these shares are taken to fall as n^-4. Behind a corner modes ring in step: their shares add up.
-    """
-    if not shares.size:
-        # All modes are followed.
-        return 0, 0.0
-    known = max((shares.size + slow) // 2 - 1 - slow, 1)
-    beyond = shares[known - 1] * (known + slow) / 3.0
-    left = _MARGIN * (np.append(np.cumsum(shares[:known][::-1])[::-1], 0.0) + beyond)
-    enough = np.flatnonzero(left <= 0.5 * wanted)
-    ringing = min(int(enough[0]) if enough.size else known, most)
-    return ringing, float(left[ringing])
 
 
 class FreeModes(NamedTuple):

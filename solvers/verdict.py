@@ -128,11 +128,13 @@ class Verdict:
     """All criteria, and cautions.
 
     error     relative error of the values within which it is uncertain, see ``doubt``
+    known     names of criteria whose values are known better
     """
 
     criteria: tuple[Criterion, ...]
     cautions: tuple[str, ...] = ()
     error: float = 0.0
+    known: frozenset[str] = frozenset()
 
     @property
     def holds(self) -> bool:
@@ -142,19 +144,25 @@ class Verdict:
     @property
     def certain(self) -> bool:
         """Whether an error of the values by ``error`` could not turn the verdict."""
-        if self.error == 0.0:
-            return True
-        failing = [criterion for criterion in self.criteria if not criterion.holds]
-        if failing:
-            return any(c.margin is None or c.margin <= max(-self.error, -1.0) for c in failing)
-        # A value that is too high by the error is (1 + margin)(1 - error) times its limit.
-        return all(c.margin is None or (1.0 + c.margin) * (1.0 - self.error) >= 1.0 for c in self.criteria)
+        if self.holds:
+            return not any(self._turns(c) for c in self.criteria)
+        return not all(c.holds or self._turns(c) for c in self.criteria)
 
     @property
     def governing(self) -> Criterion | None:
-        """The most violated criterion, otherwise the one with the smallest margin; None if no load acts at all."""
-        ranked = [c for c in self.criteria if c.margin is not None or not c.holds]
+        """The most violated criterion, otherwise the one with the smallest margin; of an uncertain verdict among those
+        that make it so. None if no load acts at all."""
+        doubtful = [] if self.certain else [c for c in self.criteria if self._turns(c)]
+        ranked = doubtful or [c for c in self.criteria if c.margin is not None or not c.holds]
         return min(ranked, key=_rank, default=None)
+
+    def _turns(self, criterion: Criterion) -> bool:
+        """Whether an error of its value could turn a criterion."""
+        error, margin = 0.0 if criterion.name in self.known else self.error, criterion.margin
+        if error == 0.0 or margin is None:
+            return False
+        # A value that is too high by the error is (1 + margin)(1 - error) times its limit.
+        return (1.0 + margin) * (1.0 - error) < 1.0 if criterion.holds else margin > max(-error, -1.0)
 
 
 def _rank(criterion: Criterion) -> tuple[bool, bool, float]:

@@ -11,22 +11,25 @@ import math
 import pickle
 import time
 from collections import OrderedDict
+from contextlib import suppress
 from dataclasses import replace
 from typing import NamedTuple
+
+from pydantic import BaseModel
 
 from app import runs
 from app.batches.chunk import failed_item, parts_of
 from app.batches.task import Needs, Task
 from app.designs.accuracy import MAX_BUDGET_S
 from app.designs.kind import Detail, Mode
-from app.designs.many import without_tables
+from app.designs.many import validated, without_tables
 from app.designs.problems import OUT_OF_TIME
 from app.designs.registry import KINDS, example_of, job_of
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
 from app.jobs.executor import Executor
 from app.jobs.turns import Turns
 from app.logging import get_logger
-from app.store.batch_inputs import Source, unpacked_rows
+from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import encoded, sealed
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
 from app.store.batch_reads import batches_to_solve, block_of, items_asking, numbered_batch
@@ -55,6 +58,8 @@ _LOOKUP_THRESHOLD_S = 5e-3
 """Item solve time [s] above which equal items of other chunks are looked up before solving."""
 _MAX_DICTIONARY_BYTES = 32_000
 """The window of DEFLATE [bytes]."""
+_DICTIONARY_S = 5.0
+"""Maximum time [s] that intake waits for the solve of a batch's first item: usually milliseconds."""
 
 
 class _ItemTime(NamedTuple):
@@ -122,23 +127,34 @@ class BatchEngine:
         except StoreError as error:  # the leases expire on their own
             logger.warning("leases_not_released", reason=str(error))
 
-    async def dictionary(self, kind: str, mode: str, detail: str) -> bytes:
-        """Compression dictionary for the items of such a batch; empty if unavailable, which only costs space."""
-        key = (kind, mode, detail)
+    async def dictionary(self, kind: str, mode: str, detail: str, source: Source, first: Row | None) -> bytes:
+        """Compression dictionary for the items of a batch: its ``first`` item, from which most others differ in their
+        numbers only, or else the kind's example; empty if unavailable, which only costs space."""
+        job, key = job_of(KINDS[kind], Mode(mode)), (kind, mode, detail)
+        if job.run_many is not None and first is not None and len(first.content) <= _MAX_DICTIONARY_BYTES:
+            with suppress(UnreadableRow, RecursionError, TimeoutError):
+                request, _ = validated(job, source.body(first))
+                async with asyncio.timeout(_DICTIONARY_S):
+                    if request is not None and (found := await self._item(kind, mode, detail, request)):
+                        return found
         if key not in self._dictionaries:
-            wing, example = KINDS[kind], example_of(KINDS[kind], Mode(mode))
+            example = example_of(KINDS[kind], Mode(mode))
             if mode == Mode.ACCURACY:  # a study is too expensive for a dictionary
                 return canonical_json(example)
-            try:
-                payload = canonical_json(example)
-                found = (await self._executor.run(kind, mode, payload, self._solve_budget_s)).decoded()
-            except JobError:
+            if not (found := await self._item(kind, mode, detail, job.request.model_validate(example))):
                 return b""
-            kept = without_tables(job_of(wing, Mode(mode)), found, Detail(detail))
-            spec = job_of(wing, Mode(mode)).request.model_validate(example).model_dump_json().encode()
-            text = encoded(spec, parts_of(kind, Mode(mode), kept))
-            self._dictionaries[key] = text[:_MAX_DICTIONARY_BYTES]
+            self._dictionaries[key] = found
         return self._dictionaries[key]
+
+    async def _item(self, kind: str, mode: str, detail: str, request: BaseModel) -> bytes:
+        """A solved request as the JSON of an item, cut to the window of DEFLATE; empty without an answer."""
+        spec = request.model_dump_json().encode()
+        try:
+            found = (await self._executor.run(kind, mode, spec, self._solve_budget_s)).decoded()
+        except JobError:
+            return b""
+        kept = without_tables(job_of(KINDS[kind], Mode(mode)), found, Detail(detail))
+        return encoded(spec, parts_of(kind, Mode(mode), kept))[:_MAX_DICTIONARY_BYTES] if kept.result else b""
 
     async def _run(self) -> None:
         renewed = swept = -self._lease_s

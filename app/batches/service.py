@@ -138,15 +138,17 @@ class BatchService:
         self, ask: Asked, source: Source, rows: AsyncIterator[list[Row]], key: str | None, digest: Any
     ) -> bytes:
         await self._check_share()
-        record = await self._record(ask, source)
+        some = await anext(rows, [])
+        record = await self._record(ask, source, some[0] if some else None)
         number = await self.store.write(Open(record))
         kept = False
         try:
             receiver = Receiver(self.store, number, self._writing)
-            async for some in rows:
+            while some:
                 await receiver.add(some)
                 if receiver.total > self._most_items:
                     raise self._too_many()
+                some = await anext(rows, [])
             await receiver.finish()
             if not receiver.total:
                 raise Problem(422, INVALID, "there is no row", [entry("", "there is no row", "one row at least")])
@@ -167,7 +169,7 @@ class BatchService:
         own = own_key(key)
         return await self.store.query(lambda connection: find_answer(connection, own, request_hash))
 
-    async def _record(self, ask: Asked, source: Source) -> BatchRecord:
+    async def _record(self, ask: Asked, source: Source, first: Row | None) -> BatchRecord:
         return BatchRecord(
             number=0,
             id=new_batch_id(),
@@ -177,7 +179,7 @@ class BatchService:
             detail=ask.detail,
             status=BatchStatus.RECEIVING,
             source=source.to_json(),
-            dictionary=await self.engine.dictionary(ask.kind, ask.mode, ask.detail),
+            dictionary=await self.engine.dictionary(ask.kind, ask.mode, ask.detail, source, first),
             solver_name=NAME,
             solver_version=VERSION,
             total=0,

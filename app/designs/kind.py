@@ -6,11 +6,11 @@ Routes, storage, forms, jobs and exports are derived from the registry.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
 from importlib.resources import files
-from typing import Any
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
@@ -45,8 +45,7 @@ REFUSED = "refused"
 """Status of an answer to an invalid request."""
 
 
-@dataclass(frozen=True)
-class Answer:
+class Answer(NamedTuple):
     """A solver's outcome in the names and units of the API; finite JSON values only.
 
     ``status`` is "succeeded", "infeasible", "failed" or ``REFUSED``. ``result`` has the shape of the job's result
@@ -99,8 +98,8 @@ class Job:
     infeasible  result model for no solution, if it says more than the common diagnosis
     in_steps    the call with progress reports, for long jobs
     best_in_time  the call watches the clock and ends at ``time_budget_s`` with the best solution; others are killed
-    run_many    bulk evaluation with the same answers as ``run``, in order; omits ``tables`` unless full detail is
-        requested
+    run_many    bulk evaluation with the same answers as ``run``, in order, each made when it is taken; omits
+        ``tables`` unless full detail is requested
     """
 
     request: type[BaseModel]
@@ -113,7 +112,7 @@ class Job:
     infeasible: type[BaseModel] | None = None
     in_steps: Callable[[Any, Report], Answer] | None = None
     best_in_time: bool = False
-    run_many: Callable[[Sequence[Any], Detail], list[Answer]] | None = None
+    run_many: Callable[[Sequence[Any], Detail], Iterable[Answer]] | None = None
     tables: tuple[str, ...] = ()
 
     def solve(self, request: Any, report: Report = ignore_progress) -> Answer:
@@ -124,7 +123,8 @@ class Job:
         """Load everything its calls need, for single and bulk evaluation."""
         self.run(request)
         if self.run_many is not None:
-            self.run_many([request], Detail.SCALARS)
+            for _ in self.run_many([request], Detail.SCALARS):
+                pass
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -33,14 +32,14 @@ def answer_many(slug: str, mode: Mode, bodies: Sequence[Mapping[str, Any]], deta
         found.append(refused)
         if request is not None:
             requests.append(request)
-    answers = iter(answers_of(slug, mode, requests, detail))
+    answers = answers_of(slug, mode, requests, detail)
     return [next(answers) if answer is None else answer for answer in found]
 
 
 def validated(job: Job, body: Mapping[str, Any]) -> tuple[BaseModel, None] | tuple[None, Answer]:
     """Validate a body; the request, or the refusing answer."""
     try:
-        request = job.request.model_validate(body)
+        request = job.request.__pydantic_validator__.validate_python(body)
     except ValidationError as error:
         return None, refusal(*summarize(error.errors(include_url=False), model=job.request))
     if contradictions := request.contradictions():  # type: ignore[attr-defined]
@@ -53,17 +52,23 @@ def refusal(detail: str, errors: list[Entry]) -> Answer:
     return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
-def answers_of(slug: str, mode: Mode, requests: Sequence[BaseModel], detail: Detail) -> Iterable[Answer]:
-    """Answer validated requests: in bulk if the job can, else, or if that raises, one by one."""
-    job = job_of(KINDS[slug], Mode(mode))
+def answers_of(slug: str, mode: Mode, requests: Sequence[BaseModel], detail: Detail) -> Iterator[Answer]:
+    """Answer validated requests: in bulk if the job can, else, or as soon as that raises, one by one.
+
+    Whoever uses up each answer before the next one is made has it in the processor's cache.
+    """
+    job, left = job_of(KINDS[slug], Mode(mode)), iter(requests)
     if job.run_many is not None:
         try:
-            return job.run_many(requests, detail)
+            # A request leaves ``left`` after its answer has come.
+            for answer, _ in zip(job.run_many(requests, detail), left, strict=False):
+                yield answer
         except MemoryError:
             raise
         except Exception:
             logger.exception("solve_many_failed", kind=slug, mode=str(mode), items=len(requests))
-    return (_one(slug, mode, job, request, detail) for request in requests)
+    for request in left:
+        yield _one(slug, mode, job, request, detail)
 
 
 def _one(slug: str, mode: Mode, job: Job, request: BaseModel, detail: Detail) -> Answer:
@@ -81,4 +86,4 @@ def without_tables(job: Job, answer: Answer, detail: Detail) -> Answer:
     """The answer without its tables unless ``detail`` is full."""
     if detail is Detail.FULL or answer.result is None:
         return answer
-    return replace(answer, result={name: value for name, value in answer.result.items() if name not in job.tables})
+    return answer._replace(result={name: value for name, value in answer.result.items() if name not in job.tables})

@@ -58,13 +58,14 @@ def references(request: Any, path: Path = ()) -> Iterator[tuple[Path, RunReferen
 @cache
 def _referring(model: type[BaseModel]) -> tuple[str, ...]:
     """Fields of a model whose type may contain a reference."""
-    return tuple(name for name, field in model.model_fields.items() if _may_refer(field.annotation))
+    return tuple(name for name, field in model.model_fields.items() if may_refer(field.annotation))
 
 
-def _may_refer(annotation: Any) -> bool:
+def may_refer(annotation: Any) -> bool:
+    """Whether a value of this type may contain a reference."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return issubclass(annotation, RunReference) or bool(_referring(annotation))
-    return any(_may_refer(part) for part in get_args(annotation))
+    return any(may_refer(part) for part in get_args(annotation))
 
 
 def replaced(request: Any, path: Path, value: RunReference) -> Any:

@@ -7,7 +7,7 @@ path in a solver's refusal can be mapped to the JSON pointer of the user's field
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
@@ -363,8 +363,8 @@ def bulk_answers(
     case_of: Callable[[R], C],
     solve: Callable[[Sequence[C]], Sequence[Outcome[T] | InvalidInput]],
     answer: Callable[[R, C, Outcome[T]], Answer],
-) -> list[Answer]:
-    """Answers of requests solved in bulk; ``case_of`` may refuse a request, ``solve`` a case."""
+) -> Iterator[Answer]:
+    """Answers of requests solved in bulk, one by one; ``case_of`` may refuse a request, ``solve`` a case."""
     cases: list[C] = []
     results: list[Answer | C] = []
     for request in requests:
@@ -374,17 +374,12 @@ def bulk_answers(
         except InvalidInput as refusal:
             results.append(refused(request, refusal))
     outcomes = iter(solve(cases))
-    answers = []
     for request, case in zip(requests, results, strict=True):
         if isinstance(case, Answer):
-            answers.append(case)
+            yield case
             continue
         outcome = next(outcomes)
-        if isinstance(outcome, InvalidInput):
-            answers.append(refused(request, outcome))
-            continue
-        answers.append(answer(request, case, outcome))
-    return answers
+        yield refused(request, outcome) if isinstance(outcome, InvalidInput) else answer(request, case, outcome)
 
 
 def finite(value: Any) -> bool:

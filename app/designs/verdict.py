@@ -52,8 +52,14 @@ class VerdictResult(Strict):
         default=True,
         description="false: the estimated error of the figures is more than what lies between them and their limits",
     )
+    error: float = Field(
+        default=0.0, description="the estimated error of the figures where the verdict depends on it, relative; else 0"
+    )
     summary: str = Field(description="one sentence with the figure that governs")
-    governed_by: str | None = Field(description="the criterion that fails most, or has least to spare; null: none acts")
+    governed_by: str | None = Field(
+        description="the criterion that fails most, or has least to spare; where certain is false the one that makes "
+        "it so; null: none acts"
+    )
     criteria: list[CriterionResult]
     cautions: list[str] = Field(description="what to know beside the criteria")
 
@@ -80,10 +86,11 @@ _AS_WRITTEN = NullTranslations()
 
 def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str, Any]:
     """A verdict as JSON; a missed accuracy is mentioned in its summary."""
-    governing, holds = verdict.governing, verdict.holds
+    governing, holds, certain = verdict.governing, verdict.holds, verdict.certain
     result: dict[str, Any] = {
         "holds": holds,
-        "certain": verdict.certain,
+        "certain": certain,
+        "error": 0.0 if certain else verdict.error,
         "summary": "",
         "governed_by": None if governing is None else words[governing.name].name,
         "criteria": [_criterion(criterion, words[criterion.name]) for criterion in verdict.criteria],
@@ -141,7 +148,7 @@ def summary_of(
         ) % {
             "label": texts.gettext(governing["label"]),
             "compared": _compared(governing, texts),
-            "error": figures(100.0 * accuracy["estimated"], 2),
+            "error": figures(100.0 * verdict.get("error", accuracy["estimated"]), 2),
         }
     elif verdict["holds"]:
         said = texts.gettext("It holds. The %(label)s governs: %(compared)s, %(spare)s.") % {

@@ -11,7 +11,6 @@ import json
 import re
 import zlib
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -126,10 +125,12 @@ def _json(content: bytes) -> Any:
     # found by counting quotes: every string has two, and those of a duplicate name are missing when the result is
     # serialized again.
     if b"\\" not in content:
-        with suppress(ValueError):
+        try:
             found = from_json(content, allow_inf_nan=False)
             if content.count(b'"') == to_json(found).count(b'"'):
                 return found
+        except ValueError:
+            pass
     try:
         return _DECODER.decode(content.decode(json.detect_encoding(content), "surrogatepass"))
     except UnreadableRow:

@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import lru_cache
 from itertools import compress
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,9 +17,9 @@ from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
 from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, Peaks, peaks_of, unit_peaks
-from solvers.linkage.mechanism.change_point import ChangePoint
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.closure import Closure, window
-from solvers.linkage.mechanism.kinematics import of_family
+from solvers.linkage.mechanism.kinematics import FourBar, of_family
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.problem import Limits
 from solvers.linkage.result import TRANSFER_POINTS, LinkageCheck, Strike
@@ -36,17 +38,25 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
     With a tool radius the rocker has that length; otherwise the crank follows from speed and frequency. Raises
     InvalidInput for a free ratio without a mechanism.
     """
-    field = f"ratios.{kind.parameter}"
-    require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
-    pole = kind.pole(scene.restitution.gain)
-    if not parameter > pole:
-        raise InvalidInput(field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
-    bar = of_family(kind, scene.restitution.middle, parameter)
+    bar = _member(kind, scene.restitution.middle, parameter)
     if scene.tool_radius is None:
         crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.end)
     else:
         crank = scene.tool_radius / float(bar.ratios.rocker)
     return Mechanism(bar, crank, Closure(kind, 0.0, 0.0))
+
+
+@lru_cache(maxsize=32, typed=True)
+def _member(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
+    """``of_family`` for a free ratio that gives a mechanism.
+
+    Cached with what is derived from it: in a sweep of speeds, loads or limits the mechanism is the same.
+    """
+    field, pole = f"ratios.{kind.parameter}", kind.pole(Gain(restitution))
+    require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
+    if not parameter > pole:
+        raise InvalidInput(field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
+    return of_family(kind, restitution, parameter)
 
 
 def check(
@@ -68,8 +78,7 @@ def check(
     return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).alone()
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """Arguments of one call of ``check``."""
 
     scene: Scene

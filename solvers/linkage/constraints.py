@@ -52,8 +52,8 @@ def _greatest_angle(limits: Limits) -> float | None:
 
 _LOADED = ("size", "energy")
 CONSTRAINTS: tuple[Constraint, ...] = (
-    Constraint("min_link", Sense.AT_LEAST, lambda x: x.min_link or None, lambda c: min(c.mechanism.lengths.links)),
-    Constraint("longest_link", Sense.AT_MOST, lambda x: x.longest_link, lambda c: max(c.mechanism.lengths.links)),
+    Constraint("min_link", Sense.AT_LEAST, lambda x: x.min_link or None, lambda c: min(c.mechanism.links)),
+    Constraint("longest_link", Sense.AT_MOST, lambda x: x.longest_link, lambda c: max(c.mechanism.links)),
     Constraint("width", Sense.AT_MOST, lambda x: x.width, lambda c: c.box and c.box.width),
     Constraint("height", Sense.AT_MOST, lambda x: x.height, lambda c: c.box and c.box.height),
     Constraint("enclosing_radius", Sense.AT_MOST, lambda x: x.enclosing_radius, lambda c: c.enclosing_radius),

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import lru_cache
+from typing import NamedTuple
 
 from solvers.linkage.constraints import CONSTRAINTS, Constraint
 from solvers.linkage.effects import NO_STEADY_RUNNING
@@ -20,8 +20,7 @@ _MAX_SLOWDOWN = 0.1
 """Relative reduction of the impact speed by the motor above which a warning is issued."""
 
 
-@dataclass(frozen=True)
-class Given:
+class Given(NamedTuple):
     """Scene data that are actual values, not placeholders: lengths [m], impact speed [m/s], energy [J].
 
     ``speed_asked``: the speed is a requirement, not a consequence of the other data.
@@ -33,12 +32,15 @@ class Given:
     energy: bool = True
 
 
+_WHOLLY = Given()
+
+
 def judge(
     check: LinkageCheck,
     scene: Scene,
     accuracy: Accuracy,
     limits: Limits,
-    given: Given = Given(),
+    given: Given = _WHOLLY,
     designed: bool = False,
 ) -> Verdict:
     """The verdict on a linkage; ``designed`` if it was designed for these limits."""

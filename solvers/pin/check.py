@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +59,7 @@ def check(
     return Case(scene, profile, criterion, limits, effects, effect_tolerance, accuracy).alone()
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """The arguments of one ``check``."""
 
     scene: Scene

@@ -10,6 +10,7 @@ from __future__ import annotations
 import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,8 +35,7 @@ Array = NDArray[np.float64]
 _SIZES = slice(INPUTS.index("b"), INPUTS.index("l") + 1)
 
 
-@dataclass(frozen=True)
-class Case:
+class Case(NamedTuple):
     """Arguments of one call of ``check``."""
 
     scene: Scene

@@ -32,6 +32,7 @@ from solvers.rod.linear_check import (
 )
 from solvers.rod.piston.skirt import contact_load, pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.vibration.steady_response import unknown_vibration
 
 Array = NDArray[np.float64]
 
@@ -39,6 +40,8 @@ _HALF, _GAIN = 0.5, 0.7
 """Tolerances of a repeated sampling, relative to the previous one: ``_HALF`` is the safety factor with which errors are
 to be reduced; a new tolerance above ``_GAIN`` of the previous one is not worth the time."""
 _COARSEST = 1e-2
+_NOTHING_KNOWN = 1.0
+"""Error of the corrections, relative to the strip's bending, from which on no digit of a stress is right."""
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
 
@@ -94,13 +97,21 @@ def check(
 
     ``accuracy`` is the requested relative numerical accuracy of every result, 1e-12 … 1e-1; ``criterion`` the fatigue
     criterion, by default Serensen's; ``demands`` are the effects that limits require.
-    Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that is required.
+    Raises InvalidInput for an invalid request, and for a speed too high or pressures that change too quickly for any
+    digit of the stresses to be found, EffectConflict for an excluded effect that is required.
     """
     require_accuracy(accuracy)
     require_within_rod(scene, dimensions)
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
-    return check_chosen(cycle, choice, accuracy, criterion)
+    outcome = check_chosen(cycle, choice, accuracy, criterion)
+    if outcome.value.stresses is not None and cycle.refinement_error >= _NOTHING_KNOWN:
+        if outcome.value.natural_frequency < scene.mechanism.speed:
+            reason = "exceeds the strip's natural frequency by too much for its vibration to be found"
+            raise InvalidInput("mechanism.speed", reason, "below the natural frequency, or no effect rod_inertia")
+        if scene.load.corners().size:
+            raise unknown_vibration()
+    return outcome
 
 
 def tolerance_of(accuracy: float) -> float:

@@ -61,11 +61,16 @@ _MAX_STRIPS = 100
 
 @dataclass(frozen=True)
 class RodDesign:
-    """The optimal strip, its check on the full model, and the active constraints."""
+    """The optimal strip, its check on the full model, and the active constraints.
+
+    ``error`` is the estimated relative error of the check; the outcome's accuracy also tells how far the optimum may
+    be.
+    """
 
     check: RodCheck
     objective: str
     active: tuple[ActiveConstraint, ...]
+    error: float
 
 
 def design(
@@ -259,7 +264,7 @@ class _Design:
             gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
         told = certificate.core_certificate(p.objective, value, proof, gap)
         estimated = max(outcome.accuracy.estimated, told.gap)
-        return self.answer(result, conditions.active, estimated, told)
+        return self.answer(outcome, conditions.active, estimated, told)
 
     def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
         """The best strip on the full model found within the time."""
@@ -311,21 +316,26 @@ class _Design:
         if not math.isfinite(estimated):
             # Only the distance from the bound is known.
             estimated = min(told.gap, 1.0)
-        return self.answer(result, active, estimated, told), result.dimensions
+        return self.answer(best.outcome, active, estimated, told), result.dimensions
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
         """Sum of the bounds of the effects beyond the core at a strip."""
         return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
 
     def answer(
-        self, check: RodCheck, active: tuple[ActiveConstraint, ...], estimated: float, told: Certificate
+        self,
+        found: Outcome[RodCheck],
+        active: tuple[ActiveConstraint, ...],
+        estimated: float,
+        told: Certificate,
     ) -> Outcome[RodDesign]:
+        check = found.value
         if self.out_of_time:
             said = "the time budget ended the search: this is the best feasible strip found so far"
             check = replace(check, warnings=(*check.warnings, said))
         return Outcome(
             Status.SUCCEEDED,
-            RodDesign(check, self.problem.objective.name, active),
+            RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
             (),
             Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
             certificate=told,

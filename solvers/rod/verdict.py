@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from solvers.outcome import Accuracy, EffectReport
 from solvers.rod.check import RodCheck
@@ -18,6 +19,7 @@ OWN = (
 )
 """Safeties that must be at least 1 in every strip, and the requirements that may demand more."""
 
+_STABILITY = frozenset(OWN[0])
 
 _SAFETY_EFFECTS = frozenset(effect.name for effect in EFFECTS) - {"friction"}
 """Effects that change the safeties; friction only adds results of its own."""
@@ -31,7 +33,8 @@ def judge(
 ) -> Verdict:
     """The verdict on a strip; without ``requirements`` by its own safeties only.
 
-    ``effects`` is the manifest: a relevant effect left out is a caution. If the strip buckles nothing else is known,
+    ``accuracy`` is that of the check's results, of a design's without what its optimum may miss; ``effects`` is the
+    manifest: a relevant effect left out is a caution. If the strip buckles nothing else is known,
     and an unknown result does not satisfy its requirement.
     """
     slack = slack_of(accuracy)
@@ -40,7 +43,11 @@ def judge(
     # A requirement of 1 or more already covers it.
     own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
     cautions = (*check.warnings, *left_out(effects, _SAFETY_EFFECTS))
-    return Verdict((*asked, *own), cautions, doubt(accuracy, designed=requirements is not None))
+    designed = requirements is not None
+    # Vibration and bending, which may leave the accuracy asked for unmet, are nothing to the buckling force.
+    met = replace(accuracy, estimated=min(accuracy.estimated, accuracy.requested))
+    known = _STABILITY if doubt(met, designed) == 0.0 else frozenset()
+    return Verdict((*asked, *own), cautions, doubt(accuracy, designed), known)
 
 
 def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -203,7 +203,7 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
         return refused(request, refusal)
 
 
-def run_many(requests: Sequence[DynamicsRequest], detail: Detail) -> list[Answer]:
+def run_many(requests: Sequence[DynamicsRequest], detail: Detail) -> Iterator[Answer]:
     """Analyse mechanisms in bulk; results over the angle are computed only for full detail."""
     return bulk_answers(requests, case_of, crank.analyse_many, partial(_answer, detail=detail))
 

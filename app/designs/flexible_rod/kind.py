@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from pydantic import Field
@@ -117,7 +118,7 @@ def run_check(request: CheckRequest) -> Answer:
         return refused(request, refusal)
 
 
-def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> list[Answer]:
+def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> Iterator[Answer]:
     """Check strips in bulk."""
     return bulk_answers(requests, case_of, rod.check_many, _answer)
 
@@ -185,7 +186,8 @@ def run_design(request: DesignRequest) -> Answer:
         "active_constraints": active,
         "certificate": certificate,
     }
-    verdict = rod.judge(found.check, outcome.accuracy, problem.requirements, outcome.effects)
+    of_check = replace(outcome.accuracy, estimated=found.error)
+    verdict = rod.judge(found.check, of_check, problem.requirements, outcome.effects)
     return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 

@@ -92,12 +92,12 @@ def _limits(
 
 
 class Group(Strict):
-    """Fields of which all or none must be given."""
+    """Positive quantities of which all or none must be given."""
 
     @property
     def given(self) -> bool:
         """Whether any field is not null."""
-        return any([value is not None for value in vars(self).values()])
+        return any(vars(self).values())
 
     def gaps(self, pointer: str) -> list[Entry]:
         """An entry for every null field if another one is given."""

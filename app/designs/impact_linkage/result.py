@@ -106,7 +106,7 @@ def _degrees(angle: float | None) -> float | None:
 
 
 def lengths_json(mechanism: Mechanism) -> dict[str, float]:
-    base, crank, coupler, rocker = mechanism.lengths.links
+    base, crank, coupler, rocker = mechanism.links
     return {"base": base / MILLI, "crank": crank / MILLI, "coupler": coupler / MILLI, "rocker": rocker / MILLI}
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -56,7 +56,7 @@ def run_check(request: CheckRequest) -> Answer:
         return refused(request, refusal)
 
 
-def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> list[Answer]:
+def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> Iterator[Answer]:
     """Check pins and bushings in bulk."""
     return bulk_answers(requests, case_of, pin.check_many, partial(_answer, detail=detail))
 

@@ -2789,10 +2789,13 @@ class VerdictResult(TypedDict):
     """whether the part holds: true only if every criterion does"""
     certain: NotRequired[bool]
     """false: the estimated error of the figures is more than what lies between them and their limits"""
+    error: NotRequired[float]
+    """the estimated error of the figures where the verdict depends on it, relative; else 0"""
     summary: str
     """one sentence with the figure that governs"""
     governed_by: str | None
-    """the criterion that fails most, or has least to spare; null: none acts"""
+    """the criterion that fails most, or has least to spare; where certain is false the one that makes it so; null:
+    none acts"""
     criteria: list[CriterionResult]
     """every requirement, limit and strength criterion"""
     cautions: list[str]

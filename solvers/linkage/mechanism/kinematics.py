@@ -53,10 +53,16 @@ class FourBar:
         """R_k = (g - 1)/(g + 1)."""
         return self.start / self.end
 
-    @property
+    @cached_property
     def rotatable(self) -> Number:
         """Whether the crank rotates fully."""
         return self.kind.rotatability_margin(self.ratios) >= 0.0
+
+    @cached_property
+    def reverses(self) -> bool:
+        """Whether the rocker can reverse at the blow: e, |N| > 0."""
+        kind, r = self.kind, self.ratios
+        return bool(kind.pin_to_pivot(r) > 0.0 and kind.crank_sign * kind.half_angle_coefficient(r) > 0.0)
 
     @cached_property
     def swing(self) -> Number:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 
 from solvers.errors import InvalidInput, require_positive
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
@@ -44,21 +44,24 @@ class Mechanism:
     closure: Closure
 
     @cached_property
-    def lengths(self) -> Lengths:
+    def links(self) -> tuple[float, float, float, float]:
+        """Base, crank, coupler, rocker [m]."""
         r = self.bar.ratios
-        return Lengths(self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker)
+        return self.crank * r.base, self.crank, self.crank * r.coupler, self.crank * r.rocker
+
+    @property
+    def lengths(self) -> Lengths:
+        return Lengths(*self.links)
 
     @cached_property
     def rotatable(self) -> bool:
         """Whether the crank rotates fully."""
-        return self.bar.rotatable if self.closure.closes else turns_fully(*self.lengths.links)
+        return self.bar.rotatable if self.closure.closes else turns_fully(*self.links)
 
-    @cached_property
+    @property
     def can_strike(self) -> bool:
-        """Whether the links close and the rocker can reverse at the blow: kappa, e > 0."""
-        kind, ratios = self.bar.kind, self.bar.ratios
-        lever = kind.crank_sign * float(kind.half_angle_coefficient(ratios))
-        return self.closure.closes and float(kind.pin_to_pivot(ratios)) > 0 and lever > 0
+        """Whether the links close and the rocker can reverse at the blow."""
+        return self.closure.closes and self.bar.reverses
 
     @property
     def confined(self) -> float | None:
@@ -66,6 +69,7 @@ class Mechanism:
         return None if self.rotatable else confinement(self.bar)
 
 
+@lru_cache(maxsize=32)
 def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechanism:
     """A mechanism of given lengths, as the kind with the smallest closure error.
 

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 TURN = 2.0 * math.pi
 _WIDE_PEAK = 0.1
 _MAX_SHARP = 4096
+_APART = 1e-9
+"""Points closer than this [rad] are one."""
 
 
 _NO_BREAKS, _NO_PIECES = np.empty(0), np.empty((4, 0))
@@ -124,8 +126,9 @@ class ConstantLoad:
 class TableLoad:
     """Tabulated pressures over one revolution, interpolated by a periodic monotone cubic (PCHIP).
 
-    Angles increase strictly and span less than one revolution; the first point follows the last one a revolution later.
-    The curve does not overshoot and is once continuously differentiable. Mean: exact integral of the pieces.
+    Angles increase, by 1e-9 at least, and span less than one revolution; the first point follows the last one a
+    revolution later. The curve does not overshoot and is once continuously differentiable. Mean: exact integral of the
+    pieces.
     """
 
     angle: tuple[float, ...]
@@ -138,10 +141,10 @@ class TableLoad:
         angle, values = np.asarray(self.angle), np.asarray(self.values)
         _require(bool(np.isfinite(angle).all()), "angle", "must be finite", "finite numbers")
         _require(bool(np.isfinite(values).all()), "pressure", "must be finite", "finite numbers")
-        falls = np.flatnonzero(np.diff(angle) <= 0)
+        falls = np.flatnonzero(np.diff(angle) < _APART)
         if falls.size:
             raise InvalidInput(f"load.angle.{falls[0] + 1}", "does not follow the point before it", "rising angles")
-        if angle[-1] - angle[0] >= TURN:
+        if angle[-1] - angle[0] > TURN - _APART:
             raise InvalidInput(f"load.angle.{angle.size - 1}", "lies a full turn after the first", "less than one turn")
         require_back_pressure(self.back_pressure)
 

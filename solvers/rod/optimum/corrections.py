@@ -18,6 +18,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -166,6 +167,7 @@ class Added:
             out += np.outer(slope, s.directions[k])
         return out
 
+    @cached_property
     def slopes_at_ratio(self) -> Array:
         """Derivatives by ln(b, h, l) at the centre and at a constant frequency ratio, (rows, 3): nothing across it."""
         slopes = self.slopes(self.stencil.origin, np.arange(3))

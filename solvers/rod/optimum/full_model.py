@@ -46,7 +46,7 @@ _FINE_ANGLE_STEP = 1e-3
 _SMOOTH, _RINGING, _FINE = 1e-7, 5e-4, 1e-5
 """Radii that no trust is left in: where results are smooth, between resonances, and there where the last digits
 count."""
-_KEPT, _STENCILS = 16, 3
+_KEPT, _STENCILS = 64, 3
 """Strips and stencils that are remembered."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
@@ -302,7 +302,7 @@ class FullRows:
 
     def slopes_at_ratio(self, x: Array) -> Array:
         """The same with what corrections add at a constant frequency ratio: nothing across it."""
-        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio())
+        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio)
 
     def plain_slopes(self, x: Array, free: Array = ALL) -> Array:
         """The same of the rows without corrections."""

@@ -24,15 +24,15 @@ from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.full_model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_strip import dimensions_of, logarithms
 from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, Iterate, Local, Task, local_search
+from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, SAME, Iterate, Local, Task, local_search
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
 BOXES = 20_000
 _SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
-_ELSEWHERE, _SAME, _CLOSE_BY = 0.02, 2e-3, 0.1
-"""In ln b, ln h, ln l: from where on a strip is another start, up to where two ends are one, or close to each other."""
+_ELSEWHERE, _CLOSE_BY = 0.02, 0.1
+"""In ln b, ln h, ln l: from where on a strip is another start, up to where two are close to each other."""
 _APART = 0.02
 """To each side of a strip its curvature is measured."""
 _FARTHEST = 0.1
@@ -112,7 +112,9 @@ class Context:
         """One local search, kept among the ends; it is given up where it is not going to come below a ``known`` ln
         objective."""
         self.started.append(logarithms(start))
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known)
+        # Where nothing rings there are few searches, and they are to confirm each other's ends.
+        ends = self.ends if self.model.rings else ()
+        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends)
         if local is not None:
             self.ends.append(local)
         return local
@@ -221,7 +223,7 @@ def _search_everywhere(context: Context, start: Dimensions) -> None:
         if other is None:
             break
         end = context.search_from(other, context.bounds, rounds=rounds)
-        if end is None or near(end.best.x, context.ends[:known], _SAME):
+        if end is None or near(end.best.x, context.ends[:known], SAME):
             break
 
 
@@ -265,7 +267,7 @@ def _contenders(ends: list[Local], catches_up: float) -> list[Local]:
         return [first]
     most, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
     for end in others:
-        if end.found is not None and end.best.log_cost - doubt(end) < most and not near(end.best.x, out, _SAME):
+        if end.found is not None and end.best.log_cost - doubt(end) < most and not near(end.best.x, out, SAME):
             out.append(end)
     return out[:_CONTENDERS]
 
@@ -275,7 +277,7 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
     better: what may be left to gain in ln objective where there is no time for all, and the least and greatest
     frequency ratio of what was looked into."""
     gaps, left, failed = Gaps(context.task, bounds), 0.0, 0
-    untried = lambda d: not near(logarithms(d), context.ends, _SAME)  # noqa: E731
+    untried = lambda d: not near(logarithms(d), context.ends, SAME)  # noqa: E731
     for _ in range(_GAP_STARTS):
         best = context.best()
         lost = best is None or best.found is None or failed == _GAP_FAILURES
@@ -366,6 +368,6 @@ def _different(ends: list[Local]) -> int:
     """How many of the ends are other strips."""
     found: list[Array] = []
     for end in ends:
-        if all(np.max(np.abs(end.best.x - x)) >= _SAME for x in found):
+        if all(np.max(np.abs(end.best.x - x)) >= SAME for x in found):
             found.append(end.best.x)
     return len(found)

@@ -8,6 +8,7 @@ within a trust region. The search ends at a strip that the exact check admits an
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -26,6 +27,8 @@ from solvers.rod.scene import Dimensions, Scene
 ROUNDS = 10
 _FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD, _BEST = 0.1, 0.75, 0.9
+SAME = 2e-3
+"""In ln b, ln h, ln l: up to where two ends are one."""
 PENALTY = 10.0
 """Of a violation against the cost: more than the multipliers of rods are."""
 _FAR, _ROUGH = 1e-2, 1e-3
@@ -36,7 +39,13 @@ _LEAST_EXCESS = 1e-16
 _STUCK = 0.05
 """A promise to lessen the excess by a smaller share is none."""
 CATCHES_UP = 4.0
-"""Times what a step promises: what all that follow are expected to gain at most."""
+_CATCHES_UP_INSIDE = 2.5
+"""Times what a step promises: what all that follow are expected to gain at most; the same of a step that ends within
+the trust region."""
+_KEEPS = 0.8
+"""Of what a step to the end of another search promises: what is counted on."""
+_ROUNDING = 1e-9
+"""Of ln b, ln h, ln l."""
 _ITERATIONS = 12
 """Of the optimizer in one round."""
 
@@ -95,8 +104,10 @@ def local_search(
     radius: float = _FIRST_RADIUS,
     rounds: int = ROUNDS,
     known: float = math.inf,
+    ends: Sequence[Local] = (),
 ) -> Local | None:
-    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up.
+    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up, or where it
+    leads to one of the ``ends`` of others within them.
 
     A search that is not going to come below a ``known`` ln objective is given up.
     """
@@ -104,6 +115,7 @@ def local_search(
     at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if at is None:
         return None
+    bottoms = [end.best for end in ends if _is_bottom(end, box, task.enough)]
     best, gain = at, math.inf
     for turn in range(1, rounds + 1):
         step, promised = _promised(model, task, box, at, radius)
@@ -113,9 +125,13 @@ def local_search(
                 return Local(best, gain, turn)
         if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
             break
-        if at.admissible and at.log_cost - CATCHES_UP * max(promised, task.enough) > known:
-            break
+        expected = at.log_cost - _KEEPS * promised + task.enough
+        if at.admissible and any(_same(step, other.x) and expected > other.log_cost for other in bottoms):
+            return None
         moved = float(np.max(np.abs(step - at.x)))
+        catches_up = CATCHES_UP if moved > 0.95 * radius else _CATCHES_UP_INSIDE
+        if at.admissible and at.log_cost - catches_up * max(promised, task.enough) > known:
+            break
         if moved == 0.0 or radius < model.least_radius:
             break
         trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
@@ -135,6 +151,16 @@ def local_search(
         if _better(trial, best):
             best = trial
     return Local(best, gain, rounds)
+
+
+def _is_bottom(end: Local, box: Array, enough: float) -> bool:
+    """Whether another search has come to its end, at a strip within these bounds."""
+    inside = np.all((box[:, 0] - _ROUNDING < end.best.x) & (end.best.x < box[:, 1] + _ROUNDING))
+    return end.best.admissible and end.gain <= enough and bool(inside)
+
+
+def _same(x: Array, other: Array) -> bool:
+    return float(np.max(np.abs(x - other))) < SAME
 
 
 def iterate(

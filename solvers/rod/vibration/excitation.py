@@ -43,6 +43,8 @@ _MOST_CORNERS = 1000
 _MOST_ELEMENTS = 2000
 MANY = 128
 """So many pieces of a load, or elements, are narrow."""
+_DIVIDED = 8
+"""Between two corners of the load friction's are looked for in so many parts."""
 _NOWHERE = np.empty(0)
 _ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
 
@@ -274,7 +276,7 @@ def anchors_of(drive: Drive, strip: Strip, known: Array, jumps: Array, sharp: Ar
     less changes, are left to narrow elements: they would come and go from strip to strip."""
     found = np.sort(known % TURN)
     if strip.friction != 0.0 and found.size < MANY:
-        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, found))))
+        bearing = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, _within(found)))))
         apart = bearing[off_jumps(bearing, jumps) == bearing]
         found = np.sort(np.concatenate((found, apart)) % TURN)
     kept = np.ones(found.size, np.bool_)
@@ -290,6 +292,17 @@ def anchors_of(drive: Drive, strip: Strip, known: Array, jumps: Array, sharp: Ar
     for k in range(ends.size - 1):
         kept[k] = ends[k + 1] - ends[k] > _APART
     return corners, ends[kept]
+
+
+@kernel
+def _within(corners: Array) -> Array:
+    """Angles that divide what lies between corners: in a narrow piece the force may go up and down."""
+    out = np.empty(corners.size * _DIVIDED)
+    for k in range(corners.size):
+        end = corners[k + 1] if k + 1 < corners.size else corners[0] + TURN
+        for i in range(_DIVIDED):
+            out[k * _DIVIDED + i] = (corners[k] + i / _DIVIDED * (end - corners[k])) % TURN
+    return out
 
 
 def _inertia(cycle: Cycle) -> float:

@@ -40,8 +40,8 @@ _RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 2e-7, 5e-9, 5e-9, 5e
 """Below these errors fewer polynomials than the next of ``LADDER`` have hardly ever been enough; behind corners more
 modes have to be known."""
 
-MOST_WORK, ENOUGH_WORK = 6_000_000, 3_000_000
-"""Of one motion, and of all but the last, as ``_work`` counts it: 3 000 000 are some tenth of a second."""
+MOST_WORK, ENOUGH_WORK = 12_000_000, 6_000_000
+"""Of one motion, and of all but the last, as ``_work`` counts it: 6 000 000 are some tenth of a second."""
 
 FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _LOOSELY = 32, 1_850_000, 500_000, 1e-6
 """Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
@@ -191,10 +191,21 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
             break
         best = other
     if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
+        if best.motion.errors.excited > _UNKNOWN:
+            raise unknown_vibration()
         raise InvalidInput(
             "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
         )
     return best
+
+
+def unknown_vibration() -> InvalidInput:
+    """A load of which too many modes of the strip feel every change."""
+    return InvalidInput(
+        "load",
+        "the pressure changes within too small an angle for the strip's vibration to be found",
+        "points farther apart or less noise, or no effect rod_inertia",
+    )
 
 
 def _beside(found: SteadyVibration, cycle: Cycle) -> SteadyVibration | None:
@@ -223,10 +234,13 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation = _equation(cycle, excitation, rung)
     slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
-    while rung > 0 and _affordable(equation, excitation, slow, step) < slow:
-        # Better fewer polynomials than fewer modes followed.
-        rung -= 1
-        equation = _equation(cycle, excitation, rung)
+    for fewer in range(rung, -1, -1):
+        # Better fewer polynomials than fewer modes followed; but where so many are called for that none are few enough,
+        # both are needed.
+        other = _equation(cycle, excitation, fewer) if fewer < rung else equation
+        if _affordable(other, excitation, slow, step) >= slow:
+            rung, equation = fewer, other
+            break
     many = excitation.corners.size > FEW_CORNERS
     enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0

@@ -105,7 +105,7 @@ def test_a_marine_cylinder_exceeds_a_cubic_metre(client, dynamics_request):
         (("mechanism", "crank_radius_mm"), 140.0, "/mechanism/crank_radius_mm"),
         (("masses", "rod_cg_from_pin_mm"), 141.0, "/masses/rod_cg_from_pin_mm"),
         (("cylinder", "strokes"), 3, "/cylinder/strokes"),
-        (("pressure", "kind"), "guess", "/pressure"),
+        (("pressure", "kind"), "guess", "/pressure/kind"),
         (("cylinder", "strokes"), 2, "/pressure/strokes"),
     ],
 )

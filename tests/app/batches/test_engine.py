@@ -20,8 +20,13 @@ import pytest
 
 from app.batches import engine as engines
 from app.batches.service import Asked, BatchService
+from app.designs.kind import Mode
+from app.designs.progress import ignore_progress
+from app.designs.registry import KINDS
+from app.jobs import calls
 from app.jobs.errors import WorkerCrashed
-from app.store.batch_items import unpacked
+from app.store.batch_inputs import Row, Source
+from app.store.batch_items import packed, unpacked
 from app.store.batch_operations import Claim
 from app.store.batch_reads import items_after
 from app.store.batch_records import BatchRecord, Item
@@ -59,6 +64,55 @@ async def stored(store: RunStore, batch: BatchRecord) -> list[Item]:
 @pytest.fixture
 def quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(engines, "_INITIAL_ITEM_S", dict.fromkeys(engines._INITIAL_ITEM_S, 1e-3))
+
+
+class _Inline:
+    """Solves in this process; knows what it was asked to solve."""
+
+    background_workers = 0
+
+    def __init__(self) -> None:
+        self.asked: list[dict[str, Any]] = []
+
+    async def run(self, kind: str, mode: str, payload: bytes, _budget_s: float) -> Any:
+        self.asked.append(json.loads(payload))
+        return calls.answer(kind, mode, payload, ignore_progress)
+
+
+def test_items_are_compressed_with_the_first_of_their_batch() -> None:
+    example = KINDS["impact-linkage"].example(Mode.CHECK)
+    body = {name: value for name, value in example.items() if name not in ("drive", "coupler_stiffness_n_m")}
+    first, other = ({**body, "blow_frequency_hz": frequency} for frequency in (21.3, 24.7))
+    engine = engines.BatchEngine(None, _Inline(), 10.0)  # type: ignore[arg-type]
+
+    async def story(content: bytes | None) -> bytes:
+        row = None if content is None else Row(1, content)
+        return await engine.dictionary("impact-linkage", "check", "scalars", Source("ndjson"), row)
+
+    async def solved() -> bytes:
+        request = KINDS["impact-linkage"].jobs[Mode.CHECK].request.model_validate(other)
+        return await engine._item("impact-linkage", "check", "scalars", request)
+
+    own, general = asyncio.run(story(json.dumps(first).encode())), asyncio.run(story(None))
+    assert json.loads(own)["spec"]["blow_frequency_hz"] == 21.3
+    assert json.loads(general)["spec"]["name"] == example["name"]
+    item = asyncio.run(solved())
+    assert len(packed(item, own)) < 0.75 * len(packed(item, general)) < 0.2 * len(item)
+    assert unpacked(packed(item, own), own) == json.loads(item)
+    # Rows without an answer.
+    stalled, refused = {**body, "ratios": None}, {**body, "type": "largest_rocker", "ratios": {"lambda2": 1.1}}
+    for content in (b"[1]", b'{"x": ', *(json.dumps(each).encode() for each in (stalled, refused))):
+        assert asyncio.run(story(content)) == general
+
+
+def test_the_first_item_of_slow_jobs_is_not_solved_twice() -> None:
+    executor = _Inline()
+    engine = engines.BatchEngine(None, executor, 10.0)  # type: ignore[arg-type]
+    example = KINDS["impact-linkage"].example(Mode.DESIGN)
+    row = Row(1, json.dumps({**example, "blow_frequency_hz": 21.3}).encode())
+    for _ in range(2):
+        asyncio.run(engine.dictionary("impact-linkage", "design", "scalars", Source("ndjson"), row))
+    assert [asked["blow_frequency_hz"] for asked in executor.asked] == [example["blow_frequency_hz"]]
 
 
 @pytest.mark.usefixtures("quick")

@@ -83,7 +83,7 @@ def test_a_consistently_wrong_solver_is_detected(slug, mode, name, changes):
 
     def wrong(request: object) -> Answer:
         answer = right.run(request)
-        return replace(answer, result={**answer.result, name: answer.result[name] * (1 + 3e-7)})
+        return answer._replace(result={**answer.result, name: answer.result[name] * (1 + 3e-7)})
 
     job = study_job(replace(kind, jobs={mode: replace(right, run=wrong)}))
     spec = {**kind.example(mode), **changes}

@@ -6,26 +6,37 @@ import copy
 import json
 import math
 from collections.abc import Iterator
+from functools import reduce
+from operator import getitem
 
 import pytest
 from pydantic import BaseModel, ValidationError
 
 from app.designs.kind import Mode
+from app.designs.refusals import summarize
 from app.designs.registry import KINDS
 
 JOBS = [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs if mode is not Mode.ACCURACY]
 
 
-def numbers(value, path=()) -> Iterator[tuple]:
-    """The paths of all numbers of a JSON value; of a list's only the first three."""
+def leaves(value, path=()) -> Iterator[tuple]:
+    """The paths of what a JSON value consists of; of a list only the first three."""
     if isinstance(value, dict):
         for name, part in value.items():
-            yield from numbers(part, (*path, name))
+            yield from leaves(part, (*path, name))
     elif isinstance(value, list):
         for k, part in enumerate(value[:3]):
-            yield from numbers(part, (*path, k))
-    elif isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield from leaves(part, (*path, k))
+    else:
         yield path
+
+
+def numbers(value) -> Iterator[tuple]:
+    """The paths of all numbers."""
+    for path in leaves(value):
+        found = reduce(getitem, path, value)
+        if isinstance(found, (int, float)) and not isinstance(found, bool):
+            yield path
 
 
 def changed(body, path, value):
@@ -57,6 +68,23 @@ def test_a_number_is_a_number(slug, mode):
         for path in paths:
             for value in (True, False, "1", {}, float("nan"), float("inf")):
                 assert not accepted(model, changed(whole, path, value)), (path, value)
+
+
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_a_value_of_another_type_is_told_what_is_allowed(slug, mode):
+    kind = KINDS[slug]
+    model = kind.jobs[mode].request
+    for example in (kind.example(mode), *kind.others(mode).values()):
+        whole = model.model_validate(example).model_dump(mode="json")
+        for path in leaves(whole):
+            for value in (True, 7, 1.5, "\0", None, [], {}):
+                try:
+                    model.model_validate_json(json.dumps(changed(whole, path, value)))
+                except ValidationError as error:
+                    _, entries = summarize(error.errors(), 0, model)
+                    for entry in entries:
+                        assert entry["allowed"] != "see the contract", entry
+                        assert not entry["detail"].startswith("Input"), entry
 
 
 @pytest.mark.parametrize(

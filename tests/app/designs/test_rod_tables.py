@@ -25,3 +25,10 @@ def test_the_first_point_may_come_again_after_a_turn():
 def test_another_point_after_a_turn_is_refused(angle, pressure):
     with pytest.raises(InvalidInput, match="full turn after the first"):
         load([*ANGLES, angle], [*PRESSURES, pressure])
+
+
+@pytest.mark.parametrize("gap", [1e-300, 1e-12])
+def test_points_that_are_one_are_refused_at_the_second(gap):
+    with pytest.raises(InvalidInput, match="does not follow") as refusal:
+        load([0.0, gap, *ANGLES[1:]], [2.0, *PRESSURES])
+    assert refusal.value.field == "load.angle.1"

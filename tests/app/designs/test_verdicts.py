@@ -4,14 +4,18 @@ from __future__ import annotations
 
 import copy
 import math
+from dataclasses import replace
 
 import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.designs.verdict import VerdictResult, Word, verdict_json
+from solvers import rod
 from solvers.outcome import Accuracy
+from solvers.rod.optimum.full_model import FullModel
 from solvers.verdict import Sense, Verdict, at_least, at_most, doubt, equal, unknown, yes
+from tests.solvers.rod.machines import PAPER, STRIP
 
 EXACT, MISSED = Accuracy(1e-6, 1e-9), Accuracy(1e-6, 3e-2)
 FORMS = ("free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder")
@@ -265,6 +269,44 @@ def test_a_design_lies_on_its_limits_on_purpose_unless_its_accuracy_is_missed():
     on_limit = at_least("n", 2.0, 2.0, 1e-3)
     assert judged(Accuracy(1e-1, 2e-2), on_limit, designed=True)["certain"] is True
     assert judged(Accuracy(1e-3, 2e-2), on_limit, designed=True)["certain"] is False
+
+
+@pytest.mark.parametrize(
+    ("criteria", "certain", "governed_by"),
+    [
+        # What is in doubt is named, not what is known to be on its limit.
+        ((at_least("n", 2.0, 2.0, SLACK), at_most("s", 150e6, 148e6, SLACK)), False, "stress"),
+        ((at_least("n", 2.0, 2.0, SLACK), at_most("s", 150e6, 30e6, SLACK)), True, "safety"),
+        ((at_least("n", 2.0, 1.99, SLACK), at_most("s", 150e6, 150.1e6, SLACK)), True, "safety"),
+    ],
+)
+def test_a_criterion_known_better_is_not_in_doubt(criteria, certain, governed_by):
+    verdict = verdict_json(Verdict(criteria, (), doubt(MISSED), frozenset("n")), WORDS, MISSED)
+    assert verdict["certain"] is certain
+    assert verdict["error"] == (0.0 if certain else MISSED.estimated)
+    assert next(c["label"] for c in verdict["criteria"] if c["name"] == verdict["governed_by"]) == governed_by
+
+
+def test_the_buckling_force_of_a_rod_is_known_where_its_vibration_is_not():
+    """Under a peak too narrow for the vibration to be known well."""
+    angles, pressures = (math.radians(100.0), math.radians(101.0), math.radians(102.0)), (1.4e6, 2.3e6, 1.6e6)
+    scene = replace(PAPER, load=rod.TableLoad(angles, pressures))
+    found, exact = (rod.check(scene, STRIP, accuracy=accuracy) for accuracy in (1e-6, 1e-10))
+    assert found.accuracy.estimated > 0.05
+    stability, fatigue = found.value.stability_safety, found.value.stresses.fatigue_safety
+    assert stability == pytest.approx(exact.value.stability_safety, rel=1e-6)
+    on_limit = rod.judge(found.value, found.accuracy, rod.Requirements(1.0, stability))
+    assert (on_limit.holds, on_limit.certain, on_limit.governing.name) == (True, True, "min_stability_safety")
+    both = rod.judge(found.value, found.accuracy, rod.Requirements(0.99 * fatigue, stability))
+    assert (both.holds, both.certain, both.governing.name) == (True, False, "min_fatigue_safety")
+
+
+def test_a_design_whose_optimum_is_in_doubt_is_judged_by_its_figures(monkeypatch):
+    """How much better another strip may be is nothing to whether this one holds."""
+    monkeypatch.setattr(FullModel, "ripples", True)
+    found = answered("flexible-rod", Mode.DESIGN, {"stock_h_mm": [0.4, 0.45, 0.5, 0.55, 0.6]})
+    assert not found.accuracy["met"]
+    assert found.verdict["certain"]
 
 
 @pytest.mark.parametrize("accuracy", [1e-1, 1e-2, 1e-6])

@@ -194,6 +194,6 @@ class _Diagnosis:
             return expected
         reached = r.read(outcome.value)
         apart = abs(reached / expected - 1.0)
-        self.error = max(self.error, best.gap + outcome.accuracy.estimated + apart)
+        self.error = max(self.error, float(best.gap + outcome.accuracy.estimated + apart))
         # What fulfils the requirement breaks another one, by less than the search can tell.
         return expected if r.meets(outcome.value, required) else reached

@@ -1,0 +1,88 @@
+"""Pressures that rise and fall within a few degrees of a turn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from solvers import rod
+from solvers.effects import EffectSelection
+from solvers.errors import InvalidInput
+from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.vibration import steady_response
+from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.motion import motion
+from tests.solvers.rod.machines import PAPER, STRIP
+from tests.solvers.rod.vibration.test_jumps import UnderADiagram
+
+MOVED = frozenset({"beam_column", "friction", "friction_feedback", "rod_inertia"})
+SELECTION = EffectSelection(MOVED, frozenset(effect.name for effect in rod.EFFECTS) - MOVED)
+
+
+def peak(width: float) -> rod.Scene:
+    """The paper's machine under three pressures so many degrees apart."""
+    angle = np.radians([100.0, 100.0 + width, 100.0 + 2.0 * width])
+    return replace(PAPER, load=rod.TableLoad(tuple(angle.tolist()), (1.4e6, 2.3e6, 1.6e6)))
+
+
+def test_the_motion_behind_a_narrow_peak_is_that_of_a_galerkin_method_on_a_fine_mesh():
+    scene = peak(5.0)
+    outcome = rod.check(scene, STRIP, SELECTION)
+    found = np.array([outcome.value.stresses.side_force_max, outcome.value.stresses.clamp_moment_max])
+    assert outcome.accuracy.estimated < 1e-3
+    dense = UnderADiagram(scene, STRIP, MOVED)
+    coarse, fine = dense.greatest_reactions(8, 400), dense.greatest_reactions(12, 800)
+    own = np.abs(coarse / fine - 1.0)
+    assert np.all(own < 1e-3)
+    assert np.all(np.abs(found / fine - 1.0) < own)
+    assert np.all(np.abs(found / fine - 1.0) < outcome.accuracy.estimated)
+
+
+def test_corners_of_the_friction_are_found_within_a_narrow_piece():
+    """The piston begins and ceases to bear on both walls on the way up, and again on the way down."""
+    scene = peak(1.0)
+    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    corners = np.degrees(Excitation.of(cycle, 1e-7).corners)
+    assert corners[[0, 3, 6]] == pytest.approx([100.0, 101.0, 102.0])
+    # Where the couple of both walls is as great as the side force, from the dense model's samples.
+    angle = np.radians(np.linspace(100.0, 102.0, 20_001))
+    still = UnderADiagram(scene, STRIP, frozenset({"friction_feedback"})).bent(angle)
+    beyond = 6.0 * np.abs(still.moment) / scene.piston.skirt_length - np.abs(still.side)
+    switched = np.degrees(angle[:-1][beyond[1:] * beyond[:-1] < 0.0])
+    assert corners[[1, 2, 4, 5]] == pytest.approx(switched, abs=2e-4)
+
+
+def test_motions_of_narrow_peaks_are_few_and_quick(monkeypatch):
+    """Where more modes feel every change than can be followed, not ever more is tried."""
+    work = []
+
+    def counted(equation, excitation, slow, step, wanted):
+        found = motion(equation, excitation, slow, step, wanted)
+        work.append(steady_response._work(found.edges.size - 1, found.slow, equation.slowness.size))
+        return found
+
+    monkeypatch.setattr(steady_response, "motion", counted)
+    estimates = [rod.check(peak(width), STRIP, SELECTION).accuracy.estimated for width in (20.0, 5.0, 1.0)]
+    assert estimates[0] < 1e-4 and estimates[1] < 1e-3 and estimates[2] < 1.0
+    assert len(work) <= 15
+    assert max(work) <= 1.5 * steady_response.MOST_WORK
+
+
+@pytest.mark.parametrize("width", [0.1, 1e-3])
+def test_a_peak_too_narrow_for_the_vibration_is_refused_by_the_load(width):
+    with pytest.raises(InvalidInput) as refusal:
+        rod.check(peak(width), STRIP, SELECTION)
+    assert refusal.value.field == "load"
+    # Without vibration its stresses are known.
+    still = EffectSelection(MOVED - {"rod_inertia"}, SELECTION.exclude | {"rod_inertia"})
+    assert rod.check(peak(width), STRIP, still).accuracy.met
+
+
+@pytest.mark.parametrize("load", [PAPER.load, peak(20.0).load])
+def test_a_speed_far_above_the_strip_is_refused_as_such(load):
+    fast = replace(PAPER, load=load, mechanism=replace(PAPER.mechanism, speed=1e6))
+    with pytest.raises(InvalidInput, match="natural frequency") as refusal:
+        rod.check(fast, STRIP, SELECTION)
+    assert refusal.value.field == "mechanism.speed"

@@ -18,8 +18,8 @@ _DIAGRAM = {
     "kind": "indicator",
     "clearance_volume_cm3": 2.0,
     "strokes": [
-        {"volume_cm3": [2.0, 2.4, 2.9], "pressure_mpa": [2.4, 2.0, 1.6]},
-        {"volume_cm3": [2.9, 2.4, 2.0], "pressure_mpa": [1.5, 1.8, 2.2]},
+        {"volume_cm3": [2.0, 2.4, 2.942], "pressure_mpa": [2.4, 2.0, 1.6]},
+        {"volume_cm3": [2.942, 2.4, 2.0], "pressure_mpa": [1.5, 1.8, 2.2]},
     ],
 }  # the pressure jumps at the dead centres
 

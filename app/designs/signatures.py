@@ -66,6 +66,9 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.strip.shear.critical_coupling", "f f f"),
     ),
     ("flexible-rod", "check"): (
+        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Frame f f"),
+        ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
+        ("solvers.crank.motion.slider_crank.displacements", "f1 solvers.crank.motion.slider_crank.Frame"),
         ("solvers.numerics.panels._judged", "f2 f1 f1 solvers.numerics.panels.Rule f1 f i"),
         ("solvers.numerics.panels._place", "f2 f1 b1 f1 f2"),
         ("solvers.numerics.panels._points", "f1 f1 solvers.numerics.panels.Rule"),
@@ -150,11 +153,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.cycle.worst_instants.greatest", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 i i f"),
         ("solvers.crank.effects._background", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
-        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Frame f f"),
         ("solvers.crank.gas.pressure_table._unrolled", "f1 f1 f1"),
-        ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
         ("solvers.crank.motion.slider_crank._postures", "f1 solvers.crank.motion.slider_crank.Frame"),
-        ("solvers.crank.motion.slider_crank.displacements", "f1 solvers.crank.motion.slider_crank.Frame"),
         ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
     ),
 }

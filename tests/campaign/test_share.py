@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import time
-from dataclasses import replace
 
 import pytest
 
@@ -123,7 +122,7 @@ def test_only_an_estimate_above_the_request_is_uncertainty(monkeypatch, estimate
     def solve(_, **settings):
         name = json.dumps(settings, sort_keys=True)
         answers.setdefault(name, solved(scene, **settings))
-        return replace(answers[name], accuracy={"estimated": estimated})
+        return answers[name]._replace(accuracy={"estimated": estimated})
 
     solved = type(scene).solve
     monkeypatch.setattr(type(scene), "solve", solve)

@@ -125,7 +125,7 @@ def test_a_list_is_answered_as_single_checks_are():
 
 def test_one_bad_case_spoils_no_other():
     good = case(np.random.default_rng(3))
-    bad = dataclasses.replace(good, accuracy=1.0)
+    bad = good._replace(accuracy=1.0)
     first, second, third = pin.check_many([good, bad, good])
     assert isinstance(second, InvalidInput)
     assert first.value == third.value == pin.check_many([good])[0].value

@@ -144,6 +144,8 @@ class Verdict:
     @property
     def certain(self) -> bool:
         """Whether an error of the values by ``error`` could not turn the verdict."""
+        if self.error == 0.0:
+            return True
         if self.holds:
             return not any(self._turns(c) for c in self.criteria)
         return not all(c.holds or self._turns(c) for c in self.criteria)
@@ -158,8 +160,8 @@ class Verdict:
 
     def _turns(self, criterion: Criterion) -> bool:
         """Whether an error of its value could turn a criterion."""
-        error, margin = 0.0 if criterion.name in self.known else self.error, criterion.margin
-        if error == 0.0 or margin is None:
+        error, margin = self.error, criterion.margin
+        if criterion.name in self.known or margin is None:
             return False
         # A value that is too high by the error is (1 + margin)(1 - error) times its limit.
         return (1.0 + margin) * (1.0 - error) < 1.0 if criterion.holds else margin > max(-error, -1.0)

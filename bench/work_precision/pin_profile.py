@@ -195,7 +195,7 @@ def _by_cones(program: Program) -> np.ndarray:
 def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCase) -> Results:
     """A tier of the solver on the peers' stations."""
     x, h = _panels(case.scene.geometry, count)
-    stations = Midpoints(x - 0.5 * h, x + 0.5 * h)
+    stations = Midpoints(np.append(x - 0.5 * h, x[-1] + 0.5 * h[-1]))
     limits = pin.Limits(max_deflection=case.limit)
     program = assemble(case.scene, limits, pin.CRITERIA["tresca_paper"], Physics(shear_deflection=False), stations)
     masses = [program.mass_unit * program.volume(u) for u in (program.lower, tier(program))]

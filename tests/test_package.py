@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -20,9 +21,10 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The distribution installed into a separate folder, without its dependencies."""
     folder = tmp_path_factory.mktemp("installed")
     # As scripts/install: by uv where that could be had, which leaves the environment without pip.
-    uv = Path(sys.executable).with_name("uv")
-    pip = [str(uv), "pip"] if uv.exists() else [sys.executable, "-m", "pip"]
-    whose = ["--python", sys.executable] if uv.exists() else []
+    own = Path(sys.executable).with_name("uv")
+    uv = str(own) if own.exists() else shutil.which("uv")
+    pip = [uv, "pip"] if uv else [sys.executable, "-m", "pip"]
+    whose = ["--python", sys.executable] if uv else []
     command = [*pip, "install", *whose, "--quiet", "--no-deps", "--target", str(folder), str(ROOT)]
     subprocess.run(command, check=True, timeout=120)
     return folder

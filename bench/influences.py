@@ -39,6 +39,10 @@ _ESTIMATED = tuple(effect for effect in EFFECTS if effect.name != "friction")
 """All whose influence is not known exactly."""
 
 
+class _Refused(Exception):
+    """The check has no answer."""
+
+
 @dataclass(frozen=True, slots=True)
 class Comparison:
     """The change of a scene's results without an effect, what both solutions may be off, and the effect's influence."""
@@ -55,7 +59,7 @@ class Comparison:
 
 
 def comparisons(seed: int) -> list[Comparison]:
-    """Those of a scene; none if it takes too long."""
+    """Those of a scene; none if it takes too long, or if its vibration cannot be found."""
     scene, everything = scene_of("flexible-rod", seed), frozenset(effect.name for effect in EFFECTS)
     request = scene.request()
     situation = Situation(request.scene(), request.strip())
@@ -63,6 +67,8 @@ def comparisons(seed: int) -> list[Comparison]:
     def solved(names: frozenset[str]) -> tuple[dict[str, float], float]:
         chosen = {"include": sorted(names), "exclude": sorted(everything - names)}
         answer = scene.solve(effects=chosen, accuracy=_ACCURACY)
+        if answer.accuracy is None:
+            raise _Refused
         results = {name: value for name, value in scene.results(answer).items() if name != _LOCAL}
         return results, answer.accuracy["estimated"]
 
@@ -74,7 +80,7 @@ def comparisons(seed: int) -> list[Comparison]:
                 without, beside = solved(everything - {effect.name})
                 change = greatest_change(without, exact)
                 found.append(Comparison(effect.name, seed, change, off + beside, effect.influence(situation)))
-    except TooLong:
+    except (TooLong, _Refused):
         return []
     return found
 

@@ -253,24 +253,20 @@ def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: f
 def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
     exp(-omega y) (``excitation``), with a margin on the exponent."""
-    least, _ = least_turned(equation, excitation.edges, excitation.smoothness)
-    return math.exp(-least[n - 1] / EXPONENT)
+    return math.exp(-analytic_turned(equation, excitation.smoothness)[n - 1] / EXPONENT)
 
 
 @kernel
-def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array]:
-    """The least angles [rad] by which every mode by itself turns where the force is greatest compression: within the
-    distance from the real axis up to which the motion is analytic, and within an element."""
-    n = equation.slowness.size
-    analytic, narrow = np.full(n, np.inf), np.full(n, np.inf)
-    for k in range(n):
+def analytic_turned(equation: StripEquation, force: Smoothness) -> Array:
+    """The least angle [rad] by which every mode by itself turns, where the force is greatest compression, within the
+    distance from the real axis up to which the motion is analytic."""
+    out = np.full(equation.slowness.size, np.inf)
+    for k in range(out.size):
         for e in range(force.least.size):
             swing = equation.strip.couples * force.least[e] - equation.mean
             stiffness = max(1.0 + swing * equation.coupling[k, k], SOFTEST)
-            pace = math.sqrt(stiffness / equation.slowness[k])
-            analytic[k] = min(analytic[k], pace * force.analytic[e])
-            narrow[k] = min(narrow[k], pace * (edges[e + 1] - edges[e]))
-    return analytic, narrow
+            out[k] = min(out[k], math.sqrt(stiffness / equation.slowness[k]) * force.analytic[e])
+    return out
 
 
 @kernel
@@ -318,6 +314,10 @@ def read(
                     seen[e, i, q] += equation.clamp[q, a] * d[e, i, a]
                 still = states[MOMENT if q == 0 else SIDE, e * p + i] * (1.0 - 2.0 * q) / equation.strip.stiffness
                 greatest[q] = max(greatest[q], abs(still + seen[e, i, q]))
+    # What is wrong behind a corner or before one rings.
+    rings = np.ones(count)
+    for k in range(turn.first.size if corners and fast > 0 else 0):
+        rings[turn.first[k]], rings[turn.stop[k]] = enlarged[0], enlarged[0]
     time, changed, last = np.zeros(count), 0.0, np.zeros((2, rule.tail.shape[0]))
     for e in range(count):
         last[:] = 0.0
@@ -330,7 +330,7 @@ def read(
                 change = 0.0
                 for c in range(columns):
                     change += begin[e, c] * turn.change[e, i, c, q]
-                changed = max(changed, abs(change) / greatest[q])
+                changed = max(changed, abs(change) / greatest[q] * (rings[e] if i == 0 or i == p - 1 else 1.0))
     # By how much the fast modes disagree where an element ends and the next one begins. What is wrong beside a corner
     # as it is at the next ends of elements, that rings.
     margin = np.ones((count, fast))

@@ -90,7 +90,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.excitation.off_jumps", "f1 f1"),
         ("solvers.rod.vibration.excitation.states_in", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f1 solvers.numerics.radau.Radau"),
         ("solvers.rod.vibration.motion.amplitudes", "f1 f3 solvers.numerics.radau.Radau solvers.numerics.ripple.Ripple f1"),
-        ("solvers.rod.vibration.motion.analytic_turned", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.excitation.Smoothness"),
+        ("solvers.rod.vibration.motion.least_turned", "solvers.rod.vibration.equation.StripEquation f1 solvers.rod.vibration.excitation.Smoothness"),
         ("solvers.rod.vibration.motion.phases_missed", "solvers.rod.vibration.equation.StripEquation f1 f2 i f3"),
         ("solvers.rod.vibration.motion.read", "solvers.rod.vibration.turn.Turn solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f2 f2 f1 b"),
         ("solvers.rod.vibration.ringing.free_modes", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 i1 f2 i f1"),

@@ -26,6 +26,8 @@ Complex = NDArray[np.complex128]
 MOST_RINGING = 16
 """No more modes are made to ring."""
 
+NARROW = 3.0
+"""Radians of a mode in an element in which a series in derivatives costs digits."""
 _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
@@ -253,20 +255,28 @@ def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: f
 def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
     exp(-omega y) (``excitation``), with a margin on the exponent."""
-    return math.exp(-analytic_turned(equation, excitation.smoothness)[n - 1] / EXPONENT)
+    analytic, _, _ = least_turned(equation, excitation.edges, excitation.smoothness)
+    return math.exp(-analytic[n - 1] / EXPONENT)
 
 
 @kernel
-def analytic_turned(equation: StripEquation, force: Smoothness) -> Array:
-    """The least angle [rad] by which every mode by itself turns, where the force is greatest compression, within the
-    distance from the real axis up to which the motion is analytic."""
-    out = np.full(equation.slowness.size, np.inf)
-    for k in range(out.size):
+def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array, Array]:
+    """The least angles [rad] by which every mode by itself turns where the force is greatest compression: within the
+    distance from the real axis up to which the motion is analytic; within an element; and, where that is less than
+    ``NARROW``, while what drives it changes, by its second derivative, by its greatest value."""
+    n = equation.slowness.size
+    analytic, narrow, changing = np.full(n, np.inf), np.full(n, np.inf), np.full(n, np.inf)
+    for k in range(n):
         for e in range(force.least.size):
             swing = equation.strip.couples * force.least[e] - equation.mean
             stiffness = max(1.0 + swing * equation.coupling[k, k], SOFTEST)
-            out[k] = min(out[k], math.sqrt(stiffness / equation.slowness[k]) * force.analytic[e])
-    return out
+            pace = math.sqrt(stiffness / equation.slowness[k])
+            analytic[k] = min(analytic[k], pace * force.analytic[e])
+            turned = pace * (edges[e + 1] - edges[e])
+            narrow[k] = min(narrow[k], turned)
+            if turned < NARROW:
+                changing[k] = min(changing[k], pace / math.sqrt(max(force.curvature[e], 1e-300)))
+    return analytic, narrow, changing
 
 
 @kernel

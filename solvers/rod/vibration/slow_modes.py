@@ -28,7 +28,7 @@ from solvers.numerics.radau import Radau
 
 Array = NDArray[np.float64]
 
-_WIDE, _ROUNDING, _SMOOTH = 3.0, 1e-16, 200.0
+_WIDE, _ROUNDING, _SMOOTH = 2.0, 1e-16, 200.0
 """Radians beyond which a series is given an element's whole polynomials; rounding of a polynomial's highest degree; and
 radians of a fast mode over which forces are smooth at the least: their Legendre coefficients fall that fast."""
 

@@ -122,11 +122,12 @@ def slow_motion(
 ) -> tuple[Array, Array, Array, Array, float]:
     """Motions over the elements, from ``swing`` (elements, points) and ``right`` (elements, points, m + rest).
 
-    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
-    side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
-    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2);
-    and the greatest ratio by which changes fell at last. The series ends where it changes less than ``wanted`` of the
-    first term's greatest that is read, after ``most`` terms, or before it grows.
+    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the
+    right side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an
+    element's two ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements,
+    points, 2 m + 1, 2), at the ends of narrow elements as their speeds change it; and the greatest ratio by which
+    changes fell at last. The series ends where it changes less than ``wanted`` of the first term's greatest that is
+    read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest
@@ -251,13 +252,7 @@ def slow_motion(
                 break
             last = now
             if term == 0 and degree < p - 1:
-                np.dot(rule.seconds[min(degree + 2, p - 1)] - second, r.reshape(p, -1), turned.reshape(p, -1))
-                np.dot(turned.reshape(-1, rest), parts.inert, drag.reshape(-1, rest))
-                for i in range(p):
-                    for c in range(columns):
-                        for q in range(2):
-                            for k in range(rest):
-                                untold[i, c, q] += parts.read[q, m + k] * soft[i, k] * drag[i, c, k] / square
+                _untold_of(r, rule.seconds[min(degree + 2, p - 1)] - second, parts, soft, square, untold)
             np.dot(second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
             np.dot(turned.reshape(p * columns, rest), parts.inert, inertia.reshape(p * columns, rest))
             inertia /= square
@@ -289,6 +284,21 @@ def slow_motion(
                 for k in range(rest):
                     speeds[e, 0, c, k] += swing[e, 0] * soft[0, k] * parts.across[a, k] * slip[c, a]
     return out, ends, speeds, change, slowest
+
+
+@kernel
+def _untold_of(r: Array, second: Array, parts: Parts, soft: Array, square: float, out: Array) -> None:
+    """What is read (points, columns, 2) of the inertia of the rest's part that is not told to the series, of which
+    ``second`` makes the second derivative; added to ``out``, in elements of width^2 ``square``."""
+    p, columns, rest = r.shape
+    bent = np.dot(second, r.reshape(p, columns * rest)).reshape(p * columns, rest)
+    inertia = np.dot(bent, parts.inert).reshape(p, columns, rest)
+    for i in range(p):
+        for c in range(columns):
+            for q in range(2):
+                for k in range(rest):
+                    share = parts.read[q, parts.slowness.size + k] * soft[i, k]
+                    out[i, c, q] += share * inertia[i, c, k] / square
 
 
 @kernel

@@ -56,7 +56,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.optimum.peak_model.rows_at", "solvers.rod.optimum.peak_model.CorePeaks f f f f3 f1"),
         ("solvers.rod.optimum.peak_model.stress_table", "f1 f1 f f f f f f1 f3"),
         ("solvers.rod.optimum.peaks._top_places", "f2 f"),
-        ("solvers.rod.optimum.proof.branch_and_bound.prove", "solvers.rod.optimum.proof.box_bounds.Relaxation f2 f1 f1 f f i solvers.rod.optimum.proof.box_bounds.Work f f1"),
+        ("solvers.rod.optimum.proof.branch_and_bound.prove", "solvers.rod.optimum.proof.box_bounds.Relaxation solvers.rod.optimum.proof.box_bounds.Relaxation f2 f1 f1 f f i solvers.rod.optimum.proof.box_bounds.Work f f1"),
         ("solvers.rod.optimum.rows_at_peaks.highest", "f1"),
         ("solvers.rod.optimum.rows_at_peaks.read_loads", "solvers.rod.cycle.state.Strip f2 f1 f2 f1 f1 b f f i1 i1 i2 i2 f3 f1 i f f1"),
         ("solvers.rod.optimum.smooth_parts.part_values", "f3 i1 i1 i2 i2 f3 f1"),

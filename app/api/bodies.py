@@ -49,7 +49,7 @@ async def read_body(request: Request) -> bytes:
 
 
 async def _received(request: Request) -> bytes:
-    """The whole body; Starlette's own way to it takes five times as many steps. Raises ClientDisconnected."""
+    """The whole body, in a fifth of the steps of Starlette's stream. Raises ClientDisconnected."""
     parts, more = [], True
     while more:
         message = await request.receive()

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from pydantic_core import from_json, to_json
 
@@ -15,8 +14,7 @@ from app.exports.registry import exports_for
 _PARTS = ("result", "problem", "effects", "accuracy", "verdict")
 
 
-@dataclass(frozen=True)
-class EncodedAnswer:
+class EncodedAnswer(NamedTuple):
     """An answer whose ``parts`` are JSON exactly as stored and returned, with the facts that the service needs.
 
     ``holds`` is the verdict's, ``figure`` the headline number of the result and ``figure_name`` its name; ``plots`` and

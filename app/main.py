@@ -172,14 +172,17 @@ def create_app(
         counted = Quotas(inner, settings.request_quota) if settings.request_quota else inner
         return Authentication(counted, keys, sessions, keys_required)
 
-    app.guard = lambda inner: edge(inner, settings, lambda: app.state.service.stopping.is_set(), authenticate)
     errors.install(app, problem_page)
-    app.add_middleware(RequestMetrics)  # the innermost
-    app.add_middleware(Compression)
     app.add_middleware(Speaking)
-    app.add_middleware(Heads)
     contract.install(app)
-    submissions.install(app)  # first, because every route before it delays the match
+    solves = submissions.install(app)
+
+    def guard(inner: Application) -> Application:
+        routed = RequestMetrics(submissions.Solves(inner, solves, app.exception_handlers))
+        answering = Heads(Compression(routed))
+        return edge(answering, settings, lambda: app.state.service.stopping.is_set(), authenticate)
+
+    app.guard = guard
     for router in (
         operation.router,
         runs.router,

@@ -19,8 +19,6 @@ from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, RunSum
 from app.store.viewer import viewer
 from app.version import NAME, VERSION
 
-_COMPACT = json.JSONEncoder(separators=(",", ":"), ensure_ascii=False)
-
 
 @dataclass(frozen=True)
 class AnsweredRun(RunRecord):
@@ -130,8 +128,8 @@ def met(run: RunRecord | RunSummary) -> bool:
 
 def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
     """The run as JSON of the API, its stored parts included byte for byte. ``progress`` is used for open runs only."""
-    head = summary(run)
-    head["progress"] = asdict(progress) if progress is not None and run.status in OPEN_STATUSES else None
+    shown = asdict(progress) if progress is not None and run.status in OPEN_STATUSES else None
+    head = to_json({**summary(run), "progress": shown, "links": links(run)})
     parts = {
         "verdict": run.verdict,
         "spec": run.spec,
@@ -140,10 +138,9 @@ def run_json(run: RunRecord, progress: Progress | None = None) -> bytes:
         "effects": run.effects,
         "accuracy": run.accuracy,
         "timing": run.timing,
-        "links": to_json(links(run)),
     }
-    tail = b"".join([b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items()])
-    return b"%s%s}" % (_COMPACT.encode(head)[:-1].encode(), tail)
+    tail = [b',"%s":%s' % (name.encode(), value or b"null") for name, value in parts.items()]
+    return b"".join([head[:-1], *tail, b"}"])
 
 
 def links(run: RunRecord) -> dict[str, Any]:

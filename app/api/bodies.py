@@ -12,6 +12,7 @@ from app.designs.problems import INVALID
 from app.designs.refusals import json_pointer
 from app.designs.schema import Entry, entry
 from app.edge.asgi import header
+from app.edge.disconnect import ClientDisconnected
 from app.errors import Problem, invalid
 
 if TYPE_CHECKING:
@@ -38,13 +39,25 @@ async def read_body(request: Request) -> bytes:
     kind = header(request.scope, b"content-type") or b""
     if kind.partition(b";")[0].strip().lower() != b"application/json":
         raise Problem(415, "Not JSON", "send application/json")
-    body = await request.body()
+    body = await _received(request)
     maximum = request.app.state.settings.max_body_names
     # Validation reports errors one by one, so their number must be bounded. Colons in strings count too, but strings
     # are short.
     if body.count(b":") > maximum:
         raise Problem(422, INVALID, f"at most {maximum} fields are accepted")
     return body
+
+
+async def _received(request: Request) -> bytes:
+    """The whole body, in a fifth of the steps of Starlette's stream. Raises ClientDisconnected."""
+    parts, more = [], True
+    while more:
+        message = await request.receive()
+        if message["type"] == "http.disconnect":
+            raise ClientDisconnected
+        parts.append(message.get("body", b""))
+        more = message.get("more_body", False)
+    return b"".join(parts)
 
 
 async def parse_in_turn(request: Request, model: type[M], body: bytes) -> M:

@@ -64,7 +64,7 @@ def modes_of(kind: Kind) -> tuple[Mode, ...]:
 def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
     """The plots that runs of a mode may have."""
     own = {"error-against-time": work_precision} if mode is Mode.ACCURACY else kind.plots
-    return {**own, "effects": effect_bars} if kind.effects() else own
+    return {**own, "effects": effect_bars} if kind.known_effects else own
 
 
 def plots_for(kind: Kind, run: Mapping[str, Any]) -> Mapping[str, Plot]:

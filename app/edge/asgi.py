@@ -13,6 +13,9 @@ Receive = Callable[[], Awaitable[Message]]
 Send = Callable[[Message], Awaitable[None]]
 Application = Callable[[Scope, Receive, Send], Awaitable[None]]
 
+ARRIVED = "crankwright.arrived"
+"""Key of a scope: the size of the request's body [bytes], once all of it has arrived."""
+
 CLOSE = {"Connection": "close"}
 """Close the connection after a refusal, so that the rest of the request is not read."""
 

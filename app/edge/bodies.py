@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
-from app.edge.asgi import CLOSE, Application, Message, Receive, Scope, Send, header, refuse
+from app.edge.asgi import ARRIVED, CLOSE, Application, Message, Receive, Scope, Send, header, refuse
 from app.errors import Problem
 
 _POLL_INTERVAL_S = 0.5
@@ -43,7 +43,11 @@ class BodyLimiter:
         if scope["type"] != "http":
             await self._app(scope, receive, send)
             return
-        body = _Body(receive, send, self._limits, self._limits.of(scope["path"]), self._stopping)
+        limit = self._limits.of(scope["path"])
+        if scope.get(ARRIVED, limit + 1) <= limit:  # as nearly always: the body came with the head
+            await self._app(scope, receive, send)
+            return
+        body = _Body(receive, send, self._limits, limit, self._stopping)
         length = header(scope, b"content-length")
         if length is not None and length.isdigit() and int(length) > body.limit:
             await refuse(scope, receive, send, body.too_large())

@@ -14,6 +14,7 @@ from typing import Any
 
 from uvicorn.protocols.http.httptools_impl import HttpToolsProtocol
 
+from app.edge.asgi import ARRIVED
 from app.errors import MEDIA_TYPE
 
 _MAX_OVERHEAD_PER_BYTE = 16
@@ -158,6 +159,7 @@ class LimitedConnection(HttpToolsProtocol):
 
     def on_message_complete(self) -> None:
         self._head_open, self._rest_read = True, 0
+        self.scope[ARRIVED] = self._body_read  # type: ignore[typeddict-unknown-key]
         super().on_message_complete()
 
     def on_response_complete(self) -> None:

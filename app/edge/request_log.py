@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import re
-import secrets
 import time
 
 from app.edge.asgi import Application, Message, Receive, Scope, Send, header, refuse
@@ -29,7 +29,7 @@ class RequestLog:
             await self._app(scope, receive, send)
             return
         sent = header(scope, HEADER)
-        given = sent if sent is not None and _VALID_ID.fullmatch(sent) else secrets.token_hex(8).encode()
+        given = sent if sent is not None and _VALID_ID.fullmatch(sent) else os.urandom(8).hex().encode()
         began, status, complete = time.perf_counter(), 0, False
 
         async def logged(message: Message) -> None:

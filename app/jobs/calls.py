@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from functools import cache
 from importlib import import_module
 from typing import TYPE_CHECKING
 
@@ -28,15 +29,25 @@ EXPORT = "export:"
 
 def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> EncodedAnswer | str | File | Refusal:
     """Run a registered job on a request given as JSON and report its progress; or draw a plot; or make an export."""
-    from app.designs.registry import KINDS, job_of
-    from app.encoded_answer import EncodedAnswer
-
     if mode.startswith(EXPORT):
         return _file(kind_slug, mode.removeprefix(EXPORT), payload)
     if mode.startswith(PICTURE):
         return _picture(kind_slug, mode.removeprefix(PICTURE), payload)
+    return _solver(kind_slug, mode)(payload, report)
+
+
+@cache
+def _solver(kind_slug: str, mode: str) -> Callable[[bytes, Report], EncodedAnswer]:
+    """Runs a registered job on a request given as JSON, and reports its progress."""
+    from app.designs.registry import KINDS, job_of
+    from app.encoded_answer import EncodedAnswer
+
     job = job_of(KINDS[kind_slug], Mode(mode))
-    return EncodedAnswer.of(kind_slug, mode, job.solve(job.request.model_validate_json(payload), report))
+
+    def solved(payload: bytes, report: Report) -> EncodedAnswer:
+        return EncodedAnswer.of(kind_slug, mode, job.solve(job.request.model_validate_json(payload), report))
+
+    return solved
 
 
 def _picture(kind_slug: str, name: str, payload: bytes) -> str:

@@ -7,6 +7,7 @@ import gc
 import os
 import pickle
 import resource
+import select
 import struct
 import time
 import traceback
@@ -65,7 +66,7 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            while idle_work is not None and not connection.poll(_IDLE_DELAY_S):
+            while idle_work is not None and not select.select([connection], [], [], _IDLE_DELAY_S)[0]:
                 with memory.unlimited():
                     idle_work = _one_step(idle_work)
             call = connection.recv()

@@ -7,7 +7,6 @@ import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import StrEnum
-from pathlib import Path
 
 from sqlalchemy.engine import URL
 from sqlalchemy.exc import DBAPIError
@@ -110,7 +109,7 @@ class FileWatch:
     """
 
     def __init__(self, url: URL) -> None:
-        self._path = Path(str(url.database)) if url.get_backend_name() == "sqlite" else None
+        self._path = str(url.database) if url.get_backend_name() == "sqlite" else None
         self._first = self._identity()
 
     def check(self) -> None:

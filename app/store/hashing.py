@@ -30,19 +30,16 @@ def spec_hash(kind: str, mode: str, spec: bytes) -> str:
 
 
 def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[bytes, str]:
-    """Canonical JSON of a validated spec and its ``spec_hash``; each field is encoded only once, since specs with long
-    tables take milliseconds."""
-    before = _inner_json({field: value for field, value in content.items() if field < "name"})
-    name = b'"name":%s' % canonical_json(content["name"]) if "name" in content else b""
-    after = _inner_json({field: value for field, value in content.items() if field > "name"})
-    fields = b",".join(filter(None, (before, after)))
-    meaning = b"[%s,%s,{%s}]" % (canonical_json(kind), canonical_json(mode), fields)
-    return b"{%s}" % b",".join(filter(None, (before, name, after))), hashlib.sha256(meaning).hexdigest()
+    """JSON of a validated spec, the name first and all else canonical, and its ``spec_hash``.
 
-
-def _inner_json(fields: Mapping[str, Any]) -> bytes:
-    """Canonical JSON of an object, without its braces."""
-    return canonical_json(fields)[1:-1]
+    Each field is encoded only once, since specs with long tables take milliseconds.
+    """
+    meaning = canonical_json({field: value for field, value in content.items() if field != "name"})
+    hashed = b"[%s,%s,%s]" % (canonical_json(kind), canonical_json(mode), meaning)
+    parts = [b'"name":%s' % canonical_json(content["name"])] if "name" in content else []
+    if len(meaning) > len(b"{}"):
+        parts.append(meaning[1:-1])
+    return b"{%s}" % b",".join(parts), hashlib.sha256(hashed).hexdigest()
 
 
 def request_hash(method: str, path: str, body: bytes) -> str:

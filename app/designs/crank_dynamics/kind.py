@@ -27,8 +27,8 @@ from solvers.outcome import Outcome
 
 
 class Series(Strict):
-    """Results over the angle, one list per quantity. Rod compression is positive; the radial force points to the
-    shaft."""
+    """Results over the angle, one list per quantity, each rounded to a thousandth of the accuracy asked, relative to
+    its greatest value. Rod compression is positive; the radial force points to the shaft."""
 
     angle_deg: list[float]
     pressure_mpa: list[float]
@@ -129,27 +129,38 @@ class DynamicsResult(Strict):
 _FEEDS = {"wrist_pin_load_max": "pin-profile", "rod_compression_max": "flexible-rod", "rod_tension_max": "flexible-rod"}
 
 
-def _column(values: np.ndarray, unit: float = 1.0) -> list[float]:
-    return (values / unit).tolist()
+_ROUNDED = 1e-3
+"""Step of the series' numbers in units of the accuracy asked and of each column's greatest value."""
 
 
-def _series(found: crank.CrankDynamics) -> dict[str, Any]:
+def _rounded(columns: Sequence[np.ndarray], accuracy: float) -> list[list[float]]:
+    """Each column rounded to decimal places, at least to units: the numbers of a series would otherwise be two thirds
+    longer, by digits beyond their accuracy."""
+    values = np.array(columns)
+    step = _ROUNDED * accuracy * np.abs(values).max(axis=1, keepdims=True)
+    scale = 10.0 ** np.ceil(-np.log10(np.clip(step, 1e-15, 1.0)))
+    return (np.rint(values * scale) / scale + 0.0).tolist()  # + 0: no negative zeros
+
+
+def _series(found: crank.CrankDynamics, accuracy: float) -> dict[str, Any]:
     f: Forces = found.series
-    return {
-        "angle_deg": np.degrees(found.angle).tolist(),
-        "pressure_mpa": _column(f.pressure, MEGA),
-        "brix_pressure_mpa": None if found.brix_pressure is None else _column(found.brix_pressure, MEGA),
-        "gas_force_n": _column(f.gas),
-        "inertia_force_n": _column(f.inertia),
-        "side_force_n": _column(f.side),
-        "rod_force_n": _column(f.rod),
-        "tangential_force_n": _column(f.tangential),
-        "radial_force_n": _column(f.radial),
-        "torque_nm": _column(f.torque),
-        "wrist_pin_load_n": _column(f.wrist_pin_load),
-        "crank_pin_load_n": _column(f.crank_pin_load),
-        "main_bearing_load_n": _column(f.main_bearing_load),
+    columns = {
+        "angle_deg": np.degrees(found.angle),
+        "pressure_mpa": f.pressure / MEGA,
+        "brix_pressure_mpa": None if found.brix_pressure is None else found.brix_pressure / MEGA,
+        "gas_force_n": f.gas,
+        "inertia_force_n": f.inertia,
+        "side_force_n": f.side,
+        "rod_force_n": f.rod,
+        "tangential_force_n": f.tangential,
+        "radial_force_n": f.radial,
+        "torque_nm": f.torque,
+        "wrist_pin_load_n": f.wrist_pin_load,
+        "crank_pin_load_n": f.crank_pin_load,
+        "main_bearing_load_n": f.main_bearing_load,
     }
+    given = {name: column for name, column in columns.items() if column is not None}
+    return {**columns, **dict(zip(given, _rounded(list(given.values()), accuracy), strict=True))}
 
 
 def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
@@ -162,7 +173,7 @@ def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
     return {
         "strokes": scene.cylinder.strokes,
         "angle_deg": np.degrees(angle).tolist(),
-        "pressure_mpa": _column(pressure, MEGA),
+        "pressure_mpa": (pressure / MEGA).tolist(),
         "crankcase_pressure_mpa": scene.cylinder.crankcase_pressure / MEGA,
     }
 
@@ -216,7 +227,7 @@ def _answer(
     # The repairs are recomputed for the answer; on valid data this does nothing.
     result["repairs"] = repairs_json(request, request.scene()[1]) if request.pressure.repair else []
     if detail is Detail.FULL:
-        result |= {"cycle": _cycle(found, scene), "series": _series(found)}
+        result |= {"cycle": _cycle(found, scene), "series": _series(found, request.accuracy)}
     return envelope(outcome, result)
 
 

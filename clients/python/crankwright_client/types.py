@@ -2610,8 +2610,8 @@ class Section(TypedDict):
 
 
 class Series(TypedDict):
-    """Results over the angle, one list per quantity. Rod compression is positive; the radial force points to the
-    shaft."""
+    """Results over the angle, one list per quantity, each rounded to a thousandth of the accuracy asked, relative to
+    its greatest value. Rod compression is positive; the radial force points to the shaft."""
 
     angle_deg: list[float]
     """angle, in °"""

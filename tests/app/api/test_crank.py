@@ -5,8 +5,10 @@ from __future__ import annotations
 import copy
 import json
 
+import numpy as np
 import pytest
 
+from app.designs.crank_dynamics.kind import case_of
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from tests.solvers.crank.cycles import four_stroke, stirling
@@ -60,6 +62,23 @@ def test_crank_dynamics_in_the_contracts_names(client, dynamics_request):
         "reciprocating_inertia", "rod_inertia_couple", "pin_offset", "engine",
     }  # fmt: skip
     assert client.get(answer.headers["location"]).content == answer.content
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-6, 1e-12])
+def test_a_series_is_rounded_far_below_the_accuracy_asked(dynamics_request, accuracy):
+    job = KINDS["crank-dynamics"].jobs[Mode.ANALYSIS]
+    request = job.request.model_validate({**dynamics_request, "accuracy": accuracy})
+    series, forces = job.run(request).result["series"], case_of(request).alone().value.series
+    for name, exact in (
+        ("torque_nm", forces.torque),
+        ("side_force_n", forces.side),
+        ("pressure_mpa", forces.pressure / 1e6),
+    ):
+        told, greatest = np.array(series[name]), np.abs(exact).max()
+        assert np.abs(told - exact).max() <= max(0.5e-3 * accuracy, 4e-16) * greatest * (1 + 1e-6), name
+        assert np.abs(np.abs(told).max() / greatest - 1.0) <= accuracy
+    if accuracy == 1e-6:
+        assert max(len(repr(number)) for number in series["torque_nm"]) <= 12
 
 
 @pytest.mark.parametrize("plot", list(KINDS["crank-dynamics"].plots))

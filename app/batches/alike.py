@@ -1,8 +1,8 @@
 """Requests of rows that differ in a few numbers only, as those of a sweep do.
 
-Reading a row takes as long for the fields that it shares with its neighbours as for those that vary. From two rows whose
-texts differ in numbers only, a template is made: where these numbers are in a row, in the request and in its JSON. A row
-that fits the template has only its numbers read and validated; every other row is read in full.
+Reading a row takes as long for the fields that it shares with its neighbours as for those that vary. From two rows
+whose texts differ in numbers only, a template is made: where these numbers are in a row, in the request and in its
+JSON. A row that fits the template has only its numbers read and validated; every other row is read in full.
 """
 
 from __future__ import annotations

@@ -209,7 +209,7 @@ class _Chunk:
         """The answers by key; equal requests are solved once."""
         answers = {each.key: _answer_cache[each.key] for each in asked if each.key in _answer_cache}
         for each in asked:
-            stored = (self.task.known or {}).get(each.number)
+            stored = self.task.known.get(each.number) if self.task.known else None
             if stored is not None and (found := self._stored(each, stored)) is not None:
                 answers[each.key] = found
         self.told |= answers.keys()

@@ -152,9 +152,7 @@ class _Chunk:
     def _read(self, source: Source, alike: Alike, row: Row) -> tuple[int | None, _Request | _Refused]:
         """The line of a row, and its request or its refusal."""
         if (found := alike.read(row)) is not None:
-            filled = self._filled(found[0])
-            if filled is found[0]:
-                return row.line, self._asked(*found)
+            return row.line, self._asked(*found)
         try:
             body = source.body(row)
         except UnreadableRow as unreadable:
@@ -170,7 +168,8 @@ class _Chunk:
         if isinstance(filled, Answer):
             return row.line, _Refused(filled, request.model_dump_json().encode())
         plain = self._encoded(filled)
-        if filled is request:
+        # Requests like this one have no references either; a time budget may vary, but designs take longer than reading.
+        if filled is request and not self.budgeted:
             alike.learn(row, (request, plain))
         return row.line, self._asked(filled, plain)
 

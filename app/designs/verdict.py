@@ -124,8 +124,7 @@ def denials(words: Words) -> dict[str, str]:
 
 @lru_cache(maxsize=4096)
 def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
-    """A criterion as JSON, not to be changed: answers share it, as the items of a sweep do where the varied field has no
-    influence."""
+    """A criterion as JSON, not to be changed: items of a sweep share those on which the varied field has no influence."""
     _, sense, required, reached, margin, holds, asked = criterion
     # Adding zero makes -0.0, which the cache cannot tell from 0.0, the latter.
     return {

@@ -168,7 +168,7 @@ class _Chunk:
         if isinstance(filled, Answer):
             return row.line, _Refused(filled, request.model_dump_json().encode())
         plain = self._encoded(filled)
-        # Requests like this one have no references either; a time budget may vary, but designs take longer than reading.
+        # Requests like this one have no references either. Time budgets may vary, but designs take far longer anyway.
         if filled is request and not self.budgeted:
             alike.learn(row, (request, plain))
         return row.line, self._asked(filled, plain)

@@ -124,7 +124,7 @@ def denials(words: Words) -> dict[str, str]:
 
 @lru_cache(maxsize=4096)
 def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
-    """A criterion as JSON, not to be changed: items of a sweep share those on which the varied field has no influence."""
+    """A criterion as JSON, not to be changed: items of a sweep share those which what varies has no influence on."""
     _, sense, required, reached, margin, holds, asked = criterion
     # Adding zero makes -0.0, which the cache cannot tell from 0.0, the latter.
     return {

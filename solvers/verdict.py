@@ -10,6 +10,7 @@ import math
 from collections.abc import Container, Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from operator import attrgetter
 from typing import NamedTuple
 
 from solvers.outcome import Accuracy, EffectReport, EffectState
@@ -19,6 +20,8 @@ MAX_SLACK = 1e-3
 
 NEGLIGIBLE_ERROR = 1e-5
 """Relative error that puts no verdict in doubt: loads and materials are never known as well."""
+
+_MARGIN = attrgetter("margin")
 
 UNREPORTED_INFLUENCE = 1e-2
 """Relative influence of an omitted effect above which a caution is issued: the default tolerance of ``auto``."""
@@ -155,8 +158,10 @@ class Verdict:
         """The most violated criterion, otherwise the one with the smallest margin; of an uncertain verdict among those
         that make it so. None if no load acts at all."""
         doubtful = [] if self.certain else [c for c in self.criteria if self._turns(c)]
-        ranked = doubtful or [c for c in self.criteria if c.margin is not None or not c.holds]
-        return min(ranked, key=_rank, default=None)
+        failing = [c for c in self.criteria if not c.holds]
+        # The margins of failing criteria are negative, those of the others are not. Unknown values come last.
+        known = [c for c in doubtful or failing or self.criteria if c.margin is not None]
+        return min(known, key=_MARGIN, default=failing[0] if failing else None)
 
     def _turns(self, criterion: Criterion) -> bool:
         """Whether an error of its value could turn a criterion."""
@@ -165,9 +170,3 @@ class Verdict:
             return False
         # A value that is too high by the error is (1 + margin)(1 - error) times its limit.
         return (1.0 + margin) * (1.0 - error) < 1.0 if criterion.holds else margin > max(-error, -1.0)
-
-
-def _rank(criterion: Criterion) -> tuple[bool, bool, float]:
-    """Order: failing before holding, numbers before unknown values."""
-    unknown = criterion.margin is None
-    return criterion.holds, unknown, 0.0 if unknown else criterion.margin

@@ -19,6 +19,7 @@ from typing import Any, NamedTuple
 from pydantic import BaseModel
 from pydantic_core import to_json
 
+from app.batches.alike import Alike
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import Answer, Detail, Job, Mode
 from app.designs.many import answers_of, refusal, validated
@@ -129,7 +130,8 @@ class _Chunk:
 
     def solved(self) -> list[Item] | Needs:
         task, source = self.task, Source.from_json(self.task.source)
-        read = [self._read(source, row) for row in unpacked_rows(task.block, task.start, task.end)]
+        alike = Alike(source, self._encoded)
+        read = [self._read(source, alike, row) for row in unpacked_rows(task.block, task.start, task.end)]
         if self.needed:
             return Needs(frozenset(self.needed))
         requests = [asked for _, asked in read if isinstance(asked, _Request)]
@@ -147,8 +149,10 @@ class _Chunk:
             items.append(self._item(index, line, asked.spec, found, repeated, found_by))
         return items
 
-    def _read(self, source: Source, row: Row) -> tuple[int | None, _Request | _Refused]:
+    def _read(self, source: Source, alike: Alike, row: Row) -> tuple[int | None, _Request | _Refused]:
         """The line of a row, and its request or its refusal."""
+        if (found := alike.read(row)) is not None:
+            return row.line, self._asked(*found)
         try:
             body = source.body(row)
         except UnreadableRow as unreadable:
@@ -163,11 +167,18 @@ class _Chunk:
         filled = self._filled(request)
         if isinstance(filled, Answer):
             return row.line, _Refused(filled, request.model_dump_json().encode())
-        return row.line, self._asked(filled)
+        plain = self._encoded(filled)
+        # Requests like this one have no references either. Time budgets may vary, but designs take far longer anyway.
+        if filled is request and not self.budgeted:
+            alike.learn(row, (request, plain))
+        return row.line, self._asked(filled, plain)
 
-    def _asked(self, request: BaseModel) -> _Request:
+    @staticmethod
+    def _encoded(request: BaseModel) -> bytes:
         # Bytes at once: ``model_dump_json`` would decode them to a text.
-        plain = request.__pydantic_serializer__.to_json(request, exclude=_NAME)
+        return request.__pydantic_serializer__.to_json(request, exclude=_NAME)
+
+    def _asked(self, request: BaseModel, plain: bytes) -> _Request:
         key = hashlib.sha256(self.subject + plain).digest()
         name = getattr(request, "name", None)
         spec = plain if name is None else b'{"name":' + to_json(name) + b"," + plain[1:]
@@ -197,7 +208,7 @@ class _Chunk:
         """The answers by key; equal requests are solved once."""
         answers = {each.key: _answer_cache[each.key] for each in asked if each.key in _answer_cache}
         for each in asked:
-            stored = (self.task.known or {}).get(each.number)
+            stored = self.task.known.get(each.number) if self.task.known else None
             if stored is not None and (found := self._stored(each, stored)) is not None:
                 answers[each.key] = found
         self.told |= answers.keys()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import lru_cache
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
@@ -290,13 +291,19 @@ def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str,
         result=None if failed else _with_accuracy_warning(result, outcome.accuracy),
         problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
-            {"name": name, "state": str(state), "influence": float(min(bound(), LARGEST_INFLUENCE)), "why": why}
+            _effect_json(name, str(state), float(min(bound(), LARGEST_INFLUENCE)), why)
             for name, state, bound, why in outcome.effects
         ],
         accuracy=accuracy_json(outcome.accuracy),
         timing={name: float(seconds) for name, seconds in outcome.timing.items()},
         verdict=None if failed else verdict,
     )
+
+
+@lru_cache(maxsize=4096)
+def _effect_json(name: str, state: str, influence: float, why: str) -> dict[str, Any]:
+    """An entry of the manifest, not to be changed: answers share it."""
+    return {"name": name, "state": state, "influence": influence, "why": why}
 
 
 def pointer(request: BaseModel, field: str) -> str:

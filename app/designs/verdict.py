@@ -64,9 +64,9 @@ class VerdictResult(Strict):
     cautions: list[str] = Field(description="what to know beside the criteria")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Word:
-    """A criterion in the API: name, display label, unit, and its size in SI.
+    """A criterion in the API: name, display label, unit, and its size in SI. Compared by identity.
 
     ``no`` is the wording of a failed yes/no criterion.
     """
@@ -96,9 +96,20 @@ def verdict_json(verdict: Verdict, words: Words, accuracy: Accuracy) -> dict[str
         "criteria": [_criterion(criterion, words[criterion.name]) for criterion in verdict.criteria],
         "cautions": list(verdict.cautions),
     }
-    reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
-    result["summary"] = summary_of(result, {} if holds else denials(words), reached, _AS_WRITTEN)
+    if holds and certain and governing is not None and accuracy.met:
+        result["summary"] = _praise(governing, words[governing.name])
+    else:
+        reached = {"requested": accuracy.requested, "estimated": accuracy.estimated, "met": accuracy.met}
+        result["summary"] = summary_of(result, {} if holds else denials(words), reached, _AS_WRITTEN)
     return result
+
+
+@lru_cache(maxsize=1024)
+def _praise(governing: Criterion, word: Word) -> str:
+    """The summary where every criterion holds."""
+    criterion = _criterion(governing, word)
+    verdict = {"holds": True, "governed_by": criterion["name"], "criteria": [criterion]}
+    return summary_of(verdict, {}, None, _AS_WRITTEN)
 
 
 def labels(words: Words) -> dict[str, str]:
@@ -111,14 +122,17 @@ def denials(words: Words) -> dict[str, str]:
     return {word.name: word.no for word in words.values() if word.no}
 
 
+@lru_cache(maxsize=4096)
 def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
+    """A criterion as JSON, not to be changed: items of a sweep share those which what varies has no influence on."""
     _, sense, required, reached, margin, holds, asked = criterion
+    # Adding zero makes -0.0, which the cache cannot tell from 0.0, the latter.
     return {
         "name": word.name,
         "label": word.label,
         "sense": str(sense),
-        "required": required / word.per,
-        "reached": reached / word.per if reached is not None and math.isfinite(reached) else None,
+        "required": required / word.per + 0.0,
+        "reached": reached / word.per + 0.0 if reached is not None and math.isfinite(reached) else None,
         "unit": word.unit,
         "margin": margin,
         "holds": holds,

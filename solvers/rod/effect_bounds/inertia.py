@@ -29,6 +29,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE, Strip
+from solvers.rod.effect_bounds.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
 Array = NDArray[np.float64]
@@ -51,6 +52,16 @@ _TURN = 2.0 * math.pi
 _MIN_SINE = 1e-3
 _UNEVEN = 4.0
 _LEAST_KEPT = 1e-200
+
+
+class Inert(NamedTuple):
+    """rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane rigid in shear, and its ratio to that with
+    shear."""
+
+    line_mass: float
+    loss: float
+    critical: float
+    softer: float
 
 
 class Motion(NamedTuple):
@@ -77,29 +88,25 @@ class Motion(NamedTuple):
 
 @kernel
 def motion_of(
-    states: Array, order: NDArray[np.intp], angle: Array, ends: NDArray[np.bool_], even: int, every: int,
-    strip: Strip, line_mass: float, loss: float, critical: float, softer: float, tables: Collocation,
-) -> Motion:  # fmt: skip
-    """The motion over a revolution of an unbuckled strip, sampled at ``angle``, of which the first ``even`` are
-    uniform.
-
-    It is returned at every ``every``-th uniform angle. ``order`` sorts the angles, of which some are ``ends`` of the
-    load's pieces; ``line_mass`` is rho A omega^2 [N/m^2], ``loss`` the loss factor, ``critical`` P_cr [N] in the
-    crank's plane rigid in shear, ``softer`` its ratio to that with shear.
-    """
+    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation
+) -> Motion:
+    """The motion over a revolution of an unbuckled strip from its states at the sampled angles, returned at every
+    ``every``-th uniform one."""
+    angle, order, ends, even = sampling.angle, sampling.order, sampling.ends, sampling.even
+    loss, coupling = inert.loss, strip.couples * inert.softer * strip.length * strip.length / strip.stiffness
     l, per_force = strip.length, strip.length * strip.length / strip.stiffness
-    head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
+    head, inertia = (strip.rod_length - l) / l, inert.line_mass * l * l * per_force
     smooth, step = order.size == even, _TURN / even
-    pace = paces(states[FORCE], per_force * softer, head, inertia, tables)
-    rise = _quasi_static(states, per_force * softer, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, states, per_force * softer, head, inertia, even, every, tables)
+    pace = paces(states[FORCE], coupling, head, inertia, tables)
+    rise = _quasi_static(states, coupling, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, states, coupling, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
     rings = np.empty(even)
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
-    corners = _corners_ring(states, even, share, pace, loss, strip, critical) if smooth and fast else 0.0
+    corners = _corners_ring(states, even, share, pace, loss, strip, inert.critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The quasi-static response is the first term of a series; the second difference estimates the next one.

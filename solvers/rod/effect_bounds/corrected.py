@@ -42,6 +42,9 @@ _ALL_MODES, _ALL_MODES_SIDE_FORCE = 1.5, 3.0
 """Ringing of all modes relative to the first one's: in general, and in the side force after jumps of the load, which
 excite all modes and appear most in the fast ones."""
 
+_BY_ITSELF = -1.0
+"""For ``Motion.nearer``."""
+
 _LESS_RINGING, _MIN_RINGING_SHARE = 0.3, 1e-3
 """The less of the ringing that is compared too, and the share of it below which it is irrelevant."""
 
@@ -66,17 +69,17 @@ def corrected(
 
     ``apart``: the change up to which the corrections and other effects are judged one by one.
     """
-    motion = motion_of(states, sampling, every, strip, inert, tables)
+    motion = motion_of(states, sampling, every, strip, inert, tables, _BY_ITSELF)
     large = _in_large(strip, seen, of_large)
     in_large = judge(j, strip, seen, large, judged.critical)
     by_large, by_inertia = change_of_shape(judged, in_large), 0.0
     for k in range(_ringings(motion)):
-        moved = judge(j, strip, seen, _moved(j, sampling, motion, k), judged.critical)
+        moved = judge(j, strip, seen, _moved(j, sampling, motion, _ringing(motion, k)), judged.critical)
         by_inertia = max(by_inertia, change_of_shape(judged, moved))
     interact = not max(by_large, by_inertia) <= apart
     if interact:
         for k in range(_ringings(motion)):
-            by_motion = _moved(j, sampling, motion, k)
+            by_motion = _moved(j, sampling, motion, _ringing(motion, k))
             moved = judge(j, strip, seen, by_motion, judged.critical)
             whole = judge(j, strip, seen, both_added(by_motion, large), judged.critical)
             by_large, by_inertia = (
@@ -101,28 +104,37 @@ def change_beside(
     for row in range(seen.shape[0]):
         for i in range(seen.shape[1]):
             left_seen[row, i] = states[row, i * every]
-    left_motion = motion_of(states, sampling, every, left, inert, tables)
+    left_motion = motion_of(states, sampling, every, left, inert, tables, motion.nearer)
     left_large = _in_large(left, left_seen, of_large)
     forces, shape = 0.0, 0.0
     for k in range(_ringings(motion)):
-        exact = judge(j, strip, seen, both_added(_moved(j, sampling, motion, k), large), critical)
-        by_motion = _moved(j, sampling, left_motion, k)
-        found = judge(j, left, left_seen, both_added(by_motion, left_large), left_critical)
-        forces, shape = change_of_forces(j, found, exact), max(shape, change_of_shape(found, exact))
+        exact = judge(j, strip, seen, both_added(_moved(j, sampling, motion, _ringing(motion, k)), large), critical)
+        # A resonance that is neared without the effect may be one that is left: its side is as uncertain as the phase.
+        opposite = (left_motion.divisor / motion.divisor) ** 2
+        for other in range(2 if _ringings(motion) > 1 else 1):
+            rings = _ringing(motion, k) * (opposite if other else 1.0)
+            by_motion = _moved(j, sampling, left_motion, rings)
+            found = judge(j, left, left_seen, both_added(by_motion, left_large), left_critical)
+            forces, shape = change_of_forces(j, found, exact), max(shape, change_of_shape(found, exact))
     return forces, shape
 
 
 @kernel
+def _ringing(motion: Motion, which: int) -> float:
+    """By which the ringing is multiplied in each of the motions compared."""
+    return 1.0 if which == 0 else -1.0 if motion.either else _LESS_RINGING
+
+
+@kernel
 def _ringings(motion: Motion) -> int:
-    """How many ringings are compared."""
+    """How many motions are compared."""
     return 2 if motion.share > _MIN_RINGING_SHARE else 1
 
 
 @kernel
-def _moved(j: Judging, sampling: Sampling, motion: Motion, which: int) -> Added:
+def _moved(j: Judging, sampling: Sampling, motion: Motion, rings: float) -> Added:
     """What the motion adds at the judged angles: that at the nearest uniform angle of those it is known at."""
     n, terms, known = j.angle.size, motion.series.shape[0], motion.side.size
-    rings = 1.0 if which == 0 else -1.0 if motion.either else _LESS_RINGING
     of_side = _ALL_MODES_SIDE_FORCE if motion.either and sampling.angle.size > sampling.even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((terms, n))
     for i in range(n):

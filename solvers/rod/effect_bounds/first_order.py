@@ -1,8 +1,7 @@
 """Influence of each effect: the change of the main results over one revolution without it, times a margin.
 
 The revolution contains every effect: gas and inertia, coupling, shear and friction feedback in closed form
-(``situation``), large displacement and the strip's inertia to first order (``corrected``). Each is removed in turn; what
-is small beside all others, alone.
+(``situation``), large displacement and the strip's inertia to first order (``corrected``). Each is removed in turn.
 
 The margins are based on tests over random machines, not on proof (``bench.influences``, docs/benchmarks.md): the
 changes themselves are accurate to some percent in most of them, and those of inertia with many ringing modes to a
@@ -19,20 +18,26 @@ from solvers.rod.effect_bounds.situation import Situation
 _EXACT_MARGIN = 1.02
 """Margin on a change of the axial force and of P_cr, which no correction changes: only their sampling is inexact."""
 
-_MARGIN, _RINGING_MARGIN = 1.2, 1.5
-"""Margin on a change; margin on a change by inertia dominated by ringing."""
+_ALONE_MARGIN, _APART = 1.15, 0.01
+"""Margin on a change of the shape if inertia has no influence; the change by inertia at which it has reached 0.1 more,
+and from which the shape is judged beside inertia (``situation``)."""
 
-_STILL_MARGIN, _STILL = 1.1, 0.01
-"""Margin on a change known in closed form if inertia has no influence, and the influence of inertia from which the full
-margin applies."""
+_BESIDE_MARGIN, _MAX_BESIDE_MARGIN = 2.0, 5.0
+"""Increment of the margin per change by inertia, which is less certain than what is known in closed form; its limit."""
 
-_BESIDE_MARGIN, _MAX_BESIDE_MARGIN = 1.0, 4.0
+_SLOW, _MAX_SLOW_MARGIN = 1.5, 100.0
+"""Pace of the first mode below which the crank excites the second one too, so that a small remainder of results that
+inertia cancels, and the distance from a resonance, are unknown; limit of the margin then."""
 
-_RINGING_WEIGHT = 3.0
-"""Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse."""
+_ALWAYS = 2.0
+"""An influence that no tolerance leaves out: more of a margin has no use."""
 
-_SERIES_RATIO = 1.2
-"""Factor on the first iterate's influence for the ratio of successive iterates of inertia."""
+_INERTIA_MARGIN, _RINGING_MARGIN = 1.2, 1.5
+"""Margin on a change by inertia; margin on a small one dominated by ringing."""
+
+_RINGING_WEIGHT, _SMALL = 300.0, 0.02
+"""Weight of the share of ringing in the margin, which reaches that of pure ringing at a share of the inverse; the
+change by inertia from which it has no weight, since the first mode then dominates."""
 
 
 def reciprocating_inertia(situation: Situation) -> float:
@@ -59,29 +64,32 @@ def large_displacement(situation: Situation) -> float:
     """Influence of the third order of the strip's slope; 0 if the strip buckles: it has no shape then."""
     if situation.corrected is None:
         return 0.0
-    _, found = situation.corrected
-    return _beside(found.by_large, found.by_inertia)
+    return _with_margin(situation, situation.corrected.by_large)
 
 
 def rod_inertia(situation: Situation) -> float:
-    """Influence of the strip's own inertia; 0 if the strip buckles: it has no shape then."""
-    if situation.corrected is None:
+    """Influence of the strip's own inertia; 0 if the strip buckles: it has no shape then. Unbounded beyond the results
+    themselves: it is known to first order only."""
+    found = situation.corrected
+    if found is None:
         return 0.0
-    turn, found = situation.corrected
-    ringing = min(_RINGING_WEIGHT * found.motion.share, 1.0)
-    change = found.by_inertia * (_MARGIN + (_RINGING_MARGIN - _MARGIN) * ringing)
-    # After jumps, ringing is overestimated by enough to cover the iterates beyond the first.
-    left = 1.0 - _SERIES_RATIO * change if turn.smooth or change >= 1.0 else max(1.0 - change, 0.5)
-    return change / left if left > 0.0 else math.inf
+    ringing = min(_RINGING_WEIGHT * found.motion.share, 1.0) * max(1.0 - found.by_inertia / _SMALL, 0.0)
+    margin = _INERTIA_MARGIN + (_RINGING_MARGIN - _INERTIA_MARGIN) * ringing
+    return margin * found.by_inertia if found.by_inertia < 1.0 else math.inf
 
 
 def _in_closed_form(situation: Situation, part: int) -> float:
-    """The margin on the change without a part, more of it beside a large inertia of the strip."""
+    """Influence of what the revolution contains in closed form (``main_results.PARTS``)."""
     forces, shape = situation.changes_without(part)
-    by_inertia = situation.corrected[1].by_inertia if situation.corrected else 0.0
-    return max(_EXACT_MARGIN * float(forces), _beside(float(shape), by_inertia))
+    return max(_EXACT_MARGIN * forces, _with_margin(situation, shape))
 
 
-def _beside(change: float, by_inertia: float) -> float:
-    margin = _STILL_MARGIN + (_MARGIN - _STILL_MARGIN) * min(by_inertia / _STILL, 1.0)
-    return min(margin + _BESIDE_MARGIN * by_inertia, _MAX_BESIDE_MARGIN) * change
+def _with_margin(situation: Situation, change: float) -> float:
+    """A change of the shape beside the strip's inertia, with its margin."""
+    found, margin = situation.corrected, _ALONE_MARGIN
+    if found is not None:
+        beside = found.by_inertia
+        margin = min(margin + 0.1 * min(beside / _APART, 1.0) + _BESIDE_MARGIN * beside, _MAX_BESIDE_MARGIN)
+        if found.motion.pace < _SLOW:
+            margin = min(max(margin, (1.0 + beside) ** 2), _MAX_SLOW_MARGIN)
+    return max(_ALONE_MARGIN * change, min(margin * change, _ALWAYS))

@@ -73,6 +73,9 @@ class Motion(NamedTuple):
     either                      whether the ringing may have either sign at any angle
     share                       share of ringing in the first mode's maximum motion
     pace                        mean of Omega
+    nearer                      how much nearer to resonance the phase after a revolution is assumed than found, in
+                                |sin| of half of it
+    divisor                     of the ringing: |1 - m|, m the multiplier of a free motion after a revolution
     """
 
     side: Array
@@ -84,14 +87,19 @@ class Motion(NamedTuple):
     either: bool
     share: float
     pace: float
+    nearer: float
+    divisor: float
 
 
 @kernel
 def motion_of(
-    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation
+    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation, nearer: float
 ) -> Motion:
     """The motion over a revolution of an unbuckled strip from its states at the sampled angles, returned at every
-    ``every``-th uniform one."""
+    ``every``-th uniform one.
+
+    ``nearer`` is that of a strip to compare with, or negative: by the uncertainty of the phase.
+    """
     angle, order, ends, even = sampling.angle, sampling.order, sampling.ends, sampling.even
     loss, coupling = inert.loss, strip.couples * inert.softer * strip.length * strip.length / strip.stiffness
     l, per_force = strip.length, strip.length * strip.length / strip.stiffness
@@ -104,7 +112,7 @@ def motion_of(
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
-    rings = np.empty(even)
+    rings, divisor = np.empty(even), 1.0
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
     corners = _corners_ring(states, even, share, pace, loss, strip, inert.critical) if smooth and fast else 0.0
     if smooth and pace.min() * step > FOLLOWED:
@@ -112,7 +120,9 @@ def motion_of(
             # The quasi-static response is the first term of a series; the second difference estimates the next one.
             rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
+        own, free, nearer, divisor = _own_motion(
+            angle[order], share[order], pace[order], ends[order], loss, smooth, nearer
+        )
         for i in range(order.size):
             if order[i] < even:
                 rings[order[i]] = own[i] - follows[order[i]]
@@ -134,7 +144,7 @@ def motion_of(
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
-        most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(),
+        most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(), nearer, divisor,
     )  # fmt: skip
 
 
@@ -249,9 +259,10 @@ def _share_of(rise: Array, shape: Array) -> Array:
 
 @kernel
 def _own_motion(
-    angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
-) -> tuple[Array, Array]:
-    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of its free vibration.
+    angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool, nearer: float
+) -> tuple[Array, Array, float, float]:
+    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of its free vibration; then
+    ``nearer`` and ``divisor`` of ``Motion``.
 
     For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
     load's pieces.
@@ -290,7 +301,9 @@ def _own_motion(
     kept = max(math.exp(-0.5 * loss * phase), _LEAST_KEPT)
     left = 1.0 - first[0] - second[1] + kept * kept
     sine = max(0.5 * math.sqrt(max((left - (1.0 - kept) ** 2) / kept, 0.0)), _MIN_SINE)
-    scale = 1.0 / (_divisor(kept, sine) * _divisor(kept, _certain_sine(sine, phase)))
+    certain = max(sine - nearer, _MIN_SINE) if nearer >= 0.0 else _certain_sine(sine, phase)
+    divisor = _divisor(kept, certain)
+    scale = 1.0 / (_divisor(kept, sine) * divisor)
     state, out, free = np.empty(2), np.empty(n), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
@@ -299,7 +312,7 @@ def _own_motion(
         y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
         out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
         _advance(state, turn[:, i], width[i], begin[i], end[i])
-    return out, free
+    return out, free, sine - certain, divisor
 
 
 @kernel

@@ -97,8 +97,8 @@ def _extremes(f: Array) -> tuple[float, float]:
 
 
 class Added(NamedTuple):
-    """What corrections add to T [N] and M0 [N m], (n,), and the Legendre coefficients over the strip of what they add to
-    V'' [1/m], (terms, n); ``inclined``: N is tangential to the deflected strip."""
+    """What corrections add to T [N] and M0 [N m], (n,), and to V'' [1/m] as Legendre coefficients over the strip,
+    (terms, n); ``inclined``: N is tangential to the deflected strip."""
 
     side: Array
     moment: Array

@@ -246,39 +246,43 @@ class Situation:
         nodes = nodes_for(float(force.min()) * per_force, float(force.max()) * per_force)
         return collocation(nodes - _FEWER_NODES)
 
+    @property
+    def corrected(self) -> Corrected | None:
+        """The corrections of the revolution; None if the strip buckles."""
+        return self._corrections[1] if self._corrections else None
+
     @cached_property
-    def corrected(self) -> tuple[Turn, Corrected] | None:
-        """The revolution that the corrections are judged by, at as many angles as resolve the first mode, and the
-        corrections; None if the strip buckles."""
+    def _corrections(self) -> tuple[Turn, Corrected] | None:
+        """They, and the revolution they belong to: at as many angles as resolve the first mode."""
         turn = self.upright
         while turn is not None:
-            seen, apart = turn.seen, _APART if turn.smooth else _APART_IF_SHARP
+            seen, even = turn.seen, turn.sampling.even
             found = corrected(
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, turn.sampling, turn.step, self.inert,
-                collocation(NODES), self.tables, apart,
+                collocation(NODES), self.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
-            even, pace = turn.sampling.even, found.motion.pace
-            too_fast = pace > _MAX_EXCITED * turn.sharpness
-            if not turn.smooth or pace * TURN < FOLLOWED * even or too_fast or 2 * even > _MAX_EVEN:
+            pace = found.motion.pace
+            coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
+            if not (turn.smooth and coarse):
                 return turn, found
             turn = self._resolved(turn.drive, turn.strip, 2 * even)
         return None
 
     def changes_without(self, part: int) -> tuple[float, float]:
-        """Maximum relative changes of the forces and of the shape without a part, beside the corrections if these are
-        large."""
-        if self.corrected is None or not self.turn.stands or not self.corrected[1].interact:
-            return self.without[part]
-        turn, found = self.corrected
-        drive, left = self.without_mass if part == MASS else turn.drive, without_part(turn.strip, part)
-        if drive is turn.drive and left == turn.strip:
+        """Maximum relative changes of the forces and of the shape without a part (``main_results.PARTS``), beside the
+        corrections if these are large."""
+        if not self.turn.stands or not self.corrected or not self.corrected.interact:
+            forces, shape = self.without[part].tolist()
+            return forces, shape
+        turn, found = self._corrections
+        drive, strip = self.without_mass if part == MASS else turn.drive, without_part(turn.strip, part)
+        if drive.mass == turn.drive.mass and strip == turn.strip:
             return 0.0, 0.0
-        critical, inert = turn.critical, self.inert
-        if part == SHEARING:
-            critical, inert = self.critical, inert._replace(softer=1.0)
+        critical = self.critical if part == SHEARING else turn.critical
+        inert = self.inert._replace(softer=1.0) if part == SHEARING else self.inert
         return change_beside(
             turn.seen.judging, turn.strip, turn.seen.states, turn.critical, turn.sampling, turn.step, inert,
-            collocation(NODES), self.tables, found.motion, found.large, drive, left, critical,
+            collocation(NODES), self.tables, found.motion, found.large, drive, strip, critical,
         )  # fmt: skip
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
-from solvers.rod.cycle.state import FORCE, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
 from solvers.rod.effect_bounds.inertia import Inert, Motion, motion_of
 from solvers.rod.effect_bounds.main_results import (
     Added,
@@ -51,13 +51,18 @@ _LESS_RINGING, _MIN_RINGING_SHARE = 0.3, 1e-3
 
 class Corrected(NamedTuple):
     """Relative changes of the main results without large displacement and without the strip's inertia; whether effects
-    are judged beside these corrections; the motion, and what large displacement adds."""
+    are judged beside these corrections; ``share``, ``pace``, ``nearer`` and ``divisor`` of the motion; and, to judge
+    beside them, the results with all of its ringing and with less of it."""
 
     by_large: float
     by_inertia: float
     interact: bool
-    motion: Motion
-    large: Added
+    share: float
+    pace: float
+    nearer: float
+    divisor: float
+    loud: Judged
+    quiet: Judged
 
 
 @kernel
@@ -71,51 +76,51 @@ def corrected(
     """
     motion = motion_of(states, sampling, every, strip, inert, tables, _BY_ITSELF)
     large = _in_large(strip, seen, of_large)
-    in_large = judge(j, strip, seen, large, judged.critical)
+    in_large, loud, quiet = judge(j, strip, seen, large, judged.critical), judged, judged
     by_large, by_inertia = change_of_shape(judged, in_large), 0.0
-    for k in range(_ringings(motion)):
+    for k in range(_ringings(motion.share)):
         moved = judge(j, strip, seen, _moved(j, sampling, motion, _ringing(motion, k)), judged.critical)
         by_inertia = max(by_inertia, change_of_shape(judged, moved))
     interact = not max(by_large, by_inertia) <= apart
     if interact:
-        for k in range(_ringings(motion)):
+        for k in range(_ringings(motion.share)):
             by_motion = _moved(j, sampling, motion, _ringing(motion, k))
             moved = judge(j, strip, seen, by_motion, judged.critical)
-            whole = judge(j, strip, seen, both_added(by_motion, large), judged.critical)
-            by_large, by_inertia = (
-                max(by_large, change_of_shape(moved, whole)),
-                max(by_inertia, change_of_shape(in_large, whole)),
-            )
-    return Corrected(by_large, by_inertia, interact, motion, large)
+            quiet = judge(j, strip, seen, both_added(by_motion, large), judged.critical)
+            if k == 0:
+                loud = quiet
+            by_large = max(by_large, change_of_shape(moved, quiet))
+            by_inertia = max(by_inertia, change_of_shape(in_large, quiet))
+    return Corrected(
+        by_large, by_inertia, interact, motion.share, motion.pace, motion.nearer, motion.divisor, loud, quiet
+    )  # fmt: skip
 
 
 @kernel
 def change_beside(
-    j: Judging, strip: Strip, seen: Array, critical: float, sampling: Sampling, every: int, inert: Inert,
-    tables: Collocation, of_large: Collocation, motion: Motion, large: Added, left_drive: Drive, left: Strip,
-    left_critical: float,
+    j: Judging, sampling: Sampling, every: int, inert: Inert, tables: Collocation, of_large: Collocation,
+    whole: Corrected, left_drive: Drive, left: Strip, left_critical: float,
 ) -> tuple[float, float]:  # fmt: skip
-    """Relative changes of the forces and of the shape beside the corrections, of what is ``left`` without an effect:
-    the drive, the strip, and P_cr [N]."""
-    states, left_seen = np.empty((seen.shape[0], sampling.angle.size)), np.empty(seen.shape)
+    """Relative changes of the forces and of the shape beside the corrections of the whole, of what is ``left`` without
+    an effect: the drive, the strip, and P_cr [N]."""
+    states, seen = np.empty((ROWS, sampling.angle.size)), np.empty((ROWS, j.angle.size))
     fill_states(left_drive, left, sampling.angle, states)
     if not states[FORCE].min() > -left_critical:
         return np.inf, np.inf
-    for row in range(seen.shape[0]):
+    for row in range(ROWS):
         for i in range(seen.shape[1]):
-            left_seen[row, i] = states[row, i * every]
-    left_motion = motion_of(states, sampling, every, left, inert, tables, motion.nearer)
-    left_large = _in_large(left, left_seen, of_large)
-    forces, shape = 0.0, 0.0
-    for k in range(_ringings(motion)):
-        exact = judge(j, strip, seen, both_added(_moved(j, sampling, motion, _ringing(motion, k)), large), critical)
-        # A resonance that is neared without the effect may be one that is left: its side is as uncertain as the phase.
-        opposite = (left_motion.divisor / motion.divisor) ** 2
-        for other in range(2 if _ringings(motion) > 1 else 1):
-            rings = _ringing(motion, k) * (opposite if other else 1.0)
-            by_motion = _moved(j, sampling, left_motion, rings)
-            found = judge(j, left, left_seen, both_added(by_motion, left_large), left_critical)
-            forces, shape = change_of_forces(j, found, exact), max(shape, change_of_shape(found, exact))
+            seen[row, i] = states[row, i * every]
+    motion = motion_of(states, sampling, every, left, inert, tables, whole.nearer)
+    large = _in_large(left, seen, of_large)
+    # A resonance that is neared without the effect may be one that is left: its side is as uncertain as the phase.
+    opposite = (motion.divisor / whole.divisor) ** 2
+    forces, shape, count = 0.0, 0.0, _ringings(whole.share)
+    for k in range(count if count == 1 else 3):
+        rings = _ringing(motion, 1) if k == 1 else opposite if k == 2 else 1.0
+        by_motion = _moved(j, sampling, motion, rings)
+        found = judge(j, left, seen, both_added(by_motion, large), left_critical)
+        exact = whole.quiet if k == 1 else whole.loud
+        forces, shape = change_of_forces(j, found, exact), max(shape, change_of_shape(found, exact))
     return forces, shape
 
 
@@ -126,9 +131,9 @@ def _ringing(motion: Motion, which: int) -> float:
 
 
 @kernel
-def _ringings(motion: Motion) -> int:
+def _ringings(share: float) -> int:
     """How many motions are compared."""
-    return 2 if motion.share > _MIN_RINGING_SHARE else 1
+    return 2 if share > _MIN_RINGING_SHARE else 1
 
 
 @kernel

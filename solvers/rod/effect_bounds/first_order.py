@@ -22,7 +22,7 @@ _ALONE_MARGIN, _APART = 1.15, 0.01
 """Margin on a change of the shape if inertia has no influence; the change by inertia at which it has reached 0.1 more,
 and from which the shape is judged beside inertia (``situation``)."""
 
-_BESIDE_MARGIN, _MAX_BESIDE_MARGIN = 2.0, 5.0
+_BESIDE_MARGIN, _MAX_BESIDE_MARGIN = 2.0, 10.0
 """Increment of the margin per change by inertia, which is less certain than what is known in closed form; its limit."""
 
 _SLOW, _MAX_SLOW_MARGIN = 1.5, 100.0
@@ -73,7 +73,7 @@ def rod_inertia(situation: Situation) -> float:
     found = situation.corrected
     if found is None:
         return 0.0
-    ringing = min(_RINGING_WEIGHT * found.motion.share, 1.0) * max(1.0 - found.by_inertia / _SMALL, 0.0)
+    ringing = min(_RINGING_WEIGHT * found.share, 1.0) * max(1.0 - found.by_inertia / _SMALL, 0.0)
     margin = _INERTIA_MARGIN + (_RINGING_MARGIN - _INERTIA_MARGIN) * ringing
     return margin * found.by_inertia if found.by_inertia < 1.0 else math.inf
 
@@ -90,6 +90,6 @@ def _with_margin(situation: Situation, change: float) -> float:
     if found is not None:
         beside = found.by_inertia
         margin = min(margin + 0.1 * min(beside / _APART, 1.0) + _BESIDE_MARGIN * beside, _MAX_BESIDE_MARGIN)
-        if found.motion.pace < _SLOW:
+        if found.pace < _SLOW:
             margin = min(max(margin, (1.0 + beside) ** 2), _MAX_SLOW_MARGIN)
     return max(_ALONE_MARGIN * change, min(margin * change, _ALWAYS))

@@ -2,9 +2,9 @@
 
     EI d'''' - P(phi) d'' = -rho A omega^2 V_phiphi,     d clamped, with the pin at no offset
 
-V is the quasi-static shape, d the first of the iterates whose sum is the motion without ringing; each angle is solved
-independently (``strip.elastica_kernels``). The first mode, with the share c(phi) of V projected on the shape of d,
-obeys
+V is the quasi-static shape and P, of a strip flexible in shear, that of q_s (``strip.shear``); d is the first of the
+iterates whose sum is the motion without ringing; each angle is solved independently (``strip.elastica_kernels``). The
+first mode, with the share c(phi) of V projected on the shape of d, obeys
 
     a'' + eta Omega a' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega,  eta the loss factor
 
@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE, Strip
+from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
 from solvers.rod.effect_bounds.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
@@ -55,13 +55,11 @@ _LEAST_KEPT = 1e-200
 
 
 class Inert(NamedTuple):
-    """rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane rigid in shear, and its ratio to that with
-    shear."""
+    """rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
 
     line_mass: float
     loss: float
     critical: float
-    softer: float
 
 
 class Motion(NamedTuple):
@@ -101,13 +99,12 @@ def motion_of(
     ``nearer`` is that of a strip to compare with, or negative: by the uncertainty of the phase.
     """
     angle, order, ends, even = sampling.angle, sampling.order, sampling.ends, sampling.even
-    loss, coupling = inert.loss, strip.couples * inert.softer * strip.length * strip.length / strip.stiffness
-    l, per_force = strip.length, strip.length * strip.length / strip.stiffness
-    head, inertia = (strip.rod_length - l) / l, inert.line_mass * l * l * per_force
+    loss, l, per_force = inert.loss, strip.length, strip.length * strip.length / strip.stiffness
+    head, inertia, coupling = (strip.rod_length - l) / l, inert.line_mass * l * l * per_force, states[COUPLING] * l * l
     smooth, step = order.size == even, _TURN / even
-    pace = paces(states[FORCE], coupling, head, inertia, tables)
-    rise = _quasi_static(states, coupling, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, states, coupling, head, inertia, even, every, tables)
+    pace = paces(coupling, head, inertia, tables)
+    rise = _quasi_static(states, strip.compliance, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, coupling, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
@@ -165,18 +162,18 @@ def _fill_amplitudes(rings: Array, angle: Array, free: Array) -> None:
 
 
 @kernel
-def paces(force: Array, per_force: float, head: float, inertia: float, tables: Collocation) -> Array:
-    """Omega under axial forces [N]: the square root of a parabola through three values of Omega^2.
+def paces(coupling: Array, head: float, inertia: float, tables: Collocation) -> Array:
+    """Omega under axial forces with q_s l^2: the square root of a parabola through three values of Omega^2.
 
     Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration with the Rayleigh quotient.
     """
     n = NODES
     room, none, load = scratch(n), np.zeros(n), np.empty(n)
     bend, shape, sunk = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
-    least, most = force.min(), force.max()
+    least, most = coupling.min(), coupling.max()
     squares, shape[0] = np.empty(3), 1.0
     for m in range(3):
-        q = per_force * (least + 0.5 * m * (most - least))
+        q = least + 0.5 * m * (most - least)
         for _ in range(_FIRST_ROUNDS if m == 0 else _ROUNDS):
             load[0] = 0.5 * shape[0] - shape[1] / 6.0
             for k in range(1, n):
@@ -189,35 +186,45 @@ def paces(force: Array, per_force: float, head: float, inertia: float, tables: C
             for k in range(n + 2):
                 shape[k] = sunk[k] / math.sqrt(square)
         squares[m] = product / (square * inertia)
-    out, middle = np.empty(force.size), 0.5 * (least + most)
+    out, middle = np.empty(coupling.size), 0.5 * (least + most)
     bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
     half = 0.5 * (most - least)
-    for i in range(force.size):
-        x = (force[i] - middle) / half if half > 0.0 else 0.0
+    for i in range(coupling.size):
+        x = (coupling[i] - middle) / half if half > 0.0 else 0.0
         out[i] = math.sqrt(max(squares[1] + x * (tilt + x * bent), 1e-6 * abs(squares[1])))
     return out
 
 
 @kernel
-def _quasi_static(states: Array, per_force: float, l: float, head: float, tables: Collocation) -> Array:
-    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2)."""
+def _quasi_static(states: Array, compliance: float, l: float, head: float, tables: Collocation) -> Array:
+    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2).
+
+    V = W/m - g D z, where psi = W' obeys psi'' = q_s psi + D (``strip.shear``) and, from the conditions at the head,
+    W(l) + e m psi(l) = m (s + g D l), psi'(l) + e m psi''(l) = 0.
+    """
     n, count = NODES, states.shape[1]
     room, none, bend, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
     for i in range(count):
-        bent_by(per_force * states[FORCE, i], head, states[STROKE, i] / l, 0.0, none, none, tables, room, bend, out[i])
+        m, leant = states[SOFTENING, i], compliance * states[SHEAR, i]
+        offset = m * (states[STROKE, i] / l + leant)
+        bent_by(l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, room, bend, out[i])
+        for k in range(n + 2):
+            out[i, k] = out[i, k] / m
+        # z/l is (P_0 + P_1)/2.
+        out[i, 0] -= 0.5 * leant
+        out[i, 1] -= 0.5 * leant
     return out
 
 
 @kernel
 def _first_iterate(
-    rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, every: int,
-    tables: Collocation,
-) -> tuple[Array, Array, int]:  # fmt: skip
+    rise: Array, coupling: Array, head: float, inertia: float, count: int, every: int, tables: Collocation
+) -> tuple[Array, Array, int]:
     """d at every ``every``-th of the first ``count`` angles, which are uniform: (NODES + 4, count/every); the Legendre
     coefficients of its shape at its maximum, (NODES + 2,), and that column's index.
 
-    Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``per_force`` is
-    l^2/EI, ``inertia`` rho A omega^2 l^4/EI.
+    Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``coupling`` is
+    q_s l^2, ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
     room, load, none = scratch(n), np.zeros(n), np.zeros(n)
@@ -232,7 +239,7 @@ def _first_iterate(
         load[0] = -(0.5 * moved[0] - moved[1] / 6.0)
         for k in range(1, n):
             load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
-        q, c = bent_by(per_force * states[FORCE, i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
+        q, c = bent_by(coupling[i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
         out[0, j], out[1, j] = q, c
         for k in range(n + 2):
             out[2 + k, j] = bend[k]

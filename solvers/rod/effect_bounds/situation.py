@@ -178,16 +178,11 @@ class Situation:
         """P_cr [N] about the weaker axis, rigid in shear."""
         return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
-    @cached_property
-    def softer(self) -> float:
-        """Ratio of P_cr of bending in the crank's plane rigid in shear to that with shear."""
-        length = self.scene.mechanism.rod_length
-        return self.in_plane / (-self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
-
     @property
     def critical_with_shear(self) -> float:
         """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        return min(self.critical, self.in_plane / self.softer)
+        length = self.scene.mechanism.rod_length
+        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
 
     @cached_property
     def strip(self) -> Strip:
@@ -237,7 +232,7 @@ class Situation:
         """What the strip's inertia depends on."""
         d, material = self.dimensions, self.scene.material
         line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
-        return Inert(line_mass, material.loss_factor, self.in_plane, self.softer)
+        return Inert(line_mass, material.loss_factor, self.in_plane)
 
     @cached_property
     def tables(self) -> Collocation:
@@ -261,7 +256,7 @@ class Situation:
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, turn.sampling, turn.step, self.inert,
                 collocation(NODES), self.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
-            pace = found.motion.pace
+            pace = found.pace
             coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
             if not (turn.smooth and coarse):
                 return turn, found
@@ -279,10 +274,9 @@ class Situation:
         if drive.mass == turn.drive.mass and strip == turn.strip:
             return 0.0, 0.0
         critical = self.critical if part == SHEARING else turn.critical
-        inert = self.inert._replace(softer=1.0) if part == SHEARING else self.inert
         return change_beside(
-            turn.seen.judging, turn.strip, turn.seen.states, turn.critical, turn.sampling, turn.step, inert,
-            collocation(NODES), self.tables, found.motion, found.large, drive, strip, critical,
+            turn.seen.judging, turn.sampling, turn.step, self.inert, collocation(NODES), self.tables, found, drive,
+            strip, critical,
         )  # fmt: skip
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:

@@ -106,6 +106,12 @@ class Turn:
         """The evaluated subset: as few uniform angles as resolve it, and all sharp ones."""
         return self._seen(slice(0, self.sampling.angle.size, self.step))
 
+    @cached_property
+    def tables(self) -> Collocation:
+        """Those of large displacement, which is smooth: fewer nodes suffice than for full precision."""
+        force, per_force = self.states[FORCE], self.strip.length**2 / self.strip.stiffness
+        return collocation(nodes_for(float(force.min()) * per_force, float(force.max()) * per_force) - _FEWER_NODES)
+
     @property
     def smooth(self) -> bool:
         return self.sampling.even == self.sampling.angle.size
@@ -234,13 +240,6 @@ class Situation:
         line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
         return Inert(line_mass, material.loss_factor, self.in_plane)
 
-    @cached_property
-    def tables(self) -> Collocation:
-        """Those of large displacement, which is smooth: fewer nodes suffice than for full precision."""
-        force, per_force = self.turn.states[FORCE], self.dimensions.l**2 / self.stiffness
-        nodes = nodes_for(float(force.min()) * per_force, float(force.max()) * per_force)
-        return collocation(nodes - _FEWER_NODES)
-
     @property
     def corrected(self) -> Corrected | None:
         """The corrections of the revolution; None if the strip buckles."""
@@ -254,7 +253,7 @@ class Situation:
             seen, even = turn.seen, turn.sampling.even
             found = corrected(
                 seen.judging, turn.strip, seen.states, seen.judged, turn.states, turn.sampling, turn.step, self.inert,
-                collocation(NODES), self.tables, _APART if turn.smooth else _APART_IF_SHARP,
+                collocation(NODES), turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
             pace = found.pace
             coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
@@ -275,7 +274,7 @@ class Situation:
             return 0.0, 0.0
         critical = self.critical if part == SHEARING else turn.critical
         return change_beside(
-            turn.seen.judging, turn.sampling, turn.step, self.inert, collocation(NODES), self.tables, found, drive,
+            turn.seen.judging, turn.sampling, turn.step, self.inert, collocation(NODES), turn.tables, found, drive,
             strip, critical,
         )  # fmt: skip
 

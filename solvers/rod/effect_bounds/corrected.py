@@ -51,7 +51,7 @@ _LESS_RINGING, _MIN_RINGING_SHARE = 0.3, 1e-3
 
 class Corrected(NamedTuple):
     """Relative changes of the main results without large displacement and without the strip's inertia; whether effects
-    are judged beside these corrections; ``share``, ``pace``, ``nearer`` and ``divisor`` of the motion; and, to judge
+    are judged beside these corrections; ``share``, ``pace``, ``sine`` and ``nearer`` of the motion; and, to judge
     beside them, the results with all of its ringing and with less of it."""
 
     by_large: float
@@ -59,8 +59,8 @@ class Corrected(NamedTuple):
     interact: bool
     share: float
     pace: float
+    sine: float
     nearer: float
-    divisor: float
     loud: Judged
     quiet: Judged
 
@@ -92,7 +92,7 @@ def corrected(
             by_large = max(by_large, change_of_shape(moved, quiet))
             by_inertia = max(by_inertia, change_of_shape(in_large, quiet))
     return Corrected(
-        by_large, by_inertia, interact, motion.share, motion.pace, motion.nearer, motion.divisor, loud, quiet
+        by_large, by_inertia, interact, motion.share, motion.pace, motion.sine, motion.nearer, loud, quiet
     )  # fmt: skip
 
 
@@ -113,10 +113,10 @@ def change_beside(
     motion = motion_of(states, sampling, every, left, inert, tables, whole.nearer)
     large = _in_large(left, seen, of_large)
     # A resonance that is neared without the effect may be one that is left: its side is as uncertain as the phase.
-    opposite = (motion.divisor / whole.divisor) ** 2
+    detuned = min(motion.detuning * abs(motion.sine - whole.sine), 1.0)
     forces, shape, count = 0.0, 0.0, _ringings(whole.share)
-    for k in range(count if count == 1 else 3):
-        rings = _ringing(motion, 1) if k == 1 else opposite if k == 2 else 1.0
+    for k in range(count if count == 1 else 4):
+        rings = _ringing(motion, 1) if k == 1 else 1.0 + detuned if k == 2 else 1.0 - detuned if k == 3 else 1.0
         by_motion = _moved(j, sampling, motion, rings)
         found = judge(j, left, seen, both_added(by_motion, large), left_critical)
         exact = whole.quiet if k == 1 else whole.loud
@@ -138,16 +138,17 @@ def _ringings(share: float) -> int:
 
 @kernel
 def _moved(j: Judging, sampling: Sampling, motion: Motion, rings: float) -> Added:
-    """What the motion adds at the judged angles: that at the nearest uniform angle of those it is known at."""
+    """What the motion adds at the judged angles; what follows the load, that at the nearest uniform angle."""
     n, terms, known = j.angle.size, motion.series.shape[0], motion.side.size
     of_side = _ALL_MODES_SIDE_FORCE if motion.either and sampling.angle.size > sampling.even else _ALL_MODES
     side, moment, series = np.empty(n), np.empty(n), np.empty((terms, n))
     for i in range(n):
         k = round(j.angle[i] / TURN * known) % known
-        side[i] = motion.side[k] + rings * of_side * motion.rings_side[k]
-        moment[i] = motion.moment[k] + rings * _ALL_MODES * motion.rings_moment[k]
+        mode = motion.steeper[i] + rings * _ALL_MODES * motion.rings[i]
+        side[i] = motion.side[k] + motion.mode_side * (motion.steeper[i] + rings * of_side * motion.rings[i])
+        moment[i] = motion.moment[k] + motion.mode_moment * mode
         for m in range(terms):
-            series[m, i] = motion.series[m, k] + rings * _ALL_MODES * motion.rings_series[m, k]
+            series[m, i] = motion.series[m, k] + motion.mode_series[m] * mode
     return Added(side, moment, series, False)
 
 

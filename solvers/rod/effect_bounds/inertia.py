@@ -54,6 +54,14 @@ _UNEVEN = 4.0
 _LEAST_KEPT = 1e-200
 
 
+class Phase(NamedTuple):
+    """``sine``, ``nearer`` and ``detuning`` of ``Motion``."""
+
+    sine: float
+    nearer: float
+    detuning: float
+
+
 class Inert(NamedTuple):
     """rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
 
@@ -63,30 +71,35 @@ class Inert(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """Contributions of inertia at uniform angles, for the kernels of the main results.
+    """Contributions of inertia, for the kernels of the main results.
 
-    side, moment, series        T [N] and M0 [N m], (angles,), and Legendre coefficients over the strip of V'' [1/m],
-                                (terms, angles), of the response that follows the load
-    rings_side, _moment, …      the same of the first mode's ringing
+    side, moment, series        T [N] and M0 [N m], (n,), and Legendre coefficients over the strip of V'' [1/m],
+                                (terms, n), of the response that follows the load, at uniform angles
+    mode_side, _moment, …       the same of a unit of the first mode's motion, the last of shape (terms,)
+    rings, steeper              the mode's ringing, and what else it does where the load is sharper than between uniform
+                                angles, at the judged angles
     either                      whether the ringing may have either sign at any angle
     share                       share of ringing in the first mode's maximum motion
     pace                        mean of Omega
-    nearer                      how much nearer to resonance the phase after a revolution is assumed than found, in
-                                |sin| of half of it
-    divisor                     of the ringing: |1 - m|, m the multiplier of a free motion after a revolution
+    sine                        |sin| of half the phase after a revolution
+    nearer                      how much nearer to resonance it is assumed
+    detuning                    relative change of the ringing per change of the sine, at its steepest between the two
     """
 
     side: Array
     moment: Array
     series: Array
-    rings_side: Array
-    rings_moment: Array
-    rings_series: Array
+    mode_side: float
+    mode_moment: float
+    mode_series: Array
+    rings: Array
+    steeper: Array
     either: bool
     share: float
     pace: float
+    sine: float
     nearer: float
-    divisor: float
+    detuning: float
 
 
 @kernel
@@ -109,39 +122,45 @@ def motion_of(
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
-    rings, divisor = np.empty(even), 1.0
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
     corners = _corners_ring(states, even, share, pace, loss, strip, inert.critical) if smooth and fast else 0.0
+    rings, steeper, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The quasi-static response is the first term of a series; the second difference estimates the next one.
             rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own, free, nearer, divisor = _own_motion(
+        own, still, free, phase = _own_motion(
             angle[order], share[order], pace[order], ends[order], loss, smooth, nearer
         )
         for i in range(order.size):
-            if order[i] < even:
-                rings[order[i]] = own[i] - follows[order[i]]
+            k = order[i]
+            near = follows[k if k < even else round(angle[k] / step) % even]
+            if not fast:
+                rings[k] = own[i] - near
+            elif not smooth:
+                steeper[k] = still[i] - near
         if fast:
-            _fill_amplitudes(rings, angle[order], free)
+            _fill_amplitudes(rings, angle[order], free, even)
+            for i in range(order.size):
+                if order[i] >= even:
+                    rings[order[i]] = max(free[i], free[i - 1])
             for i in range(even):
                 rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
-    if fast:
-        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
-        for i in range(even):
-            rings[i] = math.copysign(rings[i], states[STROKE, i])
-    rung = np.empty(rows.shape)
-    for i in range(rows.shape[1]):
+    count = order.size // every
+    for i in range(count):
         # The inertia of a mode's motion is proportional to the square of its frequency.
-        rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
-        for k in range(rows.shape[0]):
-            rung[k, i] = rows[k, greatest] * rate
+        k = i * every
+        rate = (pace[k] / pace[greatest * every]) ** 2
+        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
+        rings[i] = rate * (math.copysign(rings[k], states[STROKE, k]) if fast else rings[k])
+        steeper[i] = rate * steeper[k]
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
-        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
-        most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(), nearer, divisor,
+        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rows[0, greatest], moments * rows[1, greatest],
+        rows[2:, greatest] / l, rings[:count], steeper[:count], fast, most / max(whole, most) if most > 0.0 else 0.0,
+        pace[:even].mean(), phase.sine, phase.nearer, phase.detuning,
     )  # fmt: skip
 
 
@@ -152,13 +171,12 @@ def _second_difference(values: Array, i: int, n: int) -> float:
 
 
 @kernel
-def _fill_amplitudes(rings: Array, angle: Array, free: Array) -> None:
-    """The maximum amplitude within a step of each uniform angle, from those at increasing angles [rad]."""
-    rings[:] = 0.0
+def _fill_amplitudes(rings: Array, angle: Array, free: Array, even: int) -> None:
+    """The maximum amplitude within a step of each of ``even`` uniform angles, from those at increasing angles [rad]."""
     for i in range(free.size):
-        at = angle[i] / _TURN * rings.size
+        at = angle[i] / _TURN * even
         for k in (math.floor(at), math.ceil(at)):
-            rings[k % rings.size] = max(rings[k % rings.size], free[i])
+            rings[k % even] = max(rings[k % even], free[i])
 
 
 @kernel
@@ -267,9 +285,9 @@ def _share_of(rise: Array, shape: Array) -> Array:
 @kernel
 def _own_motion(
     angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool, nearer: float
-) -> tuple[Array, Array, float, float]:
-    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of its free vibration; then
-    ``nearer`` and ``divisor`` of ``Motion``.
+) -> tuple[Array, Array, Array, Phase]:
+    """a at increasing angles of one revolution, from c and Omega there; what it would be without ringing, of both
+    sides of a jump the greater; the amplitude of its free vibration; and its phase.
 
     For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
     load's pieces.
@@ -309,17 +327,21 @@ def _own_motion(
     left = 1.0 - first[0] - second[1] + kept * kept
     sine = max(0.5 * math.sqrt(max((left - (1.0 - kept) ** 2) / kept, 0.0)), _MIN_SINE)
     certain = max(sine - nearer, _MIN_SINE) if nearer >= 0.0 else _certain_sine(sine, phase)
-    divisor = _divisor(kept, certain)
-    scale = 1.0 / (_divisor(kept, sine) * divisor)
-    state, out, free = np.empty(2), np.empty(n), np.empty(n)
+    scale = 1.0 / (_divisor(kept, sine) * _divisor(kept, certain))
+    state, out, still, free = np.empty(2), np.empty(n), np.empty(n), np.empty(n)
     state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
     state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
     for i in range(n):
         state[1] -= kick[i]
         y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
+        before = end[i - 1 if i > 0 else n - 1]
+        still[i] = -(begin[i] if abs(begin[i]) >= abs(before) else before) / pace[i] ** 2
         out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
         _advance(state, turn[:, i], width[i], begin[i], end[i])
-    return out, free, sine - certain, divisor
+    # 1/divisor changes with the sine by sine/(width^2 + sine^2) of itself, at most where it is the width.
+    width = 0.5 * (1.0 - kept) / math.sqrt(kept)
+    steepest = min(max(width, certain), max(sine, certain))
+    return out, still, free, Phase(sine, sine - certain, steepest / (width * width + steepest * steepest))
 
 
 @kernel

@@ -78,7 +78,7 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
 @pytest.mark.parametrize("loss", [0.01, 0.1])
 def test_damping_bounds_a_resonance(loss):
     """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
-    found, free, *_ = _own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
+    found, _, free, _ = _own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
     assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
     assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
 
@@ -94,7 +94,7 @@ def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, los
     inside = np.clip(since / width, 0.0, 1.0)
     share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
     ends = (angle == 1.0) | (angle == 1.0 + width)
-    _, free, *_ = _own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
+    _, _, free, _ = _own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
     expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
     after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
     assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 
+from solvers.rod.effect_bounds.corrected import Corrected
 from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING
 from solvers.rod.effect_bounds.situation import Situation
 
@@ -25,9 +26,10 @@ and from which the shape is judged beside inertia (``situation``)."""
 _BESIDE_MARGIN, _MAX_BESIDE_MARGIN = 2.0, 10.0
 """Increment of the margin per change by inertia, which is less certain than what is known in closed form; its limit."""
 
-_SLOW, _MAX_SLOW_MARGIN = 1.5, 100.0
-"""Pace of the first mode below which the crank excites the second one too, so that a small remainder of results that
-inertia cancels, and the distance from a resonance, are unknown; limit of the margin then."""
+_SLOW, _MAX_SLOW_MARGIN = 2.1, 100.0
+"""Pace of the first mode below which the crank's own two harmonics reach it: the small remainder of results that
+inertia cancels, and the distance from a resonance, are less known the more inertia changes; limit of the margin then.
+"""
 
 _ALWAYS = 2.0
 """An influence that no tolerance leaves out: more of a margin has no use."""
@@ -75,7 +77,7 @@ def rod_inertia(situation: Situation) -> float:
         return 0.0
     ringing = min(_RINGING_WEIGHT * found.share, 1.0) * max(1.0 - found.by_inertia / _SMALL, 0.0)
     margin = _INERTIA_MARGIN + (_RINGING_MARGIN - _INERTIA_MARGIN) * ringing
-    return margin * found.by_inertia if found.by_inertia < 1.0 else math.inf
+    return max(margin, _slow_margin(found)) * found.by_inertia if found.by_inertia < 1.0 else math.inf
 
 
 def _in_closed_form(situation: Situation, part: int) -> float:
@@ -90,6 +92,10 @@ def _with_margin(situation: Situation, change: float) -> float:
     if found is not None:
         beside = found.by_inertia
         margin = min(margin + 0.1 * min(beside / _APART, 1.0) + _BESIDE_MARGIN * beside, _MAX_BESIDE_MARGIN)
-        if found.pace < _SLOW:
-            margin = min(max(margin, (1.0 + beside) ** 2), _MAX_SLOW_MARGIN)
+        margin = max(margin, _slow_margin(found))
     return max(_ALONE_MARGIN * change, min(margin * change, _ALWAYS))
+
+
+def _slow_margin(found: Corrected) -> float:
+    """The least margin where the strip is slow."""
+    return min((1.0 + found.by_inertia) ** 3, _MAX_SLOW_MARGIN) if found.pace < _SLOW else 1.0

@@ -1,10 +1,11 @@
 """Greatest u31, peak crank torque and least swept box of a linkage that strikes.
 
-Beside the service's own ladder stand the ways an engineer would do it otherwise: the joints placed by intersecting
-circles with numpy, pylinkage's compiled steps with velocities, and scipy's fsolve on the loop equation, each at sampled
-crank angles, u31' by differences and the box by as many directions. All are told u31 at the blow, where none of them
-can stand. The reference is made at 40 digits from the loop equation and the law of cosines, its greatest values closed
-in on by golden section.
+Beside the ladders of the library and of the service, which reads a request, judges and tells all results with the
+transfer's curve, stand the ways an engineer would do it otherwise: the joints placed by intersecting circles with
+numpy, pylinkage's compiled steps with velocities, and scipy's fsolve on the loop equation, each at sampled crank
+angles, u31' by differences and the box by as many directions. All are told u31 at the blow, where none of them can
+stand. The reference is made at 40 digits from the loop equation and the law of cosines, its greatest values closed in
+on by golden section.
 """
 
 from __future__ import annotations
@@ -18,6 +19,8 @@ import mpmath as mp
 import numpy as np
 from scipy.optimize import fsolve
 
+from app.designs.impact_linkage.kind import case_of
+from app.designs.impact_linkage.result import SQUARE_MILLI
 from bench.campaign.scenes import Scene, scenes
 from bench.linkage import pylinkage_mechanism
 from bench.work_precision.curves import Method, Results
@@ -41,7 +44,8 @@ class LinkageCase:
 
     def __init__(self, scene: Scene) -> None:
         self.scene = scene
-        asked, mechanism = scene.request(effects=_CORE).mechanism()
+        self.request = scene.request(effects=_CORE)
+        asked, mechanism = self.request.mechanism()
         self.bar: FourBar = mechanism.bar
         self.crank, self.energy = mechanism.crank, asked.impact_energy
         self.pad = scene.body["limits"]["joint_radius_mm"] * 1e-3
@@ -158,6 +162,13 @@ def _least_area(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], crank: mp.mpf, 
 
 
 def _ours(accuracy: float, case: LinkageCase) -> Results:
+    # From the ratios on, as the peers: scene, mechanism and limits are made within the time.
+    found = case_of(case.request)._replace(accuracy=accuracy).alone().value
+    values = found.strike.greatest, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
+    return dict(zip(JUDGED, values, strict=True))
+
+
+def _service(accuracy: float, case: LinkageCase) -> Results:
     answer = case.scene.solve(effects=_CORE, accuracy=accuracy)
     return {name: answer.result[name] for name in JUDGED}
 
@@ -240,8 +251,9 @@ def _fsolve(count: int, case: LinkageCase) -> Results:
 
 
 def methods() -> Iterator[Method[LinkageCase]]:
-    """The service's accuracy ladder, then the peers."""
+    """The ladders of the library and of the service, then the peers."""
     yield Method("Crankwright", {f"accuracy {a:g}": partial(_ours, a) for a in _LADDER}, goals=_GOALS)
+    yield Method("Crankwright, a request's answer", {f"accuracy {a:g}": partial(_service, a) for a in _LADDER})
     yield Method("circles, numpy", {f"{n} angles": partial(_circles, n) for n in (90, 360, 1440, 5760)})
     yield Method("pylinkage", {f"{n} angles": partial(_pylinkage, n) for n in (90, 360, 1440)}, cases=50)
     yield Method("scipy fsolve", {f"{n} angles": partial(_fsolve, n) for n in (90, 360)}, cases=20)

@@ -138,6 +138,17 @@ def test_a_head_arrives_with_its_body_or_before_a_later_one(port):
         assert connection.recv(1000) == b"xx"
 
 
+def test_pipelined_requests_are_each_answered(port):
+    with connected(port) as connection:
+        later, last = (
+            ASKED.replace(*change, 1) for change in ((b"/", b"/later"), (b"\r\n", b"\r\nConnection: close\r\n"))
+        )
+        connection.sendall(ASKED + later + ASKED + last)
+        heads_and_bodies = rest_of(connection).split(b"HTTP/1.1 200 OK\r\n")
+        assert len(heads_and_bodies) == 5
+        assert all(answer.endswith(b"\r\n\r\nxx") for answer in heads_and_bodies[1:])
+
+
 def test_connections_per_address_are_limited(port):
     held = [connected(port) for _ in range(LIMITS.max_per_address)]
     with connected(port) as one_more:

@@ -12,7 +12,8 @@ from numpy.polynomial.legendre import legval
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.effect_bounds import first_order
-from solvers.rod.effect_bounds.inertia import NODES, _own_motion, _quasi_static
+from solvers.rod.effect_bounds.first_mode import own_motion
+from solvers.rod.effect_bounds.inertia import NODES, _quasi_static
 from solvers.rod.effect_bounds.main_results import MOST_CONTACT, MOST_MOMENT, MOST_SIDE, POWER, STRESS, UTILISATION
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS, choose_for
@@ -72,7 +73,7 @@ EVEN, NO_ENDS = 2.0 * np.pi / 256 * np.arange(256), np.zeros(256, bool)
 def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
     share = np.cos(3.0 * EVEN)
-    found, *_ = _own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
+    found, *_ = own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
     expected = 9.0 / (pace**2 - 9.0) * share
     # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
     assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
@@ -81,7 +82,7 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
 @pytest.mark.parametrize("loss", [0.01, 0.1])
 def test_damping_bounds_a_resonance(loss):
     """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
-    found, _, free, _ = _own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
+    found, _, free, _ = own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
     assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
     assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
 
@@ -97,7 +98,7 @@ def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, los
     inside = np.clip(since / width, 0.0, 1.0)
     share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
     ends = (angle == 1.0) | (angle == 1.0 + width)
-    _, _, free, _ = _own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
+    _, _, free, _ = own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
     expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
     after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
     assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected

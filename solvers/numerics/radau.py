@@ -25,7 +25,8 @@ class Radau(NamedTuple):
     """``points`` (s + 1,) and their barycentric ``weights``; ``first``, ``second``: derivatives at the points, and
     ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice`` (s, s): single
     and double integrals up to the Radau points of one given at these only; ``slope`` (s,): from the increments since
-    the start to the slope at the end; ``tail`` (4, s + 1): the last four Legendre coefficients, from the values."""
+    the start to the slope at the end; ``tail`` (4, s + 1): the last four Legendre coefficients, from the values;
+    ``firsts``, ``seconds``: derivatives of the part of degree 0, 1, … s of a polynomial, (s + 1, s + 1, s + 1)."""
 
     points: Array
     weights: Array
@@ -36,6 +37,8 @@ class Radau(NamedTuple):
     twice: Array
     slope: Array
     tail: Array
+    firsts: Array
+    seconds: Array
 
 
 @cache
@@ -53,17 +56,25 @@ def radau(stages: int) -> Radau:
     def acting(change: object, at: Array, coefficients: Array) -> Array:
         return np.ascontiguousarray(legendre.legval(at, change(coefficients)).T)
 
+    def of_parts(order: int) -> Array:
+        """Derivatives of the parts of a polynomial, by their degree."""
+        parts = [np.where(np.arange(stages + 1)[:, None] <= degree, whole, 0.0) for degree in range(stages + 1)]
+        return np.stack([acting(lambda c: legendre.legder(c, order, scl=2.0), places, part) for part in parts])
+
+    firsts, seconds = of_parts(1), of_parts(2)
     once = acting(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), x, inner)
     return Radau(
         points=points,
         weights=1.0 / np.prod(points[:, None] - points + np.eye(stages + 1), axis=1),
-        first=acting(lambda c: legendre.legder(c, scl=2.0), places, whole),
-        second=acting(lambda c: legendre.legder(c, 2, scl=2.0), places, whole),
+        first=firsts[-1],
+        second=seconds[-1],
         integral=acting(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), places, whole),
         once=once,
         twice=once @ once,
         slope=np.ascontiguousarray(np.linalg.inv(once)[-1]),
         tail=np.ascontiguousarray(whole[-_TAIL:]),
+        firsts=firsts,
+        seconds=seconds,
     )
 
 

@@ -47,6 +47,8 @@ _DIVIDED = 8
 """Between two corners of the load friction's are looked for in so many parts."""
 _NOWHERE = np.empty(0)
 _ROUGH, _ROUNDED, _NARROW = 1e-15, 10.0, TURN / 64
+_BENT_DEGREE = 4
+"""Second derivatives are those of the part up to this degree, of which rounding leaves enough in a narrow element."""
 
 
 @dataclass(frozen=True)
@@ -121,19 +123,20 @@ class Excitation:
 
 
 class Smoothness(NamedTuple):
-    """The mean axial force [N]; the least and the greatest of every element; and how far from the real axis [rad] the
-    motion stays analytic there."""
+    """The mean axial force [N]; the least and the greatest of every element; how far from the real axis [rad] the
+    motion stays analytic there; and the second derivatives of what drives it, over its greatest [1/rad^2]."""
 
     mean: float
     least: Array
     greatest: Array
     analytic: Array
+    curvature: Array
 
 
 @kernel
 def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smoothness:
     count, p = edges.size - 1, rule.points.size
-    mean, least, greatest, out = 0.0, np.empty(count), np.empty(count), np.empty(count)
+    mean, least, greatest, out, bent = 0.0, np.empty(count), np.empty(count), np.empty(count), np.zeros((2, count))
     most, last = np.full(2, 1e-300), np.zeros((2, count))
     for e in range(count):
         low, high = np.inf, -np.inf
@@ -151,7 +154,14 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
                 for i in range(p):
                     total += rule.tail[t, i] * row[i]
                 last[q, e] = max(last[q, e], abs(total))
+            for t in range(p):
+                total = 0.0
+                for i in range(p):
+                    total += rule.seconds[_BENT_DEGREE, t, i] * row[i]
+                bent[q, e] = max(bent[q, e], abs(total) / (edges[e + 1] - edges[e]) ** 2)
+    curvature = np.empty(count)
     for e in range(count):
+        curvature[e] = max(bent[0, e] / most[0], bent[1, e] / most[1])
         ratio, width = max(last[0, e] / most[0], last[1, e] / most[1]) + _ROUGH, edges[e + 1] - edges[e]
         rho = ratio ** (-1.0 / (p - 2))
         # In a narrow element, coefficients at rounding tell nothing of what lies farther away than it is wide; in one
@@ -159,7 +169,7 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
         told = ratio > _ROUNDED * _ROUGH or width > _NARROW
         enclosed = _among(corners, edges[e]) and (e == count - 1 or _among(corners, edges[e + 1]))
         out[e] = 0.25 * width * (rho - 1.0 / rho) if told and not enclosed else np.inf
-    return Smoothness(mean, least, greatest, out)
+    return Smoothness(mean, least, greatest, out, curvature)
 
 
 @kernel

@@ -26,6 +26,8 @@ Complex = NDArray[np.complex128]
 MOST_RINGING = 16
 """No more modes are made to ring."""
 
+NARROW = 3.0
+"""Radians of a mode in an element in which a series in derivatives costs digits."""
 _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
@@ -253,24 +255,28 @@ def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: f
 def excited(equation: StripEquation, excitation: Excitation, n: int) -> float:
     """What the force excites of the n-th mode's ringing between corners, by how fast it changes there: about
     exp(-omega y) (``excitation``), with a margin on the exponent."""
-    least, _ = least_turned(equation, excitation.edges, excitation.smoothness)
-    return math.exp(-least[n - 1] / EXPONENT)
+    analytic, _, _ = least_turned(equation, excitation.edges, excitation.smoothness)
+    return math.exp(-analytic[n - 1] / EXPONENT)
 
 
 @kernel
-def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array]:
+def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array, Array]:
     """The least angles [rad] by which every mode by itself turns where the force is greatest compression: within the
-    distance from the real axis up to which the motion is analytic, and within an element."""
+    distance from the real axis up to which the motion is analytic; within an element; and, where that is less than
+    ``NARROW``, while what drives it changes, by its second derivative, by its greatest value."""
     n = equation.slowness.size
-    analytic, narrow = np.full(n, np.inf), np.full(n, np.inf)
+    analytic, narrow, changing = np.full(n, np.inf), np.full(n, np.inf), np.full(n, np.inf)
     for k in range(n):
         for e in range(force.least.size):
             swing = equation.strip.couples * force.least[e] - equation.mean
             stiffness = max(1.0 + swing * equation.coupling[k, k], SOFTEST)
             pace = math.sqrt(stiffness / equation.slowness[k])
             analytic[k] = min(analytic[k], pace * force.analytic[e])
-            narrow[k] = min(narrow[k], pace * (edges[e + 1] - edges[e]))
-    return analytic, narrow
+            turned = pace * (edges[e + 1] - edges[e])
+            narrow[k] = min(narrow[k], turned)
+            if turned < NARROW:
+                changing[k] = min(changing[k], pace / math.sqrt(max(force.curvature[e], 1e-300)))
+    return analytic, narrow, changing
 
 
 @kernel
@@ -318,6 +324,10 @@ def read(
                     seen[e, i, q] += equation.clamp[q, a] * d[e, i, a]
                 still = states[MOMENT if q == 0 else SIDE, e * p + i] * (1.0 - 2.0 * q) / equation.strip.stiffness
                 greatest[q] = max(greatest[q], abs(still + seen[e, i, q]))
+    # What is wrong behind a corner or before one rings.
+    rings = np.ones(count)
+    for k in range(turn.first.size if corners and fast > 0 else 0):
+        rings[turn.first[k]], rings[turn.stop[k]] = enlarged[0], enlarged[0]
     time, changed, last = np.zeros(count), 0.0, np.zeros((2, rule.tail.shape[0]))
     for e in range(count):
         last[:] = 0.0
@@ -330,7 +340,7 @@ def read(
                 change = 0.0
                 for c in range(columns):
                     change += begin[e, c] * turn.change[e, i, c, q]
-                changed = max(changed, abs(change) / greatest[q])
+                changed = max(changed, abs(change) / greatest[q] * (rings[e] if i == 0 or i == p - 1 else 1.0))
     # By how much the fast modes disagree where an element ends and the next one begins. What is wrong beside a corner
     # as it is at the next ends of elements, that rings.
     margin = np.ones((count, fast))

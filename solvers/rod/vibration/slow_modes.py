@@ -28,6 +28,10 @@ from solvers.numerics.radau import Radau
 
 Array = NDArray[np.float64]
 
+_WIDE, _ROUNDING, _SMOOTH = 2.0, 1e-16, 200.0
+"""Radians beyond which a series is given an element's whole polynomials; rounding of a polynomial's highest degree; and
+radians of a fast mode over which forces are smooth at the least: their Legendre coefficients fall that fast."""
+
 
 class Parts(NamedTuple):
     """Matrices in the coordinates of above: ``slowness`` (m,) masses of the slow modes and ``damping`` (m,) of C,
@@ -83,17 +87,47 @@ def substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
             b[k, j] /= a[k, k]
 
 
+@kernel
+def degree_in(turned: float, most: int) -> int:
+    """The degree up to which polynomials are given to a series, in an element in which the slowest fast mode turns by
+    ``turned`` [rad].
+
+    A term's second derivative makes (d - 1) d (d + 1) (d + 2)/(2 turned^2) times as much of what is of degree d, two
+    degrees lower, and the next terms go on with that. So rounding grows the more the higher the degree and the
+    narrower the element; what a lower degree leaves out is smooth, and the derivatives that it has are left out."""
+    if turned >= _WIDE:
+        return most
+    best, least = most, np.inf
+    for degree in range(1, most + 1):
+        lost = _ROUNDING * _steepened(degree, turned)
+        for further in range(degree + 1, degree + 3):
+            lost += (turned / _SMOOTH) ** further * _steepened(further, turned)
+        if lost < least:
+            best, least = degree, lost
+    return best
+
+
+@kernel
+def _steepened(degree: int, turned: float) -> float:
+    """What all terms together make of a polynomial of that degree."""
+    out = 1.0
+    for d in range(degree, 1, -2):
+        out *= max(0.5 * (d - 1) * d * (d + 1) * (d + 2) / turned**2, 1.0)
+    return out
+
+
 @fusing_kernel
 def slow_motion(
     widths: Array, swing: Array, right: Array, parts: Parts, rule: Radau, wanted: float, most: int
 ) -> tuple[Array, Array, Array, Array, float]:
     """Motions over the elements, from ``swing`` (elements, points) and ``right`` (elements, points, m + rest).
 
-    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the right
-    side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an element's two
-    ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements, points, 2 m + 1, 2);
-    and the greatest ratio by which changes fell at last. The series ends where it changes less than ``wanted`` of the
-    first term's greatest that is read, after ``most`` terms, or before it grows.
+    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the
+    right side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an
+    element's two ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements,
+    points, 2 m + 1, 2), at the ends of narrow elements as their speeds change it; and the greatest ratio by which
+    changes fell at last. The series ends where it changes less than ``wanted`` of the first term's greatest that is
+    read, after ``most`` terms, or before it grows.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
     s, columns, size = p - 1, 2 * m + 1, m + rest
@@ -108,10 +142,15 @@ def slow_motion(
     drag, lossy = np.zeros((p, columns, rest)), bool(np.any(parts.damped != 0.0))
     slow, force = np.zeros((p, columns, m)), np.empty((p, columns, m))
     seen, read = np.zeros((p, columns, 2)), np.empty((p, columns, 2))
+    # What a lower degree leaves out, and the last change of speeds at the two ends, as places suffer from it.
+    untold, sped = np.zeros((p, columns, 2)), np.zeros((2, columns, 2))
     moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
     slowest = 0.0
     for e in range(count):
         h, square = widths[e], widths[e] * widths[e]
+        turns = h / math.sqrt(np.trace(parts.inert)) if rest > 0 else np.inf
+        degree, narrow = degree_in(turns, p - 1), turns < _WIDE
+        first, second = rule.firsts[degree], rule.seconds[degree]
         for i in range(p):
             for k in range(rest):
                 soft[i, k] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
@@ -135,11 +174,12 @@ def slow_motion(
                 base[row, a] = (mu + lost * h * rule.points[i + 1]) * scale
                 base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
         factor(matrix, order)
-        inertia[:], seen[:], last, fell = 0.0, 0.0, np.inf, 0.0
+        inertia[:], seen[:], untold[:], last, fell = 0.0, 0.0, 0.0, np.inf, 0.0
         slow[0] = 0.0
         for a in range(m):
             slow[0, a, a] = 1.0
-        for term in range(most):
+        # A polynomial has no more derivatives than its degree: whether terms fall is not told by what follows.
+        for term in range(min(most, degree // 2 + 1) if narrow else most):
             for i in range(p):
                 for c in range(columns):
                     for k in range(rest):
@@ -184,9 +224,13 @@ def slow_motion(
                         moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
                         if term == 0:
                             most_seen[c, q] = max(most_seen[c, q], abs(total))
+            if narrow:
+                _speeds_of(read - seen + untold, first, turns, sped)
             now = 0.0
             for c in range(columns):
                 for q in range(2):
+                    if narrow:
+                        moved[c, q] = max(moved[c, q], abs(sped[0, c, q]), abs(sped[1, c, q]))
                     if most_seen[c, q] > 0.0:
                         now = max(now, moved[c, q] / most_seen[c, q])
             if term > 0:
@@ -200,16 +244,20 @@ def slow_motion(
                     for k in range(rest):
                         out[e, i, c, m + k] = r[i, c, k]
                     for q in range(2):
-                        change[e, i, c, q] = read[i, c, q] - seen[i, c, q]
+                        change[e, i, c, q] = read[i, c, q] - seen[i, c, q] + untold[i, c, q]
                         seen[i, c, q] = read[i, c, q]
+            if narrow:
+                change[e, 0], change[e, p - 1] = sped[0], sped[1]
             if now <= wanted or rest == 0:
                 break
             last = now
-            np.dot(rule.second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
+            if term == 0 and degree < p - 1:
+                _untold_of(r, rule.seconds[min(degree + 2, p - 1)] - second, parts, soft, square, untold)
+            np.dot(second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
             np.dot(turned.reshape(p * columns, rest), parts.inert, inertia.reshape(p * columns, rest))
             inertia /= square
             if lossy:
-                np.dot(rule.first, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
+                np.dot(first, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
                 np.dot(turned.reshape(p * columns, rest), parts.damped, drag.reshape(p * columns, rest))
                 for i in range(p):
                     for c in range(columns):
@@ -236,6 +284,35 @@ def slow_motion(
                 for k in range(rest):
                     speeds[e, 0, c, k] += swing[e, 0] * soft[0, k] * parts.across[a, k] * slip[c, a]
     return out, ends, speeds, change, slowest
+
+
+@kernel
+def _untold_of(r: Array, second: Array, parts: Parts, soft: Array, square: float, out: Array) -> None:
+    """What is read (points, columns, 2) of the inertia of the rest's part that is not told to the series, of which
+    ``second`` makes the second derivative; added to ``out``, in elements of width^2 ``square``."""
+    p, columns, rest = r.shape
+    bent = np.dot(second, r.reshape(p, columns * rest)).reshape(p * columns, rest)
+    inertia = np.dot(bent, parts.inert).reshape(p, columns, rest)
+    for i in range(p):
+        for c in range(columns):
+            for q in range(2):
+                for k in range(rest):
+                    share = parts.read[q, parts.slowness.size + k] * soft[i, k]
+                    out[i, c, q] += share * inertia[i, c, k] / square
+
+
+@kernel
+def _speeds_of(change: Array, first: Array, turns: float, out: Array) -> None:
+    """At an element's two ends, in which the slowest fast mode turns by so many radians: the amplitudes of what rings
+    by a change of the speed, (2, columns, 2), from that of what is read (points, columns, 2). A mode that hardly turns
+    is hardly kept apart by the two ends, of which one takes back what the other gives."""
+    p, columns, _ = change.shape
+    for end in range(2):
+        for c in range(columns):
+            for q in range(2):
+                out[end, c, q] = 0.0
+                for j in range(p):
+                    out[end, c, q] += first[end * (p - 1), j] / max(turns, 1.0) * change[j, c, q]
 
 
 @kernel

@@ -30,7 +30,16 @@ from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
-from solvers.rod.vibration.motion import EXPONENT, MOST_RINGING, Errors, Motion, least_turned, motion, motion_beside
+from solvers.rod.vibration.motion import (
+    EXPONENT,
+    MOST_RINGING,
+    NARROW,
+    Errors,
+    Motion,
+    least_turned,
+    motion,
+    motion_beside,
+)
 
 LEAST_ERROR = 3e-11
 """Below it lies the rounding of V''' from many polynomials."""
@@ -55,10 +64,10 @@ _FAR, _WORST, _FINER = 30.0, 0.03, 0.75
 """Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
 others are halved too; what that makes of the step."""
 
-_NARROW, _NARROW_LOOSELY, _NARROW_HALF = 3.0, 2.0, 9.0
-"""Radians of the slowest mode that follows without ringing, in the narrowest element: where it turns by less, a series
-in derivatives costs digits; the same where few are wanted; and in the half of one, which is made where more digits are
-wanted."""
+_NARROW_LOOSELY, _NARROW_HALF, _CHANGING = 2.0, 9.0, 5.0
+"""Radians of the slowest mode that follows without ringing: in the narrowest element behind many corners where few
+digits are wanted; in the half of an element, which is made where more are; and, in a narrow one, while the force
+changes altogether, below which it does not follow."""
 
 _FASTER = 1.2
 """Than under the mean force, a mode in the mean."""
@@ -301,11 +310,13 @@ def _step(excitation: Excitation, wanted: float) -> float:
 
 def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
     """So many of the slowest modes do not merely follow the force: it excites them, by how fast it changes, or elements
-    are too narrow for series."""
-    analytic, turned = least_turned(equation, excitation.edges, excitation.smoothness)
-    narrow = _NARROW_LOOSELY if wanted > _LOOSELY else _NARROW
-    follows = (np.exp(-analytic / EXPONENT) < wanted) & (turned > narrow)
-    return int(np.argmax(np.append(follows[:-1], True)))
+    behind many corners are too narrow for series. Behind few the first one rings so much that following it takes less
+    time."""
+    analytic, narrow, changing = least_turned(equation, excitation.edges, excitation.smoothness)
+    many = excitation.corners.size > FEW_CORNERS
+    enough = (narrow > (_NARROW_LOOSELY if wanted > _LOOSELY else NARROW)) if many else (changing > _CHANGING)
+    follows = (np.exp(-analytic / EXPONENT) < wanted) & enough
+    return max(int(np.argmax(np.append(follows[:-1], True))), min(excitation.corners.size, 1))
 
 
 def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:

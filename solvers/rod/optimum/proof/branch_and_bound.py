@@ -16,6 +16,8 @@ from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, Work, box_bound, point_value
 from solvers.rod.strip.buckling import log_critical_parameter
 
+_NEARLY = 1e-2
+"""In ln objective: to divide boxes farther than that from being ruled out, a look at few angles is enough."""
 _CONTRACTION_RATIO = 0.6
 """A box is contracted again before bisection if a side shrank below this fraction of its length."""
 
@@ -55,6 +57,7 @@ def sized_centre(slice_: Array, x1: float, x2: float, l1: float, l2: float, step
 @kernel
 def prove(
     p: Relaxation,
+    quick: Relaxation,
     slices: Array,
     length: Array,
     steps: Array,
@@ -67,6 +70,7 @@ def prove(
 ) -> tuple[float, int, int]:
     """Branch and bound over every slice (b1, b2, h1, h2 bounds) and ``length`` = (l1, l2); ``steps`` of b and l or 0.
 
+    ``quick`` is ``p`` with a mean over fewer angles that bounds its own from below, or ``p`` itself.
     Stops when ``incumbent`` (or the best box centre found) is optimal within ``gap`` in ln objective, or after
     ``nodes`` boxes. ``best`` receives ln objective, ln tau, l, h and the slice of the best centre. Returns the lower
     bound of ln objective, the number of boxes evaluated, and that of boxes left.
@@ -131,13 +135,18 @@ def prove(
                         if value < best[0]:
                             best[0], best[1], best[2], best[3], best[4] = value, middle, l, h, origin[node]
                 looked += 1
-                bound = box_bound(p, slice_, a1, a2, m1, m2, work, min(incumbent, best[0]) - gap)
+                target = min(incumbent, best[0]) - gap
+                few = quick.react_force.size < p.react_force.size and target < np.inf
+                bound = box_bound(quick if few else p, slice_, a1, a2, m1, m2, work, target)
+                middle, l = 0.5 * (a1 + a2), m1 if m1 == m2 else math.sqrt(m1 * m2)
+                if few and bound < target:
+                    better = sized and point_value(quick, slice_, middle, l, work, tolerance)[0] < target
+                    if better or bound >= target - _NEARLY:
+                        few, bound = False, box_bound(p, slice_, a1, a2, m1, m2, work, target)
                 if bound == np.inf:
                     break
                 bound = max(bound, lower)
-                if bound < min(incumbent, best[0]) - gap and sized:
-                    middle = 0.5 * (a1 + a2)
-                    l = m1 if m1 == m2 else math.sqrt(m1 * m2)
+                if bound < target and sized and not few:
                     value, h = point_value(p, slice_, middle, l, work, tolerance)
                     if value < best[0]:
                         best[0], best[1], best[2], best[3], best[4] = value, middle, l, h, origin[node]
@@ -147,7 +156,7 @@ def prove(
                     break
                 # Parts cut off from here on are infeasible or not better than the target.
                 pruned = min(pruned, target)
-                if not contract(p, slice_, a1, a2, m1, m2, work, target, box):
+                if not contract(quick if few else p, slice_, a1, a2, m1, m2, work, target, box):
                     break
                 narrow = box[1] - box[0] < _CONTRACTION_RATIO * (a2 - a1)
                 short = math.log(box[3] / box[2]) < _CONTRACTION_RATIO * math.log(m2 / m1)

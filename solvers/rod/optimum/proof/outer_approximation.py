@@ -177,11 +177,14 @@ def _search(
     looked, bound, tried = 0, -math.inf, set()
     for turn in range(_ROUNDS):
         p = _relaxation(cycle, objective, limits, view, coarse, incumbent is None)
+        quick = p
+        if looked_at.power and not coarse and rows.POWER not in limits:
+            quick = _relaxation(cycle, objective, limits, view, coarse=True)
         work, best = workspace(p), np.empty(5)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
-        lower, count, left = prove(p, slices, length, steps, known, wanted, room, work, 0.0, best)
+        lower, count, left = prove(p, quick, slices, length, steps, known, wanted, room, work, 0.0, best)
         looked += count
         bound = max(bound, lower - by_limit)
         if not math.isfinite(best[0]):

@@ -14,6 +14,7 @@ from solvers.materials import Material
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import box_bound, fill, point_value, workspace
+from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.proof.intervals import bending_ranges, clamp, curvature_and_stiffness
 from solvers.rod.rows import POWER, PRESSURE, STABILITY, STRESS, UTILISATION
 from tests.solvers.rod.machines import PAPER
@@ -126,3 +127,26 @@ def test_bending_stays_within_its_ranges(force):
                 assert np.all(rate >= slope[:, 2 * k] - 1e-5 * size * 10)
                 assert np.all(rate <= slope[:, 2 * k + 1] + 1e-5 * size * 10)
     assert narrow > 50 or force > 1e4
+
+
+@pytest.mark.parametrize("gap", [1e-3, 1e-6])
+def test_boxes_divided_after_a_look_at_few_angles_leave_no_better_strip_out(gap):
+    """Both ways of dividing boxes end at one optimum, which 4,000 random strips do not better."""
+    cycle, limits = core_cycle(PAPER, serensen(PAPER.material), 0.0), limited(2.3, 1.5)
+    view = certificate.View([*np.linspace(0, 2 * np.pi, 12, endpoint=False)], [1.0, 0.7, 0.4, 0.2])
+    few, all_ = (
+        certificate._relaxation(cycle, rod.OBJECTIVES["friction_power"], limits, view, c) for c in (True, False)
+    )
+    work, ends = workspace(all_), []
+    for quick in (few, all_):
+        best = np.empty(5)
+        bound, *_ = prove(
+            all_, quick, SLICE[None], np.array([10e-3, 25e-3]), np.zeros(2), math.inf, gap, 20_000, work, 0.0, best
+        )
+        assert best[0] - gap * (1.0 + 1e-9) <= bound <= best[0]
+        ends.append((bound, best[0]))
+    assert max(bound for bound, _ in ends) <= min(best for _, best in ends)
+    rng = np.random.default_rng(7)
+    x1, x2 = -math.log(SLICE[1] * SLICE[3] ** 3), -math.log(SLICE[0] * SLICE[2] ** 3)
+    least = min(best_at(all_, rng.uniform(x1, x2), rng.uniform(10e-3, 25e-3)) for _ in range(4_000))
+    assert least >= max(bound for bound, _ in ends)

@@ -137,7 +137,32 @@ def test_a_series_that_grows_ends_before():
         edges, np.zeros_like(load), load[..., None], parts(np.array([0.5]), np.zeros((1, 1)), 0)
     )
     assert found[..., 0] == pytest.approx(load, abs=1e-12)
-    assert fell >= 1.0 and np.abs(change).max() == pytest.approx(1.0, rel=1e-2)
+    # In elements where the mode hardly turns, the speed at their ends is what suffers most.
+    assert fell >= 1.0 and np.abs(change).max() == pytest.approx(3.0 * TURN / 16, rel=1e-2)
+
+
+@pytest.mark.parametrize("turned", [3.0, 1.0, 0.1, 1e-2, 1e-3])
+@pytest.mark.parametrize("mu", [1e-2, 1e-4])
+def test_series_tell_what_they_miss_in_narrow_elements(mu, turned):
+    """mu r'' + r = cos x from 1 on, as above, with the speed at both ends: what is wrong with it at one, the other
+    takes back after so short a time."""
+    edges = np.array([1.0, 1.0 + turned * np.sqrt(mu)])
+    at, of = points(edges), parts(np.array([mu]), np.zeros((1, 1)), 0)
+    found, _, speeds, change, fell = slow_motion(
+        np.diff(edges), np.zeros_like(at), np.cos(at)[..., None], of, RULE, 1e-5, 9
+    )
+    exact, slope = np.cos(at) / (1 - mu), -np.sin(edges) / (1 - mu)
+    missed = np.abs(found[0, :, 0, 0] - exact[0]).max()
+    missed = max(missed, min(turned, 1.0) * np.sqrt(mu) * np.abs(speeds[0, :, 0, 0] - slope).max())
+    assert fell < 0.5 and missed < 2.0 * np.abs(change).max() * fell + 5e-7
+
+
+def test_what_changes_within_a_narrow_element_is_no_mode_to_follow():
+    edges = np.array([0.0, 1e-3])
+    at, of = points(edges), parts(np.array([0.01]), np.zeros((1, 1)), 0)
+    load = 1.0 + 1e-6 * np.cos(6.0 * at / edges[1])[..., None]
+    *_, change, _ = slow_motion(np.diff(edges), np.zeros_like(at), load, of, RULE, 1e-8, 9)
+    assert np.abs(change).max() > 1e-3
 
 
 def test_amplification_tells_a_resonance():

@@ -2,9 +2,9 @@
 
     EI d'''' - P(phi) d'' = -rho A omega^2 V_phiphi,     d clamped, with the pin at no offset
 
-V is the quasi-static shape, d the first of the iterates whose sum is the motion without ringing; each angle is solved
-independently (``strip.elastica_kernels``). The first mode, with the share c(phi) of V projected on the shape of d,
-obeys
+V is the quasi-static shape and P, of a strip flexible in shear, that of q_s (``strip.shear``); d is the first of the
+iterates whose sum is the motion without ringing; each angle is solved independently (``strip.elastica_kernels``). The
+first mode, with the share c(phi) of V projected on the shape of d, obeys
 
     a'' + eta Omega a' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega,  eta the loss factor
 
@@ -28,7 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, STROKE, Strip
+from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
+from solvers.rod.effect_bounds.first_mode import Phase, certain_sine, divisor, own_motion
+from solvers.rod.effect_bounds.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
 
 Array = NDArray[np.float64]
@@ -40,94 +42,109 @@ SIGNED, FOLLOWED = 0.5, 2.0
 """First-mode phase [rad] per uniform step above which the steps may miss its maximum, and above which they do not
 resolve its excitation."""
 
-_PHASE_ERROR, _PHASE_SHARE, _UNKNOWN = 0.03, 3e-4, 0.2
-"""Uncertainty of the first mode's phase after a revolution: absolute [rad] and relative; if it is unknown, the minimum
-assumed |sin| of half the phase, which holds in seven of eight cases."""
-
 _FIRST_ROUNDS, _ROUNDS = 6, 3
 """Inverse iterations for the natural frequency under the first force, and from its mode under the others."""
 
 _TURN = 2.0 * math.pi
-_MIN_SINE = 1e-3
-_UNEVEN = 4.0
-_LEAST_KEPT = 1e-200
+
+
+class Inert(NamedTuple):
+    """rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
+
+    line_mass: float
+    loss: float
+    critical: float
 
 
 class Motion(NamedTuple):
-    """Contributions of inertia at uniform angles, for the kernels of the main results.
+    """Contributions of inertia, for the kernels of the main results.
 
-    side, moment, series        T [N] and M0 [N m], (angles,), and Legendre coefficients over the strip of V'' [1/m],
-                                (terms, angles), of the response that follows the load
-    rings_side, _moment, …      the same of the first mode's ringing
+    side, moment, series        T [N] and M0 [N m], (n,), and Legendre coefficients over the strip of V'' [1/m],
+                                (terms, n), of the response that follows the load, at uniform angles
+    mode_side, _moment, …       the same of a unit of the first mode's motion, the last of shape (terms,)
+    rings, steeper              the mode's ringing, and what else it does where the load is sharper than between uniform
+                                angles, at the judged angles
     either                      whether the ringing may have either sign at any angle
     share                       share of ringing in the first mode's maximum motion
     pace                        mean of Omega
+    sine                        |sin| of half the phase after a revolution
+    nearer                      how much nearer to resonance it is assumed
+    detuning                    relative change of the ringing per change of the sine, at its steepest between the two
     """
 
     side: Array
     moment: Array
     series: Array
-    rings_side: Array
-    rings_moment: Array
-    rings_series: Array
+    mode_side: float
+    mode_moment: float
+    mode_series: Array
+    rings: Array
+    steeper: Array
     either: bool
     share: float
     pace: float
+    sine: float
+    nearer: float
+    detuning: float
 
 
 @kernel
 def motion_of(
-    states: Array, order: NDArray[np.intp], angle: Array, ends: NDArray[np.bool_], even: int, every: int,
-    strip: Strip, line_mass: float, loss: float, critical: float, softer: float, tables: Collocation,
-) -> Motion:  # fmt: skip
-    """The motion over a revolution of an unbuckled strip, sampled at ``angle``, of which the first ``even`` are
-    uniform.
+    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation, nearer: float
+) -> Motion:
+    """The motion over a revolution of an unbuckled strip from its states at the sampled angles, returned at every
+    ``every``-th uniform one.
 
-    It is returned at every ``every``-th uniform angle. ``order`` sorts the angles, of which some are ``ends`` of the
-    load's pieces; ``line_mass`` is rho A omega^2 [N/m^2], ``loss`` the loss factor, ``critical`` P_cr [N] in the
-    crank's plane rigid in shear, ``softer`` its ratio to that with shear.
+    ``nearer`` is that of a strip to compare with, or negative: by the uncertainty of the phase.
     """
-    l, per_force = strip.length, strip.length * strip.length / strip.stiffness
-    head, inertia = (strip.rod_length - l) / l, line_mass * l * l * per_force
+    angle, order, ends, even = sampling.angle, sampling.order, sampling.ends, sampling.even
+    loss, l, per_force = inert.loss, strip.length, strip.length * strip.length / strip.stiffness
+    head, inertia, coupling = (strip.rod_length - l) / l, inert.line_mass * l * l * per_force, states[COUPLING] * l * l
     smooth, step = order.size == even, _TURN / even
-    pace = paces(states[FORCE], per_force * softer, head, inertia, tables)
-    rise = _quasi_static(states, per_force * softer, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, states, per_force * softer, head, inertia, even, every, tables)
+    pace = paces(coupling, head, inertia, tables)
+    rise = _quasi_static(states, strip.compliance, l, head, tables)
+    rows, shape, greatest = _first_iterate(rise, coupling, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
         follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
-    rings = np.empty(even)
     # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
-    corners = _corners_ring(states, even, share, pace, loss, strip, critical) if smooth and fast else 0.0
+    corners = _corners_ring(states, even, share, pace, loss, strip, inert.critical) if smooth and fast else 0.0
+    rings, steeper, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
     if smooth and pace.min() * step > FOLLOWED:
         for i in range(even):
             # The quasi-static response is the first term of a series; the second difference estimates the next one.
             rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
     else:
-        own, free = _own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth)
+        own, still, free, phase = own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth, nearer)
         for i in range(order.size):
-            if order[i] < even:
-                rings[order[i]] = own[i] - follows[order[i]]
+            k = order[i]
+            near = follows[k if k < even else round(angle[k] / step) % even]
+            if not fast:
+                rings[k] = own[i] - near
+            elif not smooth:
+                steeper[k] = still[i] - near
         if fast:
-            _fill_amplitudes(rings, angle[order], free)
+            _fill_amplitudes(rings, angle[order], free, even)
+            for i in range(order.size):
+                if order[i] >= even:
+                    rings[order[i]] = max(free[i], free[i - 1])
             for i in range(even):
                 rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
-    if fast:
-        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
-        for i in range(even):
-            rings[i] = math.copysign(rings[i], states[STROKE, i])
-    rung = np.empty(rows.shape)
-    for i in range(rows.shape[1]):
+    count = order.size // every
+    for i in range(count):
         # The inertia of a mode's motion is proportional to the square of its frequency.
-        rate = (pace[i * every] / pace[greatest * every]) ** 2 * rings[i * every]
-        for k in range(rows.shape[0]):
-            rung[k, i] = rows[k, greatest] * rate
+        k = i * every
+        rate = (pace[k] / pace[greatest * every]) ** 2
+        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
+        rings[i] = rate * (math.copysign(rings[k], states[STROKE, k]) if fast else rings[k])
+        steeper[i] = rate * steeper[k]
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
-        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rung[0], moments * rung[1], rung[2:] / l, fast,
-        most / max(whole, most) if most > 0.0 else 0.0, pace[:even].mean(),
+        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rows[0, greatest], moments * rows[1, greatest],
+        rows[2:, greatest] / l, rings[:count], steeper[:count], fast, most / max(whole, most) if most > 0.0 else 0.0,
+        pace[:even].mean(), phase.sine, phase.nearer, phase.detuning,
     )  # fmt: skip
 
 
@@ -138,28 +155,27 @@ def _second_difference(values: Array, i: int, n: int) -> float:
 
 
 @kernel
-def _fill_amplitudes(rings: Array, angle: Array, free: Array) -> None:
-    """The maximum amplitude within a step of each uniform angle, from those at increasing angles [rad]."""
-    rings[:] = 0.0
+def _fill_amplitudes(rings: Array, angle: Array, free: Array, even: int) -> None:
+    """The maximum amplitude within a step of each of ``even`` uniform angles, from those at increasing angles [rad]."""
     for i in range(free.size):
-        at = angle[i] / _TURN * rings.size
+        at = angle[i] / _TURN * even
         for k in (math.floor(at), math.ceil(at)):
-            rings[k % rings.size] = max(rings[k % rings.size], free[i])
+            rings[k % even] = max(rings[k % even], free[i])
 
 
 @kernel
-def paces(force: Array, per_force: float, head: float, inertia: float, tables: Collocation) -> Array:
-    """Omega under axial forces [N]: the square root of a parabola through three values of Omega^2.
+def paces(coupling: Array, head: float, inertia: float, tables: Collocation) -> Array:
+    """Omega under axial forces with q_s l^2: the square root of a parabola through three values of Omega^2.
 
     Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration with the Rayleigh quotient.
     """
     n = NODES
     room, none, load = scratch(n), np.zeros(n), np.empty(n)
     bend, shape, sunk = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
-    least, most = force.min(), force.max()
+    least, most = coupling.min(), coupling.max()
     squares, shape[0] = np.empty(3), 1.0
     for m in range(3):
-        q = per_force * (least + 0.5 * m * (most - least))
+        q = least + 0.5 * m * (most - least)
         for _ in range(_FIRST_ROUNDS if m == 0 else _ROUNDS):
             load[0] = 0.5 * shape[0] - shape[1] / 6.0
             for k in range(1, n):
@@ -172,35 +188,45 @@ def paces(force: Array, per_force: float, head: float, inertia: float, tables: C
             for k in range(n + 2):
                 shape[k] = sunk[k] / math.sqrt(square)
         squares[m] = product / (square * inertia)
-    out, middle = np.empty(force.size), 0.5 * (least + most)
+    out, middle = np.empty(coupling.size), 0.5 * (least + most)
     bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
     half = 0.5 * (most - least)
-    for i in range(force.size):
-        x = (force[i] - middle) / half if half > 0.0 else 0.0
+    for i in range(coupling.size):
+        x = (coupling[i] - middle) / half if half > 0.0 else 0.0
         out[i] = math.sqrt(max(squares[1] + x * (tilt + x * bent), 1e-6 * abs(squares[1])))
     return out
 
 
 @kernel
-def _quasi_static(states: Array, per_force: float, l: float, head: float, tables: Collocation) -> Array:
-    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2)."""
+def _quasi_static(states: Array, compliance: float, l: float, head: float, tables: Collocation) -> Array:
+    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2).
+
+    V = W/m - g D z, where psi = W' obeys psi'' = q_s psi + D (``strip.shear``) and, from the conditions at the head,
+    W(l) + e m psi(l) = m (s + g D l), psi'(l) + e m psi''(l) = 0.
+    """
     n, count = NODES, states.shape[1]
     room, none, bend, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
     for i in range(count):
-        bent_by(per_force * states[FORCE, i], head, states[STROKE, i] / l, 0.0, none, none, tables, room, bend, out[i])
+        m, leant = states[SOFTENING, i], compliance * states[SHEAR, i]
+        offset = m * (states[STROKE, i] / l + leant)
+        bent_by(l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, room, bend, out[i])
+        for k in range(n + 2):
+            out[i, k] = out[i, k] / m
+        # z/l is (P_0 + P_1)/2.
+        out[i, 0] -= 0.5 * leant
+        out[i, 1] -= 0.5 * leant
     return out
 
 
 @kernel
 def _first_iterate(
-    rise: Array, states: Array, per_force: float, head: float, inertia: float, count: int, every: int,
-    tables: Collocation,
-) -> tuple[Array, Array, int]:  # fmt: skip
+    rise: Array, coupling: Array, head: float, inertia: float, count: int, every: int, tables: Collocation
+) -> tuple[Array, Array, int]:
     """d at every ``every``-th of the first ``count`` angles, which are uniform: (NODES + 4, count/every); the Legendre
     coefficients of its shape at its maximum, (NODES + 2,), and that column's index.
 
-    Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``per_force`` is
-    l^2/EI, ``inertia`` rho A omega^2 l^4/EI.
+    Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``coupling`` is
+    q_s l^2, ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
     room, load, none = scratch(n), np.zeros(n), np.zeros(n)
@@ -215,7 +241,7 @@ def _first_iterate(
         load[0] = -(0.5 * moved[0] - moved[1] / 6.0)
         for k in range(1, n):
             load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
-        q, c = bent_by(per_force * states[FORCE, i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
+        q, c = bent_by(coupling[i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
         out[0, j], out[1, j] = q, c
         for k in range(n + 2):
             out[2 + k, j] = bend[k]
@@ -238,113 +264,6 @@ def _share_of(rise: Array, shape: Array) -> Array:
             out[i] += rise[i, k] * shape[k] / (2 * k + 1)
         out[i] = out[i] / whole if whole > 0.0 else 0.0
     return out
-
-
-@kernel
-def _own_motion(
-    angle: Array, share: Array, pace: Array, ends: NDArray[np.bool_], loss: float, smooth: bool
-) -> tuple[Array, Array]:
-    """a at increasing angles of one revolution, from c and Omega there, and the amplitude of its free vibration.
-
-    For a ``smooth`` load c'' is continuous, and the angles are uniform; otherwise it has jumps, at the ``ends`` of the
-    load's pieces.
-    """
-    n = angle.size
-    width, begin, end, kick = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)
-    for i in range(n):
-        width[i] = (angle[i + 1] if i < n - 1 else angle[0] + _TURN) - angle[i]
-    if smooth:
-        for i in range(n):
-            a, b = share[i - 2 if i > 1 else n + i - 2], share[i - 1 if i > 0 else n - 1]
-            d, e = share[(i + 1) % n], share[(i + 2) % n]
-            begin[i] = (16.0 * (b + d) - a - e - 30.0 * share[i]) / (12.0 * width[i] * width[i])
-        for i in range(n):
-            end[i] = begin[(i + 1) % n]
-    else:
-        _fill_curvatures(angle, share, width, ends, begin, end, kick)
-    # Per step: Omega, half the rate of decay, and the cosine and sine of the damped phase times the decay over the
-    # step.
-    turn, slower = np.empty((4, n)), math.sqrt(1.0 - 0.25 * loss * loss)
-    for i in range(n):
-        w = 0.5 * (pace[i] + pace[(i + 1) % n])
-        kept = math.exp(-0.5 * loss * w * width[i])
-        turn[0, i], turn[1, i] = w, 0.5 * loss * w
-        turn[2, i], turn[3, i] = kept * math.cos(slower * w * width[i]), kept * math.sin(slower * w * width[i])
-    # d and d' after a revolution: forced from rest, and free from unit initial values.
-    forced, first, second = np.zeros(2), np.array([1.0, 0.0]), np.array([0.0, 1.0])
-    for i in range(n):
-        forced[1] -= kick[i]
-        _advance(forced, turn[:, i], width[i], begin[i], end[i])
-        _advance(first, turn[:, i], width[i], 0.0, 0.0)
-        _advance(second, turn[:, i], width[i], 0.0, 0.0)
-    # (I - M)^-1 = adj(I - M)/(1 - tr M + det M), where det M = k^2 and tr M = 2 k cos theta; theta is the phase and k
-    # the decay over a revolution. The divisor is |1 - k exp(i theta)|^2.
-    phase = (pace * width).sum()
-    kept = max(math.exp(-0.5 * loss * phase), _LEAST_KEPT)
-    left = 1.0 - first[0] - second[1] + kept * kept
-    sine = max(0.5 * math.sqrt(max((left - (1.0 - kept) ** 2) / kept, 0.0)), _MIN_SINE)
-    scale = 1.0 / (_divisor(kept, sine) * _divisor(kept, _certain_sine(sine, phase)))
-    state, out, free = np.empty(2), np.empty(n), np.empty(n)
-    state[0] = scale * ((1.0 - second[1]) * forced[0] + second[0] * forced[1])
-    state[1] = scale * (first[1] * forced[0] + (1.0 - first[0]) * forced[1])
-    for i in range(n):
-        state[1] -= kick[i]
-        y, v = _free_part(state, turn[:, i], width[i], begin[i], end[i])
-        out[i], free[i] = state[0], math.hypot(y, (v + turn[1, i] * y) / (slower * turn[0, i]))
-        _advance(state, turn[:, i], width[i], begin[i], end[i])
-    return out, free
-
-
-@kernel
-def _fill_curvatures(
-    angle: Array, share: Array, width: Array, ends: NDArray[np.bool_], begin: Array, end: Array, kick: Array
-) -> None:
-    """c'' at the begin and the end of each interval, linear in it.
-
-    It is that of the cubic through four values of the same piece of the load; where there are fewer, of the cubic
-    through the interval's values and slopes.
-    """
-    n = share.size
-    slope = np.empty(n)
-    for i in range(n):
-        h, g = width[i - 1 if i > 0 else n - 1], width[i]
-        rise, follow = share[i] - share[i - 1 if i > 0 else n - 1], share[(i + 1) % n] - share[i]
-        slope[i] = (rise / h * g + follow / g * h) / (h + g)
-        if max(h, g) > _UNEVEN * min(h, g):
-            # Next to a jump the parabola through three values overshoots; the true slope is limited by the secants.
-            most = 3.0 * min(abs(rise) / h, abs(follow) / g)
-            slope[i] = min(max(slope[i], -most), most)
-    for i in range(n):
-        h, j = width[i], (i + 1) % n
-        secant = (share[j] - share[i]) / h
-        begin[i] = (6.0 * secant - 4.0 * slope[i] - 2.0 * slope[j]) / h
-        end[i] = (-6.0 * secant + 2.0 * slope[i] + 4.0 * slope[j]) / h
-    at, value, before, after = np.empty(4), np.empty(4), np.zeros(n), np.zeros(n)
-    for i in range(n):
-        first, last = i, i + 1
-        while last - first < 3 and not (ends[first % n] and ends[last % n]):
-            if not ends[first % n] and (i - first <= last - i - 1 or ends[last % n]):
-                first -= 1
-            else:
-                last += 1
-        if last - first < 3:
-            continue
-        for k in range(4):
-            j = first + k
-            at[k] = angle[j % n] + _TURN * (j // n) - angle[i]
-            value[k] = share[j % n]
-        # Divided differences.
-        for order in range(1, 4):
-            for k in range(3, order - 1, -1):
-                value[k] = (value[k] - value[k - 1]) / (at[k] - at[k - order])
-        begin[i] = 2.0 * value[2] - 2.0 * value[3] * (at[0] + at[1] + at[2])
-        end[i] = begin[i] + 6.0 * value[3] * width[i]
-        before[i] = value[1] - value[2] * (at[0] + at[1]) + value[3] * (at[0] * at[1] + at[0] * at[2] + at[1] * at[2])
-        after[i] = before[i] + 0.5 * (begin[i] + end[i]) * width[i]
-    for i in range(n):
-        j = i - 1 if i > 0 else n - 1
-        if ends[i] and before[i] != 0.0 and after[j] != 0.0:
-            kick[i] = before[i] - after[j]
 
 
 @kernel
@@ -373,37 +292,4 @@ def _corners_ring(
         moved = abs(share[i] + at * (share[j] - share[i])) / stiff
         total += friction * rate * rate / side * moved / pace[i] ** 1.5
     kept = math.exp(-0.5 * loss * phase)
-    return total * max(1.0, 1.0 / _divisor(kept, _certain_sine(abs(math.sin(0.5 * phase)), phase)))
-
-
-@kernel
-def _divisor(kept: float, sine: float) -> float:
-    """|1 - k exp(i theta)| from k and |sin(theta/2)|."""
-    return math.sqrt((1.0 - kept) ** 2 + 4.0 * kept * sine * sine)
-
-
-@kernel
-def _certain_sine(sine: float, phase: float) -> float:
-    """|sin| of half the phase [rad] after a revolution, reduced by its uncertainty."""
-    error = _PHASE_ERROR + _PHASE_SHARE * phase
-    return max(sine - 0.5 * error, min(sine - 0.5 * _PHASE_ERROR, _UNKNOWN), _MIN_SINE)
-
-
-@kernel
-def _free_part(state: Array, turn: Array, width: float, begin: float, end: float) -> tuple[float, float]:
-    """d and d' less the particular solution -c''/w^2 + 2 g c'''/w^4 at the step's begin."""
-    square = turn[0] * turn[0]
-    slope = (end - begin) / width
-    return state[0] + (begin - 2.0 * turn[1] * slope / square) / square, state[1] + slope / square
-
-
-@kernel
-def _advance(state: Array, turn: Array, width: float, begin: float, end: float) -> None:
-    """One step of d'' + 2 g d' + w^2 d = -c'' with c'' from ``begin`` to ``end``; ``turn``: w, g, and the cosine and
-    sine of the damped phase times exp(-g width)."""
-    g, cosine, sine = turn[1], turn[2], turn[3]
-    square, slower = turn[0] * turn[0], math.sqrt(turn[0] * turn[0] - g * g)
-    slope = (end - begin) / width
-    y, v = _free_part(state, turn, width, begin, end)
-    state[0] = y * cosine + (v + g * y) / slower * sine - (end - 2.0 * g * slope / square) / square
-    state[1] = v * cosine - (square * y + g * v) / slower * sine - slope / square
+    return total * max(1.0, 1.0 / divisor(kept, certain_sine(abs(math.sin(0.5 * phase)), phase)))

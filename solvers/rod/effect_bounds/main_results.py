@@ -96,16 +96,39 @@ def _extremes(f: Array) -> tuple[float, float]:
     return high, low
 
 
-@kernel
-def judge(
-    j: Judging, strip: Strip, states: Array, side: Array, moment: Array, series: Array, inclined: bool, critical: float
-) -> Judged:
-    """The main results from a table of states (``cycle.state``) of an unbuckled strip, one column per angle.
+class Added(NamedTuple):
+    """What corrections add to T [N] and M0 [N m], (n,), and to V'' [1/m] as Legendre coefficients over the strip,
+    (terms, n); ``inclined``: N is tangential to the deflected strip."""
 
-    ``side`` and ``moment`` are T and M0 with all corrections, (n,); ``series`` the Legendre coefficients over the strip
-    of the corrections to V'' [1/m], (terms, n), or no terms; ``inclined``: N is tangential to the deflected strip.
-    """
-    n = states.shape[1]
+    side: Array
+    moment: Array
+    series: Array
+    inclined: bool
+
+
+@kernel
+def nothing_added(n: int) -> Added:
+    """No corrections at n angles."""
+    return Added(np.zeros(n), np.zeros(n), np.zeros((0, n)), False)
+
+
+@kernel
+def both_added(one: Added, other: Added) -> Added:
+    """The sum of two corrections."""
+    if one.series.shape[0] < other.series.shape[0]:
+        one, other = other, one
+    series = one.series.copy()
+    for k in range(other.series.shape[0]):
+        for i in range(series.shape[1]):
+            series[k, i] += other.series[k, i]
+    return Added(one.side + other.side, one.moment + other.moment, series, one.inclined or other.inclined)
+
+
+@kernel
+def judge(j: Judging, strip: Strip, states: Array, added: Added, critical: float) -> Judged:
+    """The main results from a table of states (``cycle.state``) of an unbuckled strip, one column per angle."""
+    n, series, inclined = states.shape[1], added.series, added.inclined
+    side, moment = states[SIDE] + added.side, states[MOMENT] + added.moment
     results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
     for i in range(n):
         t, couple = abs(side[i]), j.lever * abs(moment[i] + side[i] * j.offset)
@@ -141,7 +164,7 @@ def judge(
 def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: float) -> Judged:
     """The main results from a table of states without corrections."""
     if states[FORCE].min() > -critical:
-        return judge(j, strip, states, states[SIDE], states[MOMENT], np.empty((0, 0)), False, critical)
+        return judge(j, strip, states, nothing_added(states.shape[1]), critical)
     force = np.empty(j.angle.size)
     for i in range(force.size):
         force[i] = axial_force(drive, j.angle[i])
@@ -151,52 +174,64 @@ def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: 
 
 
 @kernel
+def has_part(drive: Drive, strip: Strip, part: int) -> bool:
+    """Whether there is anything to remove."""
+    return (drive.mass if part == MASS else strip.friction if part == FRICTION else 1.0) != 0.0
+
+
+@kernel
+def without_part(strip: Strip, part: int) -> Strip:
+    """The strip without a part."""
+    return Strip(
+        strip.stiffness, strip.length, strip.rod_length, 0.0 if part == COUPLES else strip.couples,
+        0.0 if part == SHEARING else strip.compliance, 0.0 if part == FRICTION else strip.friction, strip.lever,
+        strip.offset, strip.buckled,
+    )  # fmt: skip
+
+
+@kernel
 def changes_without(
     j: Judging, drive: Drive, still: Drive, strip: Strip, critical: float, rigid: float, exact: Judged
 ) -> Array:
-    """``change`` without each part of the revolution, (PARTS,); ``still`` is the drive without inertia, ``rigid`` P_cr
-    [N] without shear."""
-    out, states = np.zeros(PARTS), np.empty((ROWS, j.angle.size))
+    """Changes of the forces and of the shape without each part of the revolution, (PARTS, 2); ``still`` is the drive
+    without inertia, ``rigid`` P_cr [N] without shear."""
+    out, states = np.zeros((PARTS, 2)), np.empty((ROWS, j.angle.size))
     for part in range(PARTS):
-        there = drive.mass if part == MASS else strip.friction if part == FRICTION else 1.0
-        if there == 0.0:
+        if not has_part(drive, strip, part):
             continue
         driven = still if part == MASS else drive
         most = rigid if part == SHEARING else critical
-        left = Strip(
-            strip.stiffness, strip.length, strip.rod_length, 0.0 if part == COUPLES else strip.couples,
-            0.0 if part == SHEARING else strip.compliance, 0.0 if part == FRICTION else strip.friction, strip.lever,
-            strip.offset, strip.buckled,
-        )  # fmt: skip
+        left = without_part(strip, part)
         fill_states(driven, left, j.angle, states)
-        out[part] = change(j, judge_turn(j, driven, left, states, most), exact)
+        found = judge_turn(j, driven, left, states, most)
+        out[part, 0], out[part, 1] = change_of_forces(j, found, exact), change_of_shape(found, exact)
     return out
 
 
 @kernel
-def change(j: Judging, found: Judged, exact: Judged) -> float:
-    """Maximum relative difference of the first's results from the second's; inf if only one of them exists."""
+def change_of_shape(found: Judged, exact: Judged) -> float:
+    """Maximum relative difference of the bent strip's results; inf if only one of them stands."""
     if found.stands != exact.stands:
         return np.inf
-    worst = max(abs(found.critical / exact.critical - 1.0), _change_of_force(j, found, exact))
     if exact.stands == 0.0:
-        return worst
+        return 0.0
+    worst = _change_of_amplitude(found.sections, exact.sections)
     for k in range(RESULTS):
         here, truth = found.results[k], exact.results[k]
         # A safety is the inverse of the utilisation.
         base = here if k in (UTILISATION, STRESS) else truth
         if here != truth:
             worst = max(worst, abs(here - truth) / base if base > 0.0 else np.inf)
-    return max(worst, _change_of_amplitude(found.sections, exact.sections))
+    return worst
 
 
 @kernel
-def _change_of_force(j: Judging, found: Judged, exact: Judged) -> float:
-    """Change of the extrema of the axial force, the stability, and the natural frequency under the mean force.
+def change_of_forces(j: Judging, found: Judged, exact: Judged) -> float:
+    """Change of P_cr, of the extrema of the axial force, the stability, and the natural frequency under the mean force.
 
     An extremum lies between samples: the maximum difference at the neighbouring samples is used.
     """
-    worst, n = 0.0, j.angle.size
+    worst, n = abs(found.critical / exact.critical - 1.0), j.angle.size
     for sign in (1.0, -1.0):
         here, there = 0, 0
         for i in range(n):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -13,11 +13,22 @@ from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
-from solvers.rod.effect_bounds.main_results import Judged, Judging, changes_without, judge_turn
+from solvers.rod.effect_bounds.corrected import Corrected, change_beside, corrected
+from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, Inert
+from solvers.rod.effect_bounds.main_results import (
+    MASS,
+    SHEARING,
+    Judged,
+    Judging,
+    changes_without,
+    judge_turn,
+    without_part,
+)
 from solvers.rod.effect_bounds.sampling import Sampling, Sharp, even_angles, sharp_angles, with_sharp
 from solvers.rod.load.axial_force import Drive, axial_force, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import first_root
+from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
@@ -25,6 +36,15 @@ Array = NDArray[np.float64]
 
 _EVEN, _MAX_EVEN = 128, 1024
 """Initial and maximum number of uniform angles; doubled until the clamp moment is resolved."""
+
+_APART, _APART_IF_SHARP = 1e-2, 1e-3
+"""Change by corrections up to which they and other effects are judged one by one, for smooth and for sharp loads."""
+
+_MAX_EXCITED = 25.0
+"""Pace of the first mode, relative to the revolution's sharpness, above which smooth loads do not excite it."""
+
+_FEWER_NODES = 12
+"""Of large displacement than for full precision."""
 
 _MAX_SECOND_DIFFERENCE = 0.03
 """Second difference of the clamp moment at uniform angles, relative to its maximum, up to which it is resolved."""
@@ -87,9 +107,10 @@ class Turn:
         return self._seen(slice(0, self.sampling.angle.size, self.step))
 
     @cached_property
-    def thinned(self) -> Seen:
-        """Every other uniform angle of ``seen``: corrections of the shape are smooth."""
-        return self._seen(slice(0, self.sampling.even, 2 * self.step))
+    def tables(self) -> Collocation:
+        """Those of large displacement, which is smooth: fewer nodes suffice than for full precision."""
+        force, per_force = self.states[FORCE], self.strip.length**2 / self.strip.stiffness
+        return collocation(nodes_for(float(force.min()) * per_force, float(force.max()) * per_force) - _FEWER_NODES)
 
     @property
     def smooth(self) -> bool:
@@ -121,13 +142,16 @@ class Situation:
     scene: Scene
     dimensions: Dimensions
     excluded: frozenset[str] = frozenset()
-    known: dict[str, tuple[float, float, float, float]] = field(default_factory=dict, repr=False, compare=False)
-    """Cached influences that others depend on."""
 
     @cached_property
     def drive(self) -> Drive:
         """Gas load and all inertia."""
         return drive_of(self.scene, self.scene.piston.reciprocating_mass)
+
+    @cached_property
+    def without_mass(self) -> Drive:
+        """Gas load alone."""
+        return self.drive._replace(mass=0.0)
 
     @cached_property
     def sharp(self) -> Sharp:
@@ -160,16 +184,11 @@ class Situation:
         """P_cr [N] about the weaker axis, rigid in shear."""
         return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
-    @cached_property
-    def softer(self) -> float:
-        """Ratio of P_cr of bending in the crank's plane rigid in shear to that with shear."""
-        length = self.scene.mechanism.rod_length
-        return self.in_plane / (-self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
-
     @property
     def critical_with_shear(self) -> float:
         """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        return min(self.critical, self.in_plane / self.softer)
+        length = self.scene.mechanism.rod_length
+        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
 
     @cached_property
     def strip(self) -> Strip:
@@ -208,15 +227,56 @@ class Situation:
 
     @cached_property
     def without(self) -> Array:
-        """Maximum relative change of the main results without each part (``main_results.PARTS``)."""
-        seen, still = self.turn.seen, self.drive._replace(mass=0.0)
+        """Maximum relative changes of the forces and of the shape without each part, (PARTS, 2), beside no
+        corrections."""
+        seen, still = self.turn.seen, self.without_mass
         critical, rigid = self.critical_with_shear, self.critical
         return changes_without(seen.judging, self.drive, still, self.strip, critical, rigid, seen.judged)
 
-    def finer(self, turn: Turn) -> Turn:
-        """The revolution at twice as many uniform angles, or unchanged at the maximum."""
-        even = 2 * turn.sampling.even
-        return turn if even > _MAX_EVEN else self._resolved(turn.drive, turn.strip, even)
+    @cached_property
+    def inert(self) -> Inert:
+        """What the strip's inertia depends on."""
+        d, material = self.dimensions, self.scene.material
+        line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
+        return Inert(line_mass, material.loss_factor, self.in_plane)
+
+    @property
+    def corrected(self) -> Corrected | None:
+        """The corrections of the revolution; None if the strip buckles."""
+        return self._corrections[1] if self._corrections else None
+
+    @cached_property
+    def _corrections(self) -> tuple[Turn, Corrected] | None:
+        """They, and the revolution they belong to: at as many angles as resolve the first mode."""
+        turn = self.upright
+        while turn is not None:
+            seen, even = turn.seen, turn.sampling.even
+            found = corrected(
+                seen.judging, turn.strip, seen.states, seen.judged, turn.states, turn.sampling, turn.step, self.inert,
+                collocation(NODES), turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
+            )  # fmt: skip
+            pace = found.pace
+            coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
+            if not (turn.smooth and coarse):
+                return turn, found
+            turn = self._resolved(turn.drive, turn.strip, 2 * even)
+        return None
+
+    def changes_without(self, part: int) -> tuple[float, float]:
+        """Maximum relative changes of the forces and of the shape without a part (``main_results.PARTS``), beside the
+        corrections if these are large."""
+        if not self.turn.stands or not self.corrected or not self.corrected.interact:
+            forces, shape = self.without[part].tolist()
+            return forces, shape
+        turn, found = self._corrections
+        drive, strip = self.without_mass if part == MASS else turn.drive, without_part(turn.strip, part)
+        if drive.mass == turn.drive.mass and strip == turn.strip:
+            return 0.0, 0.0
+        critical = self.critical if part == SHEARING else turn.critical
+        return change_beside(
+            turn.seen.judging, turn.sampling, turn.step, self.inert, collocation(NODES), turn.tables, found, drive,
+            strip, critical,
+        )  # fmt: skip
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
         sharp = self.is_sharp

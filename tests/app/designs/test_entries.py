@@ -48,7 +48,7 @@ def test_outdated_entries_are_skipped(entry: tuple[str, str]) -> None:
 def test_the_largest_units_are_compiled_first() -> None:
     first = units_of(("flexible-rod", "design"))[:3]
     rooms = [{name.rpartition(".")[0] for name, _ in unit} for unit in first]
-    for dear in ("linear_check", "effect_bounds.first_order", "optimum.proof.branch_and_bound"):
+    for dear in ("linear_check", "effect_bounds.corrected", "optimum.proof.branch_and_bound"):
         assert sum(f"solvers.rod.{dear}" in room for room in rooms) == 1
 
 

@@ -7,13 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.polynomial.legendre import legval
 
 from solvers import rod
+from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.effect_bounds import first_order
-from solvers.rod.effect_bounds.inertia import _own_motion
+from solvers.rod.effect_bounds.first_mode import own_motion
+from solvers.rod.effect_bounds.inertia import NODES, _quasi_static
 from solvers.rod.effect_bounds.main_results import MOST_CONTACT, MOST_MOMENT, MOST_SIDE, POWER, STRESS, UTILISATION
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS, choose_for
+from solvers.rod.strip.elastica_kernels import collocation
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
 
 NAMES = frozenset(effect.name for effect in EFFECTS)
@@ -69,7 +73,7 @@ EVEN, NO_ENDS = 2.0 * np.pi / 256 * np.arange(256), np.zeros(256, bool)
 def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
     share = np.cos(3.0 * EVEN)
-    found, _ = _own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True)
+    found, *_ = own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
     expected = 9.0 / (pace**2 - 9.0) * share
     # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
     assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
@@ -78,7 +82,7 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
 @pytest.mark.parametrize("loss", [0.01, 0.1])
 def test_damping_bounds_a_resonance(loss):
     """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
-    found, free = _own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True)
+    found, _, free, _ = own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
     assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
     assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
 
@@ -94,7 +98,7 @@ def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, los
     inside = np.clip(since / width, 0.0, 1.0)
     share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
     ends = (angle == 1.0) | (angle == 1.0 + width)
-    _, free = _own_motion(angle, share, np.full(angle.size, pace), ends, loss, False)
+    _, _, free, _ = own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
     expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
     after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
     assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected
@@ -306,5 +310,80 @@ RESONANT = (
 )
 def test_inertia_that_changes_everything_lets_other_effects_change_more(scene, strip, sharp):
     truth = change_without(scene, strip, "friction_feedback")
-    assert 5.0 * Situation(scene, strip).without[first_order.FRICTION] < truth
+    assert 5.0 * Situation(scene, strip).without[first_order.FRICTION].max() < truth
     assert truth <= influence(scene, strip, "friction_feedback") <= sharp * truth
+
+
+TIED = (
+    campaign_scene(
+        table(
+            [
+                13.1784777, 36.052659, 40.6390255, 51.5546254, 62.2447795, 97.2226436, 115.806185, 128.868746,
+                157.420267, 167.276093, 278.372736,
+            ],
+            [
+                0.0749757377, 0.0506641505, 0.0482646828, 0.101297365, 0.0761159293, 0.0750702591, 0.10465713,
+                0.083806758, 0.0710445132, 0.0880817195, 0.0362945658,
+            ],
+        ),
+        (7.56997027, 76.3480777, 1.34496918),
+        (15.3210369, 14.4792216, 0.0, 0.0),
+        (184.699291, 4553.26888, 0.144707983),
+        loss=0.01,
+    ),
+    rod.Dimensions(7.07266437e-3, 0.301197163e-3, 73.6739025e-3),
+)  # fmt: skip
+"""Large displacement and inertia each stress another place, and the same one together."""
+POINTED = (
+    campaign_scene(
+        table(
+            [6.75405396, 85.7996088, 99.8884536, 168.173938, 192.136545, 217.421479],
+            [0.83151099, 1.62088451, 1.31408568, 1.81123468, 1.74505618, 1.83330768],
+        ),
+        (5.51639611, 312.677957, 1.45072575),
+        (52.3193731, 95.1162785, 0.0, 0.143492759),
+        (189.722916, 2670.81517, 0.338376033),
+        loss=0.01,
+    ),
+    rod.Dimensions(9.16958972e-3, 4.84545557e-3, 160.713435e-3),
+)
+"""The contact is greatest at a point of the table, on whose one side the pressure curves five times as much."""
+BENT = (
+    campaign_scene(
+        rod.ConstantLoad(124995.602),
+        (22.0082804, 218.602182, 1.47871546),
+        (116.896837, 181.833722, 0.0, 0.0),
+        (233.144714, 2526.89996, 0.0468091292),
+        loss=0.01,
+    ),
+    rod.Dimensions(31.6840978e-3, 1.75121868e-3, 195.265202e-3),
+)
+"""A strip at 95 % of its critical load, of whose clamp moment large displacement leaves half."""
+
+
+@pytest.mark.parametrize(
+    ("scene", "strip", "name"),
+    [(*TIED, "rod_inertia"), (*TIED, "large_displacement"), (*TIED, "shear"), (*POINTED, "rod_inertia")],
+    ids=["tied, inertia", "tied, large", "tied, shear", "pointed"],
+)
+def test_effects_are_judged_beside_the_corrections(scene, strip, name):
+    truth = change_without(scene, strip, name)
+    assert truth <= influence(scene, strip, name) <= 3.0 * truth
+
+
+def test_large_displacement_that_leaves_half_lets_other_effects_change_more():
+    scene, strip = replace(BENT[0], piston=replace(BENT[0].piston, reciprocating_mass=0.0105671952)), BENT[1]
+    truth = change_without(scene, strip, "reciprocating_inertia")
+    assert 5.0 * Situation(scene, strip).without[first_order.MASS].max() < truth
+    assert truth <= influence(scene, strip, "reciprocating_inertia") <= 2.0 * truth
+
+
+@pytest.mark.parametrize(("scene", "strip"), [(PAPER, STRIP), STUBBY, BENT], ids=["paper", "soft in shear", "bent"])
+def test_the_shape_that_inertia_follows_is_the_beam_columns_own(scene, strip):
+    """Against its closed form (``cycle.bent_strip``), with shear."""
+    turn = Situation(scene, strip).turn
+    l, z = strip.l, np.linspace(0.0, strip.l, 9)
+    head = (scene.mechanism.rod_length - l) / l
+    found = _quasi_static(turn.states, turn.strip.compliance, l, head, collocation(NODES))
+    _, _, expected = BentStrip.linear(turn.strip, turn.states)._linear(z)
+    assert l * legval(2.0 * z / l - 1.0, found.T).T == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())

@@ -57,6 +57,8 @@ def test_addresses_of_clients_are_taken_from_trusted_proxies_only(service):
         transport = httpx.HTTPTransport(local_address=source)
         with httpx.Client(base_url=client.base_url, transport=transport) as proxy:
             proxy.get("/api/v1/kinds", headers={"X-Forwarded-For": "203.0.113.9", "X-Request-ID": f"proxied-{k}"})
+    # A request is logged once its response has gone.
+    wait_until(lambda: "proxied-1" in running.output.read_text(), 10.0)
     lines = running.output.read_text().splitlines()
     untrusted, trusted = ("".join(line for line in lines if f"proxied-{k}" in line) for k in (0, 1))
     assert "203.0.113.9" not in untrusted and "127.0.0.1" in untrusted

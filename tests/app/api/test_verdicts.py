@@ -35,6 +35,12 @@ def answered(client, path, request):
     return answer.json()
 
 
+def test_the_verdict_comes_before_everything_long(client, check_request):
+    text = client.post(RODS, json={**check_request, "name": "read from the top"}).text
+    places = [text.index(f'"{part}":') for part in ("id", "verdict", "spec", "result", "links")]
+    assert places == sorted(places)
+
+
 def test_a_run_carries_its_verdict_and_the_listing_whether_it_holds(client, check_request, buckled):
     good, bad = (answered(client, RODS, {**r, "name": "judged"}) for r in (check_request, buckled))
     assert (good["holds"], bad["holds"]) == (True, False)

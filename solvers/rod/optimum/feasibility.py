@@ -25,6 +25,8 @@ _SAME_END = 0.05
 """In ln b, ln h, ln l: up to there two ends are one."""
 _HOPELESS = 0.1
 """Beyond this excess, in logarithms, no further starts are tried."""
+_VERGE, _FALLS = 0.01, 0.5
+"""Below that excess a search is continued, if the time before made so much of the excess before it."""
 _CLOSE = 10.0
 """Of the accuracy of rough searches: an excess below that may be none."""
 
@@ -103,6 +105,16 @@ def _least_violating(context: Context, start: Dimensions) -> Local | None:
         if end is not None and near(end.best.x, known, _SAME_END) and not context.model.textured:
             # Two ways led to the same strip, and no noise makes valleys of its own.
             break
+    return _continued(context, best)
+
+
+def _continued(context: Context, best: Local | None) -> Local | None:
+    """A search that has nearly met all limits goes on, with small steps again, as long as the excess falls."""
+    before = math.inf
+    while best is not None and best.found is None and best.best.excess < min(_VERGE, _FALLS * before):
+        before = best.best.excess
+        context.search_from(best.best.outcome.value.dimensions, context.bounds, _VERGE)
+        best = context.best()
     return best
 
 

@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 from bench.rod_problems import problem
 from solvers import rod
+from solvers.crank import IndicatorPressure, Stroke
 from solvers.effects import EffectSelection
 from solvers.outcome import EffectState, Status
 from tests.solvers.rod.machines import PAPER
@@ -235,6 +236,31 @@ def test_what_only_the_core_forbids_is_found():
     assert outcome.status is Status.SUCCEEDED
     assert asked.met_by(outcome.value.check)
     assert "no strip" in outcome.certificate.evidence["core"]
+
+
+def test_a_design_close_to_its_limits_is_not_called_infeasible():
+    """A diagram that jumps at the dead centres; a strip found by a search on the check alone keeps both limits."""
+    mechanism, piston = (
+        rod.Mechanism(1.5 * MM, 45.5 * MM, 50.36870508466911),
+        rod.Piston(20 * MM, 27 * MM, friction_coefficient=0.15442790348348545),
+    )
+    volumes, down, up = (
+        [2.0e-6, 2.25e-6, 2.55e-6, 2.942e-6],
+        (2.4e6, 2.1e6, 1.8e6, 1.55e6),
+        (1.5e6, 1.7e6, 2.0e6, 2.3e6),
+    )
+    diagram = IndicatorPressure((Stroke(tuple(volumes), down), Stroke(tuple(volumes[::-1]), up)))
+    scene = rod.Scene(
+        mechanism, piston, rod.IndicatorLoad(diagram, 2.0e-6, mechanism, piston), replace(STEEL, loss_factor=0.01)
+    )
+    asked = rod.Requirements(2.6884441312924556, 1.8)
+    known = rod.check(scene, rod.Dimensions(9 * MM, 0.45847984 * MM, 23.61433383 * MM)).value
+    assert asked.met_by(known)
+
+    outcome = rod.design(replace(REFERENCE, scene=scene, requirements=asked))
+    assert outcome.status is Status.SUCCEEDED
+    assert asked.met_by(outcome.value.check)
+    assert outcome.value.check.mass < known.mass
 
 
 BEYOND = frozenset({"shear", "large_displacement", "friction_feedback", "reciprocating_inertia"})

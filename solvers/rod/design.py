@@ -38,7 +38,7 @@ from solvers.rod.optimum.local_search import Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.problem import OBJECTIVES, Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
@@ -55,6 +55,7 @@ _MOST_UNKNOWN = 1e-3
 """So much of it at the most counts."""
 _MAX_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
+_ANY_SAFETY = 1e-6
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
@@ -269,21 +270,30 @@ class _Design:
     def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
         """The best strip on the full model found within the time."""
         try:
-            if excess > 0.0:
-                local = least_violating(context, strip, hopeless) if math.isfinite(excess) else None
-                if local is None or local.found is None:
-                    return None if local is None else Optimum(local, starts=context.starts)
-                strip = local.best.outcome.value.dimensions
-            optimum = self.optimum_from(context, strip)
-            if optimum is None or optimum.local.found is None:
-                local = least_violating(context, strip)
-                if local is None or local.found is None:
-                    return None if local is None else Optimum(local, starts=context.starts)
-                optimum = self.optimum_from(context, local.best.outcome.value.dimensions)
-            return optimum
+            optimum = None if excess > 0.0 else self.optimum_from(context, strip)
+            if (optimum is not None and optimum.local.found is not None) or not math.isfinite(excess):
+                return optimum
+            local = least_violating(context, strip, hopeless)
+            if local is None:
+                return None
+            start = self.safest(context) if local.found is None and not hopeless else local.found and local.best.outcome.value.dimensions
+            if start is None:
+                return Optimum(local, starts=context.starts)
+            return self.optimum_from(context, start)
         except OutOfTime:
             self.out_of_time = True
             return context.best_in_time()
+
+    def safest(self, context: Context) -> Dimensions | None:
+        """The strip of the greatest fatigue safety that keeps all other limits, if that keeps its own, too."""
+        p = self.problem
+        asked = replace(p.requirements, min_fatigue_safety=_ANY_SAFETY)
+        relaxed = replace(p, objective=OBJECTIVES["fatigue_safety"], requirements=asked)
+        outcome = replace(self, problem=relaxed, selection=context.model.effects).run()
+        if outcome.value is None or not p.requirements.met_by(outcome.value.check):
+            if outcome.value is not None: print("    relaxed", outcome.value.check.stresses.fatigue_safety/p.requirements.min_fatigue_safety)
+            return None
+        return outcome.value.check.dimensions
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)

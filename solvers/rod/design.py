@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from solvers.effects import AUTO, Choice, EffectSelection
@@ -34,7 +34,7 @@ from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
 from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.full_strip import logarithms
-from solvers.rod.optimum.local_search import Task
+from solvers.rod.optimum.local_search import Local, Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.sqp import wanted_of
@@ -55,7 +55,12 @@ _MOST_UNKNOWN = 1e-3
 """So much of it at the most counts."""
 _MAX_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
+_CLOSE = 0.05
+"""Excess, in logarithms, up to which another search for an admissible strip is worth its time."""
+_ROUGH = 1e-4
+"""The accuracy of that search."""
 _ANY_SAFETY = 1e-6
+"""A fatigue safety that every strip has."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
@@ -271,29 +276,40 @@ class _Design:
         """The best strip on the full model found within the time."""
         try:
             optimum = None if excess > 0.0 else self.optimum_from(context, strip)
-            if (optimum is not None and optimum.local.found is not None) or not math.isfinite(excess):
+            if _found(optimum) or not math.isfinite(excess):
                 return optimum
-            local = least_violating(context, strip, hopeless)
-            if local is None:
+            nearest = least_violating(context, strip, hopeless)
+            if nearest is None:
                 return None
-            start = self.safest(context) if local.found is None and not hopeless else local.found and local.best.outcome.value.dimensions
-            if start is None:
-                return Optimum(local, starts=context.starts)
-            return self.optimum_from(context, start)
+            for start in self.admissible(context, nearest, hopeless):
+                optimum = self.optimum_from(context, start)
+                if _found(optimum):
+                    return optimum
+            return Optimum(nearest, starts=context.starts) if nearest.found is None else optimum
         except OutOfTime:
             self.out_of_time = True
             return context.best_in_time()
 
+    def admissible(self, context: Context, nearest: Local, hopeless: bool) -> Iterator[Dimensions]:
+        """Strips that meet all requirements: the one which misses them least, if it misses none, and the safest."""
+        if nearest.found is not None:
+            yield nearest.best.outcome.value.dimensions
+        if not hopeless and nearest.best.excess < _CLOSE and (safest := self.safest(context)) is not None:
+            yield safest
+
     def safest(self, context: Context) -> Dimensions | None:
-        """The strip of the greatest fatigue safety that keeps all other limits, if that keeps its own, too."""
-        p = self.problem
-        asked = replace(p.requirements, min_fatigue_safety=_ANY_SAFETY)
-        relaxed = replace(p, objective=OBJECTIVES["fatigue_safety"], requirements=asked)
-        outcome = replace(self, problem=relaxed, selection=context.model.effects).run()
-        if outcome.value is None or not p.requirements.met_by(outcome.value.check):
-            if outcome.value is not None: print("    relaxed", outcome.value.check.stresses.fatigue_safety/p.requirements.min_fatigue_safety)
-            return None
-        return outcome.value.check.dimensions
+        """The strip of the greatest fatigue safety under the other requirements, if it meets that one, too.
+
+        What a strip misses may have minima between any two resonances; an optimum is looked for in all of them.
+        """
+        p, check = self.problem, None
+        if p.requirements.min_fatigue_safety > _ANY_SAFETY:
+            asked = replace(p.requirements, min_fatigue_safety=_ANY_SAFETY)
+            relaxed = replace(p, objective=OBJECTIVES["fatigue_safety"], requirements=asked)
+            roughly = max(self.accuracy, _ROUGH)
+            best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
+            check = None if best is None else best.check
+        return None if check is None or not p.requirements.met_by(check) else check.dimensions
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
@@ -375,6 +391,10 @@ class _Design:
         """The time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
+
+
+def _found(optimum: Optimum | None) -> bool:
+    return optimum is not None and optimum.local.found is not None
 
 
 def _beyond(chosen: frozenset[str]) -> tuple[str, ...]:

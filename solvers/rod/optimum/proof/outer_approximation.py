@@ -22,7 +22,7 @@ from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import Bounds, Objective
+from solvers.rod.problem import OBJECTIVES, Bounds, Objective
 from solvers.rod.scene import Dimensions
 
 FIRST_ANGLES, FIRST_REACTIONS = 8, 24
@@ -124,6 +124,25 @@ def search(
     Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
     the width of its best strip if the neighbouring available widths do not reach its bound.
     """
+    proof = _from(cycle, objective, limits, sizes, gap, boxes, before)
+    if proof.best is not None or proof.log_bound == math.inf or rows.UTILISATION not in limits:
+        return proof
+    # Too few boxes to meet an admissible strip. That of the greatest fatigue safety is one, or there is none.
+    others = {row: limit for row, limit in limits.items() if row != rows.UTILISATION}
+    safest = _from(cycle, OBJECTIVES["fatigue_safety"], others, sizes, gap, boxes, None)
+    if safest.log_bound > limits[rows.UTILISATION]:
+        return replace(proof, log_bound=math.inf)
+    if safest.best is None:
+        return proof
+    strip, power = safest.best.dimensions, wanted_of(objective, limits).power
+    start = _polished(cycle, objective, limits, sizes.around(strip), strip, power)
+    return proof if start is None else _from(cycle, objective, limits, sizes, gap, boxes, replace(proof, best=start))
+
+
+def _from(
+    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, before: Proof | None
+) -> Proof:
+    """``search`` from what is known before: without an admissible strip where few strips are, and it meets none."""
     view, incumbent = View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
     if before is not None:
         view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best

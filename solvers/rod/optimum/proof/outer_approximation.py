@@ -22,7 +22,7 @@ from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import OBJECTIVES, Bounds, Objective
+from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
 FIRST_ANGLES, FIRST_REACTIONS = 8, 24
@@ -124,25 +124,6 @@ def search(
     Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
     the width of its best strip if the neighbouring available widths do not reach its bound.
     """
-    proof = _from(cycle, objective, limits, sizes, gap, boxes, before)
-    if proof.best is not None or proof.log_bound == math.inf or rows.UTILISATION not in limits:
-        return proof
-    # Too few boxes to meet an admissible strip. That of the greatest fatigue safety is one, or there is none.
-    others = {row: limit for row, limit in limits.items() if row != rows.UTILISATION}
-    safest = _from(cycle, OBJECTIVES["fatigue_safety"], others, sizes, gap, boxes, None)
-    if safest.log_bound > limits[rows.UTILISATION]:
-        return replace(proof, log_bound=math.inf)
-    if safest.best is None:
-        return proof
-    strip, power = safest.best.dimensions, wanted_of(objective, limits).power
-    start = _polished(cycle, objective, limits, sizes.around(strip), strip, power)
-    return proof if start is None else _from(cycle, objective, limits, sizes, gap, boxes, replace(proof, best=start))
-
-
-def _from(
-    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, gap: float, boxes: int, before: Proof | None
-) -> Proof:
-    """``search`` from what is known before: without an admissible strip where few strips are, and it meets none."""
     view, incumbent = View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
     if before is not None:
         view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best
@@ -199,21 +180,21 @@ def _search(
         quick = p
         if looked_at.power and not coarse and rows.POWER not in limits:
             quick = _relaxation(cycle, objective, limits, view, coarse=True)
-        work, best = workspace(p), np.empty(5)
+        work, best = workspace(p), np.full(5, np.nan)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
         lower, count, left = prove(p, quick, slices, length, steps, known, wanted, room, work, 0.0, best)
         looked += count
         bound = max(bound, lower - by_limit)
-        if not math.isfinite(best[0]):
+        if math.isnan(best[1]):
             if left == 0 or incumbent is not None:
                 break
             # Node limit reached before an admissible centre was found: no starting point.
             return Proof(None, bound, looked, turn + 1, view)
-        if incumbent is not None and best[0] >= known - gap:
+        if known - gap <= best[0] < math.inf:
             break
-        if coarse and not enough and incumbent is not None and best[0] >= known - _COARSE_ERROR_FACTOR * COARSE_ERROR:
+        if coarse and not enough and known - _COARSE_ERROR_FACTOR * COARSE_ERROR <= best[0] < math.inf:
             coarse = False
             continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
@@ -223,7 +204,7 @@ def _search(
             incumbent = found
             if turn == 0 or len(view.angles) > _MAX_ANGLES:
                 view = View([0.0, cycle.hardest], [1.0])
-        if looked >= boxes or (key in tried and found is None):
+        if looked >= boxes or (key in tried and (found is None or math.isinf(best[0]))):
             break
         tried.add(key)
         better = found is not None and found is incumbent

@@ -93,11 +93,14 @@ class View:
     angles: list[float]
     sections: list[float]
 
-    def add(self, angles: Array, sections: Array) -> None:
+    def add(self, angles: Array, sections: Array) -> bool:
+        """Whether there are new ones among them."""
+        before = len(self.angles) + len(self.sections)
         for known, new, apart in ((self.angles, angles, 1e-7), (self.sections, sections, 1e-6)):
             for value in map(float, new):
                 if all(abs(value - other) > apart for other in known):
                     known.append(value)
+        return len(self.angles) + len(self.sections) > before
 
 
 @dataclass(frozen=True)
@@ -174,7 +177,7 @@ def _search(
         gap = max(gap, _COARSE_ERROR_FACTOR * COARSE_ERROR)
     # Relaxations measure stability relative to its limit.
     by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
-    looked, bound, tried = 0, -math.inf, set()
+    looked, bound = 0, -math.inf
     for turn in range(_ROUNDS):
         p = _relaxation(cycle, objective, limits, view, coarse, incumbent is None)
         quick = p
@@ -198,25 +201,23 @@ def _search(
             coarse = False
             continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
-        key = tuple(round(math.log(v), 6) for v in (candidate.b, candidate.h, candidate.l))
         found = _polished(cycle, objective, limits, sizes.around(candidate), candidate, looked_at.power)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0 or len(view.angles) > _MAX_ANGLES:
                 view = View([0.0, cycle.hardest], [1.0])
-        again = key in tried and (found is None or math.isinf(best[0]))
-        if looked >= boxes or (again and not coarse):
+        if looked >= boxes:
             break
-        if again:
-            # What few angles admit as they may be too low by their error is decided by all.
-            coarse = False
-            continue
-        tried.add(key)
         better = found is not None and found is incumbent
         strip = found.dimensions if better else candidate
         seen = found.peaks if better else cycle.peaks(strip, looked_at)
         # From the second iteration on, an angle is missing, possibly one of equal severity.
-        view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
+        new = view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
+        if not (new or better):
+            if not coarse:
+                break
+            # What admits this strip may be the error of few angles.
+            coarse = False
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, view)

@@ -317,7 +317,11 @@ class _Design:
         relaxed = replace(p, objective=OBJECTIVES[c.serves], requirements=asked)
         roughly = max(self.accuracy, _ROUGH)
         best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
-        return None if best is None or not p.requirements.met_by(best.check) else best.check.dimensions
+        if best is not None and p.requirements.met_by(best.check):
+            return best.check.dimensions
+        # Without time left the best one may not have been found.
+        self.watch()
+        return None
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)

@@ -263,6 +263,14 @@ def test_a_design_close_to_its_limits_is_not_called_infeasible():
     assert outcome.value.check.mass < known.mass
 
 
+def test_without_time_to_look_in_every_gap_a_design_is_not_called_infeasible():
+    asked = problem(2289)
+    requirements = replace(asked.requirements, min_fatigue_safety=3.464)
+    outcome = rod.design(replace(asked, requirements=requirements), time_budget=1e-3)
+    assert outcome.status is Status.FAILED
+    assert rod.design(replace(asked, requirements=requirements)).status is Status.SUCCEEDED
+
+
 @pytest.mark.parametrize("seed", [2261, 2289, 2195], ids=["rings", "rings by a quarter", "rings, in steps"])
 def test_what_the_safest_strip_reaches_may_be_asked_for(seed):
     """Strips that meet the requirements lie between other resonances than those that the core would have."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from solvers.effects import AUTO, Choice, EffectSelection
@@ -34,11 +34,11 @@ from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
 from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.full_strip import logarithms
-from solvers.rod.optimum.local_search import Task
+from solvers.rod.optimum.local_search import Local, Task
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.problem import OBJECTIVES, Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
@@ -55,6 +55,12 @@ _MOST_UNKNOWN = 1e-3
 """So much of it at the most counts."""
 _MAX_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
+_CLOSE = 0.05
+"""Excess, in logarithms, up to which another search for an admissible strip is worth its time."""
+_ROUGH = 1e-4
+"""The accuracy of that search."""
+_ANY_SAFETY = 1e-6
+"""A fatigue safety that every strip has."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
@@ -269,21 +275,41 @@ class _Design:
     def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
         """The best strip on the full model found within the time."""
         try:
-            if excess > 0.0:
-                local = least_violating(context, strip, hopeless) if math.isfinite(excess) else None
-                if local is None or local.found is None:
-                    return None if local is None else Optimum(local, starts=context.starts)
-                strip = local.best.outcome.value.dimensions
-            optimum = self.optimum_from(context, strip)
-            if optimum is None or optimum.local.found is None:
-                local = least_violating(context, strip)
-                if local is None or local.found is None:
-                    return None if local is None else Optimum(local, starts=context.starts)
-                optimum = self.optimum_from(context, local.best.outcome.value.dimensions)
-            return optimum
+            optimum = None if excess > 0.0 else self.optimum_from(context, strip)
+            if _found(optimum) or not math.isfinite(excess):
+                return optimum
+            nearest = least_violating(context, strip, hopeless)
+            if nearest is None:
+                return None
+            for start in self.admissible(context, nearest, hopeless):
+                optimum = self.optimum_from(context, start)
+                if _found(optimum):
+                    return optimum
+            return Optimum(nearest, starts=context.starts) if nearest.found is None else optimum
         except OutOfTime:
             self.out_of_time = True
             return context.best_in_time()
+
+    def admissible(self, context: Context, nearest: Local, hopeless: bool) -> Iterator[Dimensions]:
+        """Strips that meet all requirements: the one which misses them least, if it misses none, and the safest."""
+        if nearest.found is not None:
+            yield nearest.best.outcome.value.dimensions
+        if not hopeless and nearest.best.excess < _CLOSE and (safest := self.safest(context)) is not None:
+            yield safest
+
+    def safest(self, context: Context) -> Dimensions | None:
+        """The strip of the greatest fatigue safety under the other requirements, if it meets that one, too.
+
+        What a strip misses may have minima between any two resonances; an optimum is looked for in all of them.
+        """
+        p, check = self.problem, None
+        if p.requirements.min_fatigue_safety > _ANY_SAFETY:
+            asked = replace(p.requirements, min_fatigue_safety=_ANY_SAFETY)
+            relaxed = replace(p, objective=OBJECTIVES["fatigue_safety"], requirements=asked)
+            roughly = max(self.accuracy, _ROUGH)
+            best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
+            check = None if best is None else best.check
+        return None if check is None or not p.requirements.met_by(check) else check.dimensions
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
@@ -365,6 +391,10 @@ class _Design:
         """The time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
+
+
+def _found(optimum: Optimum | None) -> bool:
+    return optimum is not None and optimum.local.found is not None
 
 
 def _beyond(chosen: frozenset[str]) -> tuple[str, ...]:

@@ -10,7 +10,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_optimum import Context, near
+from solvers.rod.optimum.full_optimum import Context
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.local_search import Iterate, Local, excess_of
 from solvers.rod.optimum.peaks import Wanted
@@ -21,12 +21,6 @@ from solvers.rod.scene import Dimensions
 SPREAD = 3
 """Starts beside the core's least violating strip."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
-_SAME_END = 0.05
-"""In ln b, ln h, ln l: up to there two ends are one."""
-_HOPELESS = 0.1
-"""Beyond this excess, in logarithms, no further starts are tried."""
-_VERGE, _FALLS = 0.01, 0.5
-"""Below that excess a search is continued, if the time before made so much of the excess before it."""
 _CLOSE = 10.0
 """Of the accuracy of rough searches: an excess below that may be none."""
 
@@ -66,20 +60,22 @@ def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensi
 
 
 def least_violating(context: Context, start: Dimensions, hopeless: bool = False) -> Local | None:
-    """The end of local searches for an admissible strip on the full model, from ``start`` and from spread strips.
+    """The end of a local search for an admissible strip on the full model, from ``start``.
 
-    The best admissible one, or the least violating; None where every strip tried buckles. Where it is ``hopeless``,
-    ``start`` is checked and nothing else. Where a table's points set the strip ringing all but the end is done roughly.
+    The best admissible one of all searches, or the least violating; None where every strip tried buckles. Where it is
+    ``hopeless``, ``start`` is checked and nothing else. Where a table's points set the strip ringing all but the end is
+    done roughly.
     """
     if hopeless:
         at = checked_only(context, start)
         return None if at is None else Local(at, math.inf, 0)
     if not context.model.textured:
-        return _least_violating(context, start)
-    if context.rough is None:
-        context.explored()
-    rough = context.rough
-    best = _least_violating(rough, start)
+        context.search_from(start, context.bounds)
+        return context.best()
+    rough = context.rough or context.explored()
+    if not rough.ends:
+        rough.search_from(start, context.bounds)
+    best = rough.best()
     if best is None or best.found is not None:
         return best
     strip = best.best.outcome.value.dimensions
@@ -87,42 +83,6 @@ def least_violating(context: Context, start: Dimensions, hopeless: bool = False)
         return context.search_from(strip, context.bounds)
     at = checked_only(context, strip)
     return best if at is None else Local(at, math.inf, best.rounds)
-
-
-def _least_violating(context: Context, start: Dimensions) -> Local | None:
-    """The same by searches of one accuracy."""
-    if not (context.model.textured and context.ends):
-        context.search_from(start, context.bounds)
-    best = context.best()
-    if best is not None and (best.found is not None or best.best.excess > _HOPELESS):
-        return best
-    for strip in _starts_beside(context):
-        known = list(context.ends)
-        end = context.search_from(strip, context.bounds)
-        best = context.best()
-        if best is not None and best.found is not None:
-            break
-        if end is not None and near(end.best.x, known, _SAME_END) and not context.model.textured:
-            # Two ways led to the same strip, and no noise makes valleys of its own.
-            break
-    return _continued(context, best)
-
-
-def _continued(context: Context, best: Local | None) -> Local | None:
-    """A search that has nearly met all limits goes on, with small steps again, as long as the excess falls."""
-    before = math.inf
-    while best is not None and best.found is None and best.best.excess < min(_VERGE, _FALLS * before):
-        before = best.best.excess
-        context.search_from(best.best.outcome.value.dimensions, context.bounds, _VERGE)
-        best = context.best()
-    return best
-
-
-def _starts_beside(context: Context) -> list[Dimensions]:
-    """The strip with which the core has the greatest reserve to all limits, and strips spread over the bounds."""
-    cycle, limits, bounds = context.cycle, context.task.limits, context.bounds
-    most = least_violation(cycle, limits, bounds)
-    return [*([] if most is None else [most[1]]), *spread(cycle, limits, bounds)]
 
 
 def checked_only(context: Context, strip: Dimensions) -> Iterate | None:

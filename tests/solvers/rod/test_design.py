@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
 from solvers.rod.load.gas import ConstantLoad
@@ -203,3 +204,18 @@ def test_paper_strip_without_steps():
     every = sample(PAPER, np.full(301, 9e-3), heights, np.full(301, 23e-3), angles=360, sections=101)
     assert found.dimensions.h == pytest.approx(heights[every.fatigue.argmax()], abs=2e-7)
     assert found.stresses.fatigue_safety == pytest.approx(every.fatigue.max(), rel=3e-4)
+
+
+@pytest.mark.parametrize("objective", ["contact_pressure", "side_force", "friction_power"])
+def test_limits_that_leave_a_corner_of_strips_are_met_and_the_best_of_these_is_proven(objective):
+    """The strips that a few angles admit may be a single one: no box around it has an admissible centre."""
+    asked = realistic(5103)
+    safest = rod.design(replace(asked, objective=rod.OBJECTIVES["fatigue_safety"])).value.check
+    requirements = replace(asked.requirements, min_fatigue_safety=0.998 * safest.stresses.fatigue_safety)
+    problem = replace(asked, requirements=requirements, objective=rod.OBJECTIVES[objective])
+    outcome, lightest = rod.design(problem), rod.design(replace(problem, objective=rod.OBJECTIVES["mass"]))
+    assert outcome.status is Status.SUCCEEDED
+    assert requirements.met_by(outcome.value.check)
+    assert outcome.accuracy.met and outcome.certificate.gap <= 1e-6
+    for known in (safest, lightest.value.check):
+        assert outcome.certificate.bound <= problem.objective.read(known) * (1 + 1e-9)

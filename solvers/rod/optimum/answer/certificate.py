@@ -49,7 +49,10 @@ def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int,
             evidence: Evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
             return Certificate(CORE_METHOD, math.inf, 0.0, evidence)
         return None
-    core = "proven: no strip meets the requirements" if not math.isfinite(proof.log_bound) else "strips meet them"
+    if not math.isfinite(proof.log_bound):
+        core = "proven: no strip meets the requirements"
+    else:
+        core = "undecided: the search ended before it met one" if proof.best is None else "strips meet them"
     evidence = {
         "core": core,
         "boxes": proof.boxes,

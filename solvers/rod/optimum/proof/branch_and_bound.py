@@ -18,6 +18,8 @@ from solvers.rod.strip.buckling import log_critical_parameter
 
 _NEARLY = 1e-2
 """In ln objective: to divide boxes farther than that from being ruled out, a look at few angles is enough."""
+_POINT = 1e-11
+"""A box with shorter sides, in ln tau and ln l, is a point."""
 _CONTRACTION_RATIO = 0.6
 """A box is contracted again before bisection if a side shrank below this fraction of its length."""
 
@@ -55,6 +57,12 @@ def sized_centre(slice_: Array, x1: float, x2: float, l1: float, l2: float, step
 
 
 @kernel
+def thickness(slice_: Array, x: float) -> float:
+    """h of the widest strip of a slice of ln tau = x."""
+    return min(max((math.exp(-x) / slice_[1]) ** (1.0 / 3.0), slice_[2]), slice_[3])
+
+
+@kernel
 def prove(
     p: Relaxation,
     quick: Relaxation,
@@ -72,8 +80,9 @@ def prove(
 
     ``quick`` is ``p`` with a mean over fewer angles that bounds its own from below, or ``p`` itself.
     Stops when ``incumbent`` (or the best box centre found) is optimal within ``gap`` in ln objective, or after
-    ``nodes`` boxes. ``best`` receives ln objective, ln tau, l, h and the slice of the best centre. Returns the lower
-    bound of ln objective, the number of boxes evaluated, and that of boxes left.
+    ``nodes`` boxes, or where a box of the least bound has become a point. ``best`` receives ln objective, ln tau, l, h
+    and the slice of the best centre; without an admissible one, all but the objective of such a point. Returns the
+    lower bound of ln objective, the number of boxes evaluated, and that of boxes left.
     """
     room = 2 * nodes + slices.shape[0] + 2
     boxes, origin, count = np.empty((room, 4)), np.empty(room, np.int64), 0
@@ -94,7 +103,8 @@ def prove(
     while len(heap) > 0:
         lower, node = heap[0]
         target = min(incumbent, best[0]) - gap
-        if lower >= target or looked >= nodes:
+        # A bound that is that of a point cannot be raised.
+        if lower >= min(target, pruned) or looked >= nodes:
             break
         heapq.heappop(heap)
         slice_ = slices[origin[node]]
@@ -151,7 +161,11 @@ def prove(
                     if value < best[0]:
                         best[0], best[1], best[2], best[3], best[4] = value, middle, l, h, origin[node]
                 target = min(incumbent, best[0]) - gap
-                if bound >= target or (a2 - a1 < 1e-13 and m2 - m1 < 1e-13 * m2):
+                point = a2 - a1 < _POINT and m2 - m1 < _POINT * m2
+                if bound >= target or point:
+                    if point and best[0] == np.inf and bound < pruned:
+                        # Strips that meet the limits of the relaxation may be as few as a corner of their region.
+                        best[1], best[2], best[3], best[4] = middle, l, thickness(slice_, middle), origin[node]
                     pruned = min(pruned, bound)
                     break
                 # Parts cut off from here on are infeasible or not better than the target.

@@ -180,21 +180,21 @@ def _search(
         quick = p
         if looked_at.power and not coarse and rows.POWER not in limits:
             quick = _relaxation(cycle, objective, limits, view, coarse=True)
-        work, best = workspace(p), np.empty(5)
+        work, best = workspace(p), np.full(5, np.nan)
         known = math.inf if incumbent is None else incumbent.log_cost + by_limit
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
         lower, count, left = prove(p, quick, slices, length, steps, known, wanted, room, work, 0.0, best)
         looked += count
         bound = max(bound, lower - by_limit)
-        if not math.isfinite(best[0]):
+        if math.isnan(best[1]):
             if left == 0 or incumbent is not None:
                 break
             # Node limit reached before an admissible centre was found: no starting point.
             return Proof(None, bound, looked, turn + 1, view)
-        if incumbent is not None and best[0] >= known - gap:
+        if known - gap <= best[0] < math.inf:
             break
-        if coarse and not enough and incumbent is not None and best[0] >= known - _COARSE_ERROR_FACTOR * COARSE_ERROR:
+        if coarse and not enough and known - _COARSE_ERROR_FACTOR * COARSE_ERROR <= best[0] < math.inf:
             coarse = False
             continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
@@ -204,7 +204,7 @@ def _search(
             incumbent = found
             if turn == 0 or len(view.angles) > _MAX_ANGLES:
                 view = View([0.0, cycle.hardest], [1.0])
-        if looked >= boxes or (key in tried and found is None):
+        if looked >= boxes or (key in tried and (found is None or math.isinf(best[0]))):
             break
         tried.add(key)
         better = found is not None and found is incumbent

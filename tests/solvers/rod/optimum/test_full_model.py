@@ -263,6 +263,19 @@ def test_a_design_close_to_its_limits_is_not_called_infeasible():
     assert outcome.value.check.mass < known.mass
 
 
+@pytest.mark.parametrize("seed", [2261, 2289, 2195], ids=["rings", "rings by a quarter", "rings, in steps"])
+def test_what_the_safest_strip_reaches_may_be_asked_for(seed):
+    """Strips that meet the requirements lie between other resonances than those that the core would have."""
+    asked = problem(seed)
+    safest = rod.design(replace(asked, objective=rod.OBJECTIVES["fatigue_safety"])).value.check
+    least = 0.998 * safest.stresses.fatigue_safety
+    asked = replace(asked, requirements=replace(asked.requirements, min_fatigue_safety=least))
+    outcome = rod.design(replace(asked, objective=rod.OBJECTIVES["mass"]))
+    assert outcome.status is Status.SUCCEEDED
+    assert asked.requirements.met_by(outcome.value.check)
+    assert outcome.value.check.mass < safest.mass * (1 + 1e-6)
+
+
 BEYOND = frozenset({"shear", "large_displacement", "friction_feedback", "reciprocating_inertia"})
 
 

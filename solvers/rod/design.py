@@ -20,7 +20,7 @@ from solvers.outcome import (
 )
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import Limits
+from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer import certificate
@@ -59,8 +59,10 @@ _CLOSE = 0.05
 """Excess, in logarithms, up to which another search for an admissible strip is worth its time."""
 _ROUGH = 1e-4
 """The accuracy of that search."""
-_ANY_SAFETY = 1e-6
-"""A fatigue safety that every strip has."""
+_LOOSEST = {
+    "min_fatigue_safety": 1e-6, "max_contact_pressure": None, "max_friction_power": None, "min_stability_safety": 1.0,
+}  # fmt: skip
+"""What every strip that stands meets of a requirement; those that vibration changes most first."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
@@ -291,25 +293,31 @@ class _Design:
             return context.best_in_time()
 
     def admissible(self, context: Context, nearest: Local, hopeless: bool) -> Iterator[Dimensions]:
-        """Strips that meet all requirements: the one which misses them least, if it misses none, and the safest."""
+        """Strips that meet all requirements: that which misses them least, if it misses none, and the best by one."""
         if nearest.found is not None:
             yield nearest.best.outcome.value.dimensions
-        if not hopeless and nearest.best.excess < _CLOSE and (safest := self.safest(context)) is not None:
-            yield safest
+        if not hopeless and nearest.best.excess < _CLOSE:
+            best = self.best_by_missed(context, nearest.best.outcome.value)
+            if best is not None:
+                yield best
 
-    def safest(self, context: Context) -> Dimensions | None:
-        """The strip of the greatest fatigue safety under the other requirements, if it meets that one, too.
+    def best_by_missed(self, context: Context, nearest: RodCheck) -> Dimensions | None:
+        """The best strip by a requirement that the ``nearest`` one misses, under all others, if it meets that one, too.
 
+        If that misses none, its sizes are not to be had: any requirement will do.
         What a strip misses may have minima between any two resonances; an optimum is looked for in all of them.
         """
-        p, check = self.problem, None
-        if p.requirements.min_fatigue_safety > _ANY_SAFETY:
-            asked = replace(p.requirements, min_fatigue_safety=_ANY_SAFETY)
-            relaxed = replace(p, objective=OBJECTIVES["fatigue_safety"], requirements=asked)
-            roughly = max(self.accuracy, _ROUGH)
-            best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
-            check = None if best is None else best.check
-        return None if check is None or not p.requirements.met_by(check) else check.dimensions
+        p = self.problem
+        order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(p.requirements, name) != loosest]
+        missed = [c for c in order if not c.meets(nearest, getattr(p.requirements, c.name))]
+        if not order:
+            return None
+        c = (missed or order)[0]
+        asked = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+        relaxed = replace(p, objective=OBJECTIVES[c.serves], requirements=asked)
+        roughly = max(self.accuracy, _ROUGH)
+        best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
+        return None if best is None or not p.requirements.met_by(best.check) else best.check.dimensions
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)

@@ -219,3 +219,15 @@ def test_limits_that_leave_a_corner_of_strips_are_met_and_the_best_of_these_is_p
     assert outcome.accuracy.met and outcome.certificate.gap <= 1e-6
     for known in (safest, lightest.value.check):
         assert outcome.certificate.bound <= problem.objective.read(known) * (1 + 1e-9)
+
+
+def test_a_size_that_few_angles_admit_does_not_end_the_search():
+    """Of sizes in steps the best one that a mean over few angles admits exceeds the limit by a fifth of a percent."""
+    asked = realistic(6065)
+    free = replace(asked.requirements, max_friction_power=None)
+    least = rod.design(replace(asked, requirements=free, objective=rod.OBJECTIVES["friction_power"])).value.check
+    limited = replace(free, max_friction_power=1.002 * least.stresses.friction_power)
+    outcome = rod.design(replace(asked, requirements=limited, objective=rod.OBJECTIVES["stability_safety"]))
+    assert outcome.status is Status.SUCCEEDED
+    assert limited.met_by(outcome.value.check)
+    assert outcome.value.check.stability_safety >= least.stability_safety * (1 - 1e-9)

@@ -204,8 +204,13 @@ def _search(
             incumbent = found
             if turn == 0 or len(view.angles) > _MAX_ANGLES:
                 view = View([0.0, cycle.hardest], [1.0])
-        if looked >= boxes or (key in tried and (found is None or math.isinf(best[0]))):
+        again = key in tried and (found is None or math.isinf(best[0]))
+        if looked >= boxes or (again and not coarse):
             break
+        if again:
+            # What few angles admit as they may be too low by their error is decided by all.
+            coarse = False
+            continue
         tried.add(key)
         better = found is not None and found is incumbent
         strip = found.dimensions if better else candidate

@@ -276,6 +276,18 @@ def test_what_the_safest_strip_reaches_may_be_asked_for(seed):
     assert outcome.value.check.mass < safest.mass * (1 + 1e-6)
 
 
+def test_least_pressure_in_another_gap_is_found_as_a_limit():
+    """Its strips lie between other resonances than those of greatest stability and of greatest fatigue safety."""
+    asked = problem(6068)
+    free = replace(asked.requirements, max_contact_pressure=None)
+    least = rod.design(replace(asked, requirements=free, objective=rod.OBJECTIVES["contact_pressure"])).value.check
+    limited = replace(free, max_contact_pressure=1.002 * least.stresses.contact_pressure_max)
+    outcome = rod.design(replace(asked, requirements=limited, objective=rod.OBJECTIVES["stability_safety"]))
+    assert outcome.status is Status.SUCCEEDED
+    assert limited.met_by(outcome.value.check)
+    assert outcome.value.check.stability_safety > least.stability_safety
+
+
 BEYOND = frozenset({"shear", "large_displacement", "friction_feedback", "reciprocating_inertia"})
 
 

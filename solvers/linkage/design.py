@@ -93,13 +93,12 @@ def design(
     apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
     bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _EQUALITY_TOLERANCE else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
-    judged = _warned(outcome.value, family, best, gap)
+    excluded_to = max(1.0 - bound / best.cost, 0.0)
+    judged = _warned(outcome.value, family, best, excluded_to, gap)
     result = LinkageDesign(
         judged, scene, problem.objective.name, value, active(problem.limits, outcome.value, _ACTIVE), alternatives
     )
-    certificate = Certificate(
-        METHOD, problem.objective.value(bound), max(1.0 - bound / best.cost, 0.0), _evidence(found)
-    )
+    certificate = Certificate(METHOD, problem.objective.value(bound), excluded_to, _evidence(found))
     return Outcome(
         Status.SUCCEEDED,
         result,
@@ -136,7 +135,8 @@ def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str
     return out
 
 
-def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> LinkageCheck:
+def _warned(value: LinkageCheck, family: Family, best: Proven, excluded_to: float, gap: float) -> LinkageCheck:
+    """The check with a warning if a better mechanism is not excluded to the gap."""
     said = []
     low, high = family.range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
@@ -148,6 +148,6 @@ def _warned(value: LinkageCheck, family: Family, best: Proven, gap: float) -> Li
             "the objective would be gained"
         )
         said.append(f"{told}; a limit on the size would give a mechanism that can be built" if endless else told)
-    elif best.gap > 2.0 * max(gap, _WIDE):
-        said.append(f"a better mechanism is excluded only to {best.gap:.1e}")
+    elif excluded_to > 2.0 * max(gap, _WIDE):
+        said.append(f"a better mechanism is excluded only to {excluded_to:.1e}")
     return replace(value, warnings=(*value.warnings, *said)) if said else value

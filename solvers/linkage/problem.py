@@ -218,18 +218,24 @@ class Subproblem:
     objective: Objective
     boxed: bool = field(default=True, kw_only=True)
     """Whether width and height are limits, or only the reference of the fit."""
+    free_motion: bool = field(default=False, kw_only=True)
+    """Whether speed or frequency is open although the objective does not settle it."""
+
+    @property
+    def _open_motion(self) -> bool:
+        return self.free_motion or self.objective.settles_motion
 
     @property
     def fixed_scale(self) -> float | None:
         """V [m] if fixed by speed and frequency."""
-        if self.objective.settles_motion or self.scene.tool_radius is not None:
+        if self._open_motion or self.scene.tool_radius is not None:
             return None
         return self.scene.impact_speed / self.scene.crank_speed
 
     @property
     def fixed_end(self) -> float | None:
         """|u31(2 pi)| if fixed by speed, frequency and tool radius."""
-        if self.objective.settles_motion or self.scene.tool_radius is None:
+        if self._open_motion or self.scene.tool_radius is None:
             return None
         return self.scene.impact_speed / (self.scene.crank_speed * self.scene.tool_radius)
 

@@ -43,7 +43,7 @@ _MAX_ITERATIONS, _SHARE = 40, 1e-5
 """Refinement stops when the minimiser's displacement, or the decrease of the cost over two iterations, is below this
 fraction of the gap."""
 _ASIDE, _SLOW = 0.02, 0.2
-_MAX_TRIALS = 24
+_TRIALS = 24
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,9 @@ def _proven(
             bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
             break
         if best is None or turn > 0:
-            tried = 0.5 * (lows + highs)[np.argsort(bounds)[:_MAX_TRIALS]]
+            # The cheapest subintervals may all lie just outside a narrow feasible range: try the others as well.
+            spread = np.linspace(0, lows.size - 1, _TRIALS).astype(int)
+            tried = 0.5 * (lows + highs)[np.union1d(np.argsort(bounds)[:_TRIALS], spread)]
             width = float(highs[0] - lows[0])
             best = _refined_near(subproblem, family, limits, tried, width, least, gap) or best
         # Subdivide into several equal parts: a few large batches cost less than many small ones.
@@ -249,7 +251,7 @@ def _refined_near(
     gap: float,
 ) -> tuple[float, float] | None:  # fmt: skip
     """Refine the best of the points; None unless it improves on the known cost by more than rounding."""
-    costs = _costs(subproblem, family, points, _COARSE)
+    costs = _costs(subproblem, family, points, _COARSE if math.isfinite(known) else _FINE)
     k = int(np.argmin(costs))
     if not costs[k] < known * (1.0 - 1e-9):
         return None

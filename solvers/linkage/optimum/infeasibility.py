@@ -115,7 +115,8 @@ def _infeasible_limits(
 
 def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
     """Whether the best value for a limit is finite: a free size must be bounded on the relevant side."""
-    return problem.fixed_scale is not None or (limits.sized if limit.objective.grows else limits.min_link > 0)
+    bounded = limits.sized if limit.objective.grows else limits.min_link > 0 or limits.max_pin_force is not None
+    return problem.fixed_scale is not None or bounded
 
 
 def _best(
@@ -123,7 +124,8 @@ def _best(
 ) -> tuple[float, str] | None:
     """(minimum cost, type) among the mechanisms within the limits."""
     families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
-    subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed)
+    free_motion = problem.objective.settles_motion
+    subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed, free_motion=free_motion)
     found = zip(search_all(subproblem, families, _GAP), families, strict=True)
     return min(((best.cost, family.kind.name) for best, family in found if math.isfinite(best.cost)), default=None)
 

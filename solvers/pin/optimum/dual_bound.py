@@ -113,7 +113,7 @@ def least_walls_bound(program: Program, low: Array) -> float:
     """
     wall = program.sought.wall_of(program.lower)
     loss = np.full_like(wall, 1e-12)
-    bound_by_strength = wall > program.floor * (1.0 + 4e-16)
+    bound_by_strength = program.lower > program.sought.solidity_of(np.array([program.floor]))
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
         holds = bound_by_strength & (program.uses(wall * (1.0 - margin)).max(axis=0) <= 1.0)
         if not holds.any():

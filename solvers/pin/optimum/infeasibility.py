@@ -22,7 +22,7 @@ class Diagnosis:
     """The violated requirements, where the solid section fails, its capacity [N], and the required outer diameter
     [m].
 
-    The latter three are None for a bushing, whose outer diameter is sought.
+    The latter three are None for a bushing, whose outer diameter is sought; the diameter is 0 where none suffices.
     """
 
     shortfalls: tuple[Shortfall, ...]
@@ -90,7 +90,8 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
         found.append(Shortfall("max_deflection", limit, bent + sheared, why))
     # The ovalization of a solid pin is independent of its diameter; only a longer pin reduces it.
     limit, solid = limits.max_ovalization, ovalization.ring(*solid_ring).ovalization
-    if limit is not None and solid > limit:
+    too_soft_a_ring = limit is not None and solid > limit
+    if too_soft_a_ring:
         found.append(Shortfall("max_ovalization", limit, solid, "a longer or stiffer pin, or less force"))
     limit, stress = limits.max_ring_stress, ovalization.greatest_stress(*solid_ring)
     if limit is not None and stress > limit:
@@ -98,4 +99,4 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
         diameters.append(g.outer_diameter * stress / limit)
         why = f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin"
         found.append(Shortfall("max_ring_stress", limit, stress, why))
-    return Diagnosis(tuple(found), weak, greatest, max(diameters))
+    return Diagnosis(tuple(found), weak, greatest, 0.0 if too_soft_a_ring else max(diameters))

@@ -287,7 +287,7 @@ def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
     spared = int(np.searchsorted(softer, room, side="right"))
     u[jump[:spared]] = short[jump[:spared]]
     if spared == jump.size:
-        return _interpolated(own, u, enough)
+        return _interpolated(own, short, u)
     last = np.zeros(u.size, dtype=bool)
     last[jump[spared]] = True
     return _interpolated(own, np.where(last, short, u), u)

@@ -2,8 +2,8 @@
 
 Between its kinks, a designed diameter is a smooth function of the position. Over each panel it is the polynomial of
 degree 8 through Lobatto's nodes; it is replaced by cubics with its values and slopes at their ends, each as long as
-it stays within the tolerance at every node it spans. Where no cubic does, in narrow panels with a kink or a step,
-straight segments from node to node are used.
+it stays within the tolerance at every node it spans. Where no cubic does, the polynomial is bisected; in panels with
+a kink or a step, where it would form waves, straight segments from node to node are used.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.polynomial import Polynomial
+from numpy.polynomial import Chebyshev
 from numpy.typing import NDArray
 
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
@@ -23,6 +23,8 @@ _TOLERANCE = 1e-7
 _POSITION_TOLERANCE = 1e-9
 """Relative to the length: positions closer than manufacturing can resolve."""
 
+_UNRESOLVED = 1e-4
+"""Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which it holds a kink."""
 _MAX_BISECTIONS = 5
 _SAMPLES = np.linspace(0.0, 1.0, 9)
 
@@ -114,16 +116,20 @@ def _longest_cubic(x: Array, values: Array, slopes: Array, begin: int, tolerance
 
 
 def _bisected(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
-    """Split a panel's polynomial into cubics by repeated bisection; None if the maximum depth is exceeded."""
-    shape = Polynomial.fit(x, values, NODES - 1, domain=(x[0], x[-1]))
-    slope = shape.deriv()
+    """Split a panel's polynomial into cubics by repeated bisection; None if the maximum depth is exceeded, or if the
+    polynomial forms waves about a kink, so that its last Chebyshev coefficients have not decayed."""
+    series = Chebyshev.fit(x, values, NODES - 1, domain=(x[0], x[-1]))
+    sizes = np.abs(series.coef[1:])
+    if sizes[-2:].max() > _UNRESOLVED * sizes.max():
+        return None
+    slope = series.deriv()
     found: list[Cubic] = []
     left = [(float(x[0]), float(x[-1]), _MAX_BISECTIONS)]
     while left:
         a, b, halvings = left.pop()
-        piece = Cubic(a, b, float(shape(a)), float(shape(b)), float(slope(a)), float(slope(b)))
+        piece = Cubic(a, b, float(series(a)), float(series(b)), float(slope(a)), float(slope(b)))
         between = a + (b - a) * _SAMPLES
-        if np.abs(piece.at(between) - shape(between)).max() <= tolerance:
+        if np.abs(piece.at(between) - series(between)).max() <= tolerance:
             found.append(piece)
         elif halvings:
             middle = 0.5 * (a + b)

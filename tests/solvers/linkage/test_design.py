@@ -380,3 +380,38 @@ def test_a_limit_that_only_links_beyond_the_range_of_designs_keep_is_kept():
     held = Limits(max_pin_force=0.5 * (least.value.value + least.certificate.bound))
     outcome = designed(BLOW, held, "longest_link", "largest_rocker")
     assert outcome.value.check.strike.peaks.force <= held.max_pin_force * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("room", [1e-3, 1e-5, 1e-7])
+def test_limits_hardly_above_what_is_attainable_are_met(room):
+    scene = linkage.Scene(linkage.Restitution(0.336, 0.336), 36.5, 3.0, 2.4)
+    limits = Limits(joint_radius=2e-3, transmission_angle=None)
+    kinds = "largest_coupler", "largest_base"
+    least = designed(scene, limits, "enclosing_radius", *kinds).value.value
+    for objective in ("pin_force", "peak_torque", "longest_link"):
+        held = replace(limits, enclosing_radius=least * (1 + room))
+        assert designed(scene, held, objective, *kinds).value is not None
+        assert designed(scene, replace(limits, enclosing_radius=least * (1 - room)), objective, *kinds).value is None
+
+
+@pytest.mark.parametrize("room", [1e-6, 1e-4, 1e-2])
+def test_a_limit_that_the_best_linkage_keeps_anyway_does_not_change_it(room):
+    scene = linkage.Scene(linkage.Restitution(0.115, 0.115), 13.99, 3.394, 0.7619)
+    limits = Limits(6.735e-3, 4.395e-3, width=0.07179, transmission_angle=(0.3121, 2.728))
+    best = designed(scene, limits, "peak_torque").value
+    held = designed(scene, replace(limits, height=best.check.box.height * (1 + room)), "peak_torque")
+    assert held.value.value == pytest.approx(best.value, rel=2e-6)
+    assert held.certificate.gap <= 1.1e-6
+
+
+@pytest.mark.parametrize("speed", [1.0, 8.0])
+@pytest.mark.parametrize(("limit", "value"), [("longest_link", 12e-3), ("enclosing_radius", 16e-3), ("height", 16e-3)])
+def test_what_is_attainable_does_not_depend_on_the_speed_that_is_sought(limit, value, speed):
+    scene = replace(BREAKER, impact_speed=speed)
+    asked = Limits(**{"min_link": 8e-3, "joint_radius": 6e-3, limit: value})
+    (entry,) = designed(scene, asked, "impact_speed").diagnosis
+    assert entry.requirement == limit
+    pad = 2 * asked.joint_radius if limit == "height" else 0.0
+    for factor, attained in ((1 + 1e-6, True), (0.98, False)):
+        eased = replace(asked, **{limit: pad + (entry.attainable - pad) * factor})
+        assert (designed(scene, eased, "impact_speed").value is not None) == attained

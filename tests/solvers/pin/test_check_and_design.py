@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
@@ -172,7 +173,9 @@ def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
     outcome = pin.design(pin.PinProblem(vaz(20e3), limits))
     assert outcome.value is None
     assert [s.requirement for s in outcome.diagnosis] == ["force", "max_deflection", "max_ovalization"]
-    why = pin.explain(pin.PinProblem(vaz(20e3), limits))
+    # No diameter makes the solid pin's ring stiffer.
+    assert pin.explain(pin.PinProblem(vaz(20e3), limits)).least_outer_diameter == 0.0
+    why = pin.explain(pin.PinProblem(vaz(20e3), pin.Limits(max_deflection=2e-6)))
     assert why.weak.begin < 0.5 * LENGTH < why.weak.end
     assert why.force_limit == pytest.approx(18980.73, abs=0.01)
     for factor, feasible in ((1 + 1e-9, True), (1 - 1e-9, False)):
@@ -180,6 +183,30 @@ def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
         wider = pin.Scene(geometry, 20e3, STEEL)
         problem = pin.PinProblem(wider, pin.Limits(max_deflection=2e-6))
         assert (pin.design(problem).value is not None) == feasible
+
+
+@pytest.mark.parametrize("more", [1e-8, 1e-6, 1e-4])
+@pytest.mark.parametrize("form", [pin.Free(), pin.Constant(), pin.Stepped(2), pin.Cone()], ids=lambda form: form.name)
+def test_a_short_pin_of_the_least_diameter_can_be_designed(form, more):
+    # Shear governs its deflection, so that the lightest uniform wall jumps to nearly solid.
+    material = pin.PinMaterial(220e6, 137.4e9, 0.2228, 3268.0)
+    scene = pin.Scene(pin.Geometry(25.4e-3, 24.32e-3, 28.14e-3), 4960.0, material)
+    problem = pin.PinProblem(scene, pin.Limits(max_deflection=1.912e-6), form)
+    least = pin.explain(problem).least_outer_diameter
+    wider = replace(scene, geometry=replace(scene.geometry, outer_diameter=least * (1 + more)))
+    found = pin.design(replace(problem, scene=wider)).value.check
+    assert found.deflection <= 1.912e-6 * (1 + 1e-9)
+    assert found.mass <= found.constant_mass * (1 + 1e-9) <= found.solid_mass * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("growth", [1.02, 1.05, 1.1])
+def test_a_nearly_solid_pin_is_proven_lightest(growth):
+    solid = pin.check(VAZ, pin.Profile((0.0,), (0.0,))).value.ring.ovalization
+    outcome = pin.design(
+        pin.PinProblem(pin.Scene(GEOMETRY, 5e3, STEEL), pin.Limits(max_ovalization=solid * growth / 3))
+    )
+    assert outcome.value.check.mass < outcome.value.check.solid_mass
+    assert outcome.certificate.gap <= 1e-9
 
 
 def test_the_load_sweep_of_figure_5():

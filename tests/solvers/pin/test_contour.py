@@ -7,8 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from solvers import pin
 from solvers.pin.shapes.contour import contour
 from solvers.pin.stations.lobatto_panels import Stations
+from tests.solvers.pin.pins import VAZ
 
 LENGTH = 0.08
 HALF = np.linspace(0.0, 0.5 * LENGTH, 9)
@@ -79,3 +81,14 @@ def test_a_whole_bar_is_not_mirrored():
     pieces = contour(panels, smooth(panels.x), LENGTH)
     x = np.linspace(0.0, LENGTH, 401)
     assert np.abs(at(pieces, x) - smooth(x)).max() < 3e-7 * 0.016
+
+
+@pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)], ids=lambda form: form.name)
+@pytest.mark.parametrize("slope", [0.1, 0.3, 0.5])
+def test_about_kinks_there_are_no_waves(slope, form):
+    found = pin.design(pin.PinProblem(VAZ, pin.Limits(min_wall=3e-3, max_slope=slope), form)).value
+    for piece in found.contour:
+        x = np.linspace(piece.start, piece.end, 41)
+        diameters = piece.at(x)
+        assert diameters.max() <= found.sizes.max() * (1 + 1e-9)
+        assert np.abs(np.diff(diameters) / np.diff(x)).max() <= slope * (1 + 1e-6)

@@ -25,7 +25,7 @@ from solvers.pin.stations.lobatto_panels import NODES
 
 Array = NDArray[np.float64]
 _MAX_BOXES = {False: 20_000, True: 8_000}
-"""Maximum number of boxes without and with a deflection limit, which requires a root per box."""
+"""Maximum number of boxes of a direction, without and with a deflection limit, which requires a root per box."""
 _GAP, _GAP_FRACTION = 8e-8, 0.08
 """Relative gap at convergence, and the same as a fraction of the requested gap if that is larger."""
 _CORNER_ERROR = 0.05
@@ -58,7 +58,8 @@ class Cone:
         looked_at, boxes = program, 0
         c_low, wanted = 1e-3 if self.cylinder else 1.0, max(_GAP, _GAP_FRACTION * gap)
         grid = np.linspace(0.0, 1.0, _GRID), np.unique(np.linspace(c_low, 1.0, _GRID))
-        allowed, bounds = _MAX_BOXES[program.limit is not None], {NARROWING: math.inf, WIDENING: math.inf}
+        bounds = dict.fromkeys((NARROWING, WIDENING), math.inf)
+        left = dict.fromkeys(bounds, _MAX_BOXES[program.limit is not None])
         for _ in range(_MAX_REFINEMENTS):
             straight = _CORNER_ERROR * wanted if self.cylinder else math.inf
             bars = {NARROWING: bar_of(folded(looked_at)), WIDENING: bar_of(folded(looked_at), straight)}
@@ -66,11 +67,11 @@ class Cone:
             for turn in sorted(found, key=found.get, reverse=True):
                 best = max(found.values())[0]
                 # A bound on fewer stations remains valid.
-                if bounds[turn] - best > wanted * (1.0 - best):
-                    found[turn], bounds[turn], looked = branch_and_bound(
-                        bars[turn], turn, c_low, wanted, allowed, np.array(found[turn]), best
+                if bounds[turn] - best > wanted * (1.0 - best) and left[turn] > 0:
+                    found[turn], bound, looked = branch_and_bound(
+                        bars[turn], turn, c_low, wanted, left[turn], np.array(found[turn]), best
                     )  # fmt: skip
-                    boxes += looked
+                    bounds[turn], left[turn], boxes = min(bounds[turn], bound), left[turn] - looked, boxes + looked
             turn = max(found, key=found.get)
             gain, r, c = found[turn]
             # The bound does not cover positions between stations, nor does interpolation cover the corner where a cone

@@ -261,8 +261,8 @@ def climb(
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return (bore volume, r, c) of the best shape, c in [c_low, 1], from the grid rs x cs by pattern search.
 
-    Sixteen directions; the step doubles on success and is halved otherwise. Sizes and the last step are finer than the
-    relative ``gap``.
+    Sixteen directions; the step doubles on success, a gain beyond the error of sizes, and is halved otherwise. Sizes
+    and the last step are finer than the relative ``gap``.
     """
     gain, r, c, step, fine = -1.0, 0.0, c_low, _FIRST_STEP, FINE * gap
     for r1 in rs:
@@ -278,7 +278,8 @@ def climb(
             r1 = min(max(r + step * math.cos(angle), 0.0), 1.0)
             c1 = min(max(c + step * math.sin(angle), c_low), 1.0)
             trial = bore_volume(bar, turn, r1, c1, fine, work)
-            if trial > gain:
+            # Less is the error of sizes: the search would creep along a ridge.
+            if trial > gain * (1.0 + 2.0 * fine):
                 gain, r, c, better = trial, r1, c1, True
                 break
         step *= 2.0 if better else 0.5

@@ -163,7 +163,6 @@ def test_a_search_along_a_ridge_ends():
     limits = pin.Limits(max_slope=0.0480606, max_deflection=26.79927e-6)
     outcome = pin.design(pin.PinProblem(scene, limits, pin.Cone(cylinder=True), pin.CRITERIA["saint_venant"]))
     assert outcome.accuracy.met and outcome.certificate.gap <= 1e-6
-    assert outcome.value.check.mass == pytest.approx(0.2310660171378874, rel=1e-7)
 
 
 def test_a_cone_that_ends_between_stations_is_the_lightest_of_its_like():

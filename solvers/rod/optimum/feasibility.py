@@ -18,8 +18,8 @@ from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
 from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions
 
-SPREAD = 3
-"""Starts beside the core's least violating strip."""
+_SPREAD = 3
+"""Starts on the core beside the stoutest strip."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
 _CLOSE = 10.0
 """Of the accuracy of rough searches: an excess below that may be none."""
@@ -36,7 +36,7 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
 
 
 def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
-    return [Dimensions(bounds.b[1], bounds.h[1], bounds.l[0]), *spread(cycle, limits, bounds)]
+    return [Dimensions(bounds.b[1], bounds.h[1], bounds.l[0]), *_spread(cycle, limits, bounds)]
 
 
 def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions) -> tuple[float, Dimensions] | None:
@@ -94,14 +94,14 @@ def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
     return Iterate(logarithms(strip), outcome, cost, excess_of(task, outcome.value, scene), None, task.limits)
 
 
-def spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
+def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
     """Strips spread evenly over the bounds (I. M. Sobol's sequence), the thickness such that they stand on the core."""
     from scipy.stats.qmc import Sobol
 
     nothing = Wanted(False, False, False)
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
     out = []
-    for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1 : SPREAD + 1]:
+    for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1 : _SPREAD + 1]:
         strip = Dimensions(*np.exp(x).tolist())
         core = cycle.following(cycle.peaks(strip, nothing), nothing)
         missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]

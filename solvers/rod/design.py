@@ -62,6 +62,8 @@ _CLOSE = 0.05
 """Excess, in logarithms, up to which another search for an admissible strip is worth its time."""
 _ROUGH = 1e-4
 """The accuracy of that search."""
+_ROUNDS = 6
+"""Of a local search for what is attainable."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
 
@@ -244,7 +246,10 @@ class _Design:
         # Infeasible unless the effects changed the results by more than three times their bound.
         hopeless = excess > max(_MAX_EXCESS, 3.0 * self.influence(strip, beyond))
         quick = not context.model.rings and not self.sizes.discrete
-        alone = RequirementsAsObjectives(self.problem, partial(self.reached, context.model.effects), quick)
+        effects = context.model.effects
+        alone = RequirementsAsObjectives(
+            self.problem, partial(self.reached, effects), partial(self.led, effects), quick
+        )
         optimum = self.on_full_model(context, alone, excess, strip, hopeless)
         if _found(optimum):
             best = optimum.local.best.outcome.value.dimensions
@@ -270,7 +275,7 @@ class _Design:
             else:
                 limits = dict(context.core_limits_at(best.dimensions, outcome.value, 1e-3 * self.accuracy))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, BOXES)
-        nothing = RequirementsAsObjectives(p, lambda _: None)
+        nothing = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
         return _End(strip, False, partial(self.infeasible, context, nothing, proof, strip, (), None))
 
     def core_answer(
@@ -342,6 +347,18 @@ class _Design:
         outcome = end.answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
         return Reached(outcome.value.check, outcome.accuracy.estimated, opponents)
+
+    def led(self, effects: EffectSelection, problem: RodProblem, strip: Dimensions) -> Outcome[RodCheck] | None:
+        """The end of one local search for another problem in the same scene, roughly; None where it meets not all
+        requirements or no time is left."""
+        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _ROUGH))
+        other.cycle = self.cycle
+        context = other.context(effects.include, strip).explored()
+        try:
+            end = context.search_from(strip, context.bounds, rounds=_ROUNDS)
+        except OutOfTime:
+            return None
+        return None if end is None or end.found is None else end.found.outcome
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)

@@ -6,9 +6,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.problem import OBJECTIVES, RodProblem
+from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "max_contact_pressure": None, "max_friction_power": None, "min_stability_safety": 1.0,
@@ -30,12 +32,15 @@ class Reached(NamedTuple):
 class RequirementsAsObjectives:
     """The designs made so far for a problem's requirements, one by one; None where the others leave no strip.
 
-    ``quick`` says that such a design takes little time.
+    designed   the design of another problem on the full model
+    led        the end of one local search there from a strip; None where that does not meet the requirements
+    quick      whether a design takes little time
     """
 
     problem: RodProblem
     designed: Callable[[RodProblem], Reached | None]
-    quick: bool = False
+    led: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
+    quick: bool
     found: dict[str, Reached | None] = field(default_factory=dict)
 
     def first_missed(self, nearest: RodCheck) -> Constraint | None:
@@ -50,10 +55,17 @@ class RequirementsAsObjectives:
         if c.name not in _LOOSEST:
             return None
         if c.name not in self.found:
-            p = self.problem
-            without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-            self.found[c.name] = self.designed(replace(p, objective=OBJECTIVES[c.serves], requirements=without))
+            self.found[c.name] = self.designed(self._beside(c))
         return self.found[c.name]
+
+    def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
+        """A strip near another one that is as good as any there."""
+        return self.led(self._beside(c), strip) if c.name in _LOOSEST else None
+
+    def _beside(self, c: Constraint) -> RodProblem:
+        p = self.problem
+        without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+        return replace(p, objective=OBJECTIVES[c.serves], requirements=without)
 
     def known(self, wanted: Iterable[Constraint]) -> dict[Constraint, Reached]:
         """Those that have been found."""

@@ -141,7 +141,9 @@ class _Diagnosis:
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
         try:
-            outcome = self.model.check(best.strip, self.core.accuracy)
+            outcome = None if self.core.sizes.discrete else self.full.best_near(r, best.strip)
+            if outcome is None:
+                outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
             return expected, 1.0
         if outcome.value.stresses is None:

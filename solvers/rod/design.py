@@ -11,33 +11,23 @@ from functools import partial
 from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import (
-    Accuracy,
-    ActiveConstraint,
-    Certificate,
     EffectReport,
     EffectState,
     Outcome,
-    Status,
 )
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import BY_NAME, Limits
+from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
-from solvers.rod.optimum.answer import certificate
-from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.sensitivities import stationarity
+from solvers.rod.optimum.answer.composition import Answers, RodDesign
 from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
-from solvers.rod.optimum.core_optimum import Polished
-from solvers.rod.optimum.core_requirement import CoreOptima
 from solvers.rod.optimum.corrections import stands
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
-from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, continuous_optimum
 from solvers.rod.optimum.local_search import Local, Task
-from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.requirement_as_objective import Reached, RequirementsAsObjectives
 from solvers.rod.optimum.sqp import wanted_of
@@ -66,20 +56,6 @@ _ROUNDS = 6
 """Of a local search for what is attainable."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
-
-
-@dataclass(frozen=True)
-class RodDesign:
-    """The optimal strip, its check on the full model, and the active constraints.
-
-    ``error`` is the estimated relative error of the check; the outcome's accuracy also tells how far the optimum may
-    be.
-    """
-
-    check: RodCheck
-    objective: str
-    active: tuple[ActiveConstraint, ...]
-    error: float
 
 
 def design(
@@ -253,11 +229,11 @@ class _Design:
         optimum = self.on_full_model(context, alone, excess, strip, hopeless)
         if _found(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _End(best, True, partial(self.found, context, proof, beyond, optimum))
+            return _End(best, True, partial(self.answers.of_full_model, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return _End(strip, False, self.failed)
+            return _End(strip, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        return _End(strip, False, partial(self.infeasible, context, alone, proof, strip, beyond, optimum))
+        return _End(strip, False, partial(self.answers.infeasible, context, alone, proof, strip, beyond, optimum))
 
     def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> _End:
         """The end if no effect goes beyond the core: the search's optimum, with the limits as a check evaluates
@@ -269,33 +245,14 @@ class _Design:
                 break
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
-                return _End(best.dimensions, True, partial(self.core_answer, context, proof, best, outcome, limits))
+                return _End(best.dimensions, True, partial(self.answers.of_core, context, proof, best, outcome, limits))
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
                 limits = dict(context.core_limits_at(best.dimensions, outcome.value, 1e-3 * self.accuracy))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, BOXES)
         nothing = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
-        return _End(strip, False, partial(self.infeasible, context, nothing, proof, strip, (), None))
-
-    def core_answer(
-        self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
-    ) -> Outcome[RodDesign]:
-        p, result = self.problem, outcome.value
-        x = logarithms(best.dimensions)
-        conditions = stationarity(
-            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
-            self.sizes.around(result.dimensions), result.dimensions,
-        )  # fmt: skip
-        value, density = p.objective.read(result), p.scene.material.density
-        cost = p.objective.log_cost(result, density)
-        # The bound may be off by the shift of the search's limits and by the error of its objective value.
-        gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
-        if math.isfinite(cost):
-            gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
-        told = certificate.core_certificate(p.objective, value, proof, gap)
-        estimated = max(outcome.accuracy.estimated, told.gap)
-        return self.answer(outcome, conditions.active, estimated, told)
+        return _End(strip, False, partial(self.answers.infeasible, context, nothing, proof, strip, (), None))
 
     def on_full_model(
         self, context: Context, alone: RequirementsAsObjectives, excess: float, strip: Dimensions, hopeless: bool
@@ -363,77 +320,14 @@ class _Design:
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
 
-    def found(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
-        p, best = self.problem, optimum.local.best
-        result, density = best.outcome.value, p.scene.material.density
-        narrow = self.sizes.around(result.dimensions)
-        if optimum.conditions is None and not self.out_of_time:
-            optimum.conditions = conditions_at(context, best, context.bounds, narrow)
-        active = () if optimum.conditions is None else optimum.conditions.active
-        widened, influence = certificate.widened_bound(
-            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
-            lambda d: self.influence(d, beyond),
-        )  # fmt: skip
-        told = certificate.full_certificate(
-            p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
-        )
-        # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
-        short = max(optimum.local.gain, context.task.enough)
-        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
-        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
-        estimated = best.outcome.accuracy.estimated + short
-        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
-        if context.model.ripples and not held:
-            # Of narrow valleys side by side others may be deeper.
-            estimated = math.inf
-        if not math.isfinite(estimated):
-            # Only the distance from the bound is known.
-            estimated = min(told.gap, 1.0)
-        return self.answer(best.outcome, active, estimated, told)
+    @property
+    def answers(self) -> Answers:
+        p = self.problem
+        return Answers(p, self.cycle, self.sizes, self.accuracy, self.influence, self.out_of_time)
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
         """Sum of the bounds of the effects beyond the core at a strip."""
         return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
-
-    def answer(
-        self,
-        found: Outcome[RodCheck],
-        active: tuple[ActiveConstraint, ...],
-        estimated: float,
-        told: Certificate,
-    ) -> Outcome[RodDesign]:
-        check = found.value
-        if self.out_of_time:
-            said = "the time budget ended the search: this is the best feasible strip found so far"
-            check = replace(check, warnings=(*check.warnings, said))
-        return Outcome(
-            Status.SUCCEEDED,
-            RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
-            (),
-            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
-            certificate=told,
-        )
-
-    def infeasible(
-        self, context: Context, alone: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
-        beyond: tuple[str, ...], nearest: Optimum | None,
-    ) -> Outcome[RodDesign]:  # fmt: skip
-        """Diagnosis of infeasibility: proven on the core, by searches only on the full model."""
-        limits, excess = self.limits, math.inf
-        if nearest is not None:
-            check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
-            limits = context.core_limits_at(strip, check)
-        influence = self.influence(strip, beyond)
-        core = CoreOptima(self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _SHARE * influence))
-        entries, error = diagnose(core, limits, alone, context.model, influence)
-        told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
-        accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
-        return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
-
-    def failed(self) -> Outcome[RodDesign]:
-        """The time ran out before an admissible strip was found or infeasibility was shown."""
-        accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
-        return Outcome(Status.FAILED, None, (), accuracy)
 
 
 def _found(optimum: Optimum | None) -> bool:

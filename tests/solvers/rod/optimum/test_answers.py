@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import EffectState, Status
 from solvers.rod.constraints import BY_NAME
@@ -71,7 +72,7 @@ def test_every_requirement_out_of_reach_is_named_alone_with_the_best_beside_the_
     assert outcome.status is Status.INFEASIBLE
     (entry,) = outcome.diagnosis
     assert (entry.requirement, entry.required) == (name, required)
-    heights, lengths = np.geomspace(0.2e-3, 1e-3, 40), np.linspace(8e-3, 26e-3, 4)
+    heights, lengths = np.geomspace(0.2e-3, 1e-3, 120), np.linspace(8e-3, 26e-3, 25)
     b, h, l = (v.ravel() for v in np.meshgrid([4e-3, 9e-3], heights, lengths))
     sampled = sample(REFERENCE.scene, b, h, l)
     values = result(sampled)[sampled.admissible(without(asked, name), 0.0)]
@@ -133,6 +134,30 @@ def test_what_is_attainable_is_reached_by_a_strip_and_known_as_well_as_is_said(a
         assert entry.attainable == pytest.approx(value, rel=outcome.accuracy.estimated + doubt), row.name
         # A strip reaches it: it is not better than the best.
         assert (entry.attainable / value - 1.0) * (1 if row.least else -1) <= doubt + 1e-6, row.name
+
+
+@pytest.mark.parametrize(
+    ("seed", "within"),
+    [(35, 2e-4), (358, 2e-2), (356, 2e-4), (47, 0.1), (68, 0.1)],
+    ids=["beside stability", "two that conflict, in steps", "rings, close", "rings", "in steps"],
+)
+def test_a_requirement_lowered_to_what_is_attainable_beside_the_others_can_be_met(seed, within):
+    asked = realistic(seed)
+    outcome = rod.design(asked)
+    assert outcome.status is Status.INFEASIBLE
+    assert 0.0 < outcome.accuracy.estimated < within
+    for entry in outcome.diagnosis:
+        row = BY_NAME[entry.requirement]
+        assert entry.attainable < entry.required
+        lowered = {entry.requirement: entry.attainable * (1 - outcome.accuracy.estimated)}
+        met = rod.design(replace(asked, requirements=replace(asked.requirements, **lowered)), settled(outcome))
+        assert met.status is Status.SUCCEEDED
+        beside = without(asked.requirements, entry.requirement)
+        best = rod.design(
+            replace(asked, objective=rod.OBJECTIVES[row.serves], requirements=beside), settled(outcome), accuracy=1e-5
+        )
+        value, doubt = row.read(best.value.check), min(best.accuracy.estimated, 1e-4)
+        assert value == pytest.approx(entry.attainable, rel=outcome.accuracy.estimated + doubt)
 
 
 LIMITS = {

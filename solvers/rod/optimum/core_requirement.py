@@ -20,6 +20,8 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 
 _GAP = 1e-3
+_FIRST = 1.0
+"""The gap where any strip will do."""
 _BOXES = 3000
 _PROVEN_BOXES = 1200
 """Of a search to the accuracy of the answer, which a search for friction power mostly misses."""
@@ -51,6 +53,10 @@ class CoreOptima:
         if rows.UTILISATION not in limits:
             return self._strength_alone(limits)
         return self._strength(limits)
+
+    def admits(self, limits: Limits) -> bool:
+        """Whether a strip that meets the limits is found."""
+        return self._admissible(limits, _FIRST) is not None
 
     def stoutest(self) -> float:
         """Stability safety of the strip that buckles last: maximum width and thickness, minimum length."""
@@ -91,7 +97,7 @@ class CoreOptima:
             low, high, strip = (low, middle, found) if found is not None else (middle, high, strip)
         return Best(_YIELD.required_by(high, self.scene), strip, _GAP)
 
-    def _admissible(self, limits: Limits) -> Dimensions | None:
+    def _admissible(self, limits: Limits, gap: float = _GAP) -> Dimensions | None:
         """A strip that meets the limits."""
-        found = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, _GAP, _BOXES).best
+        found = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, gap, _BOXES).best
         return None if found is None else found.dimensions

@@ -60,19 +60,15 @@ class _Diagnosis:
     def entries(self) -> tuple[Shortfall, ...]:
         for r, reached in self.full.known(self.wanted).items():
             return self.held(r, reached)
-        if self.core.best(_STABILITY, _NOTHING) is None:
+        beyond = [r for r in self.wanted if not self.core.admits(self.only(r))]
+        if len(beyond) == len(self.wanted) and not self.core.admits(_NOTHING):
             why = f"no strip within the bounds stands at all; {_STABILITY.advice}"
             self.error = self.model.accuracy
             return (Shortfall(_STABILITY.name, self.asked.min_stability_safety, self.core.stoutest(), why),)
-        alone = {r: self.core.best(r, _NOTHING) for r in self.wanted}
-        beyond = [r for r in self.wanted if not self.meets(r, alone[r])]
         if beyond:
-            return tuple(self.entry(r, _OUT_OF_REACH, self.under(r, beyond) or alone[r]) for r in beyond)
-        pairs = [
-            (r, other)
-            for r, other in combinations(self.wanted, 2)
-            if not self.meets(r, self.core.best(r, self.only(other)))
-        ]
+            best = {r: self.under(r, beyond) or self.core.best(r, _NOTHING) for r in beyond}
+            return tuple(self.entry(r, _OUT_OF_REACH, best[r]) for r in beyond)
+        pairs = [pair for pair in combinations(self.wanted, 2) if not self.core.admits(self.only(*pair))]
         if not pairs:
             why = "can be met together with any other one, but not with all of them"
             if len(self.wanted) == 2:
@@ -91,7 +87,7 @@ class _Diagnosis:
     def held(self, r: Constraint, reached: Reached) -> tuple[Shortfall, ...]:
         """The entries where the best strip by ``r`` is known: what keeps it from being better are its opponents."""
         opponents = [o for o in reached.opponents if o is not r]
-        if not opponents or not self.meets(r, self.core.best(r, _NOTHING)):
+        if not opponents or not self.core.admits(self.only(r)):
             return (self.entry(r, _OUT_OF_REACH, reached),)
         entries = [self.entry(r, _against(opponents), reached)]
         for o in opponents:
@@ -114,11 +110,10 @@ class _Diagnosis:
             reached = self.full.best(r)
             if reached is not None:
                 return reached
-        left = [o.row for o in self.wanted if o is not r and o not in but]
-        return self.core.best(r, {**_NOTHING, **{row: self.limits[row] for row in left}})
+        return self.core.best(r, self.only(*(o for o in self.wanted if o is not r and o not in but)))
 
-    def only(self, r: Constraint) -> Limits:
-        return {**_NOTHING, r.row: self.limits[r.row]}
+    def only(self, *requirements: Constraint) -> Limits:
+        return {**_NOTHING, **{r.row: self.limits[r.row] for r in requirements}}
 
     def meets(self, r: Constraint, best: Best | Reached | None) -> bool:
         if isinstance(best, Reached):

@@ -11,6 +11,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 from solvers.errors import InvalidInput
 from solvers.outcome import Shortfall
@@ -38,9 +39,24 @@ def diagnose(
     the effects' change, which is at most ``influence``. The core's strip is then checked on the full model: the value
     is what that strip reaches, and how far that is from what the search knows of it is part of the error.
     """
-    diagnosis = _Diagnosis(core, limits, full, model, influence)
-    entries = diagnosis.entries()
-    return entries, diagnosis.error
+    entries = _Diagnosis(core, limits, full, model, influence).entries()
+    return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
+
+
+class _Entry(NamedTuple):
+    """A requirement, what is told of it, and the estimated relative error of what is attainable."""
+
+    requirement: Constraint
+    shortfall: Shortfall
+    error: float
+
+    @property
+    def short(self) -> bool:
+        """Whether less is attainable than required."""
+        told = self.shortfall
+        if told.attainable is None:
+            return True
+        return told.attainable < told.required if self.requirement.least else told.attainable > told.required
 
 
 @dataclass
@@ -50,24 +66,21 @@ class _Diagnosis:
     full: RequirementsAsObjectives
     model: FullModel
     influence: float
-    error: float = 0.0
-    """The greatest of the entries."""
 
     def __post_init__(self) -> None:
         self.asked = self.full.problem.requirements
         self.wanted = [constraint for constraint, _ in self.asked.asked()]
 
-    def entries(self) -> tuple[Shortfall, ...]:
+    def entries(self) -> list[_Entry]:
         for r, reached in self.full.known(self.wanted).items():
             return self.held(r, reached)
         beyond = [r for r in self.wanted if not self.core.admits(self.only(r))]
         if len(beyond) == len(self.wanted) and not self.core.admits(_NOTHING):
             why = f"no strip within the bounds stands at all; {_STABILITY.advice}"
-            self.error = self.model.accuracy
-            return (Shortfall(_STABILITY.name, self.asked.min_stability_safety, self.core.stoutest(), why),)
+            told = Shortfall(_STABILITY.name, self.asked.min_stability_safety, self.core.stoutest(), why)
+            return [_Entry(_STABILITY, told, self.model.accuracy)]
         if beyond:
-            best = {r: self.under(r, beyond) or self.core.best(r, _NOTHING) for r in beyond}
-            return tuple(self.entry(r, _OUT_OF_REACH, best[r]) for r in beyond)
+            return self.out_of_reach(beyond)
         pairs = [pair for pair in combinations(self.wanted, 2) if not self.core.admits(self.only(*pair))]
         if not pairs:
             why = "can be met together with any other one, but not with all of them"
@@ -76,25 +89,32 @@ class _Diagnosis:
                     "can be met together with the other one only to within the search's accuracy: a slightly lower "
                     "requirement would do"
                 )
-            return tuple(self.entry(r, why, self.under(r)) for r in self.wanted)
+            return _short([self.entry(r, why, self.under(r)) for r in self.wanted])
         found = []
         for r in self.wanted:
             opponents = [b if r is a else a for a, b in pairs if r in (a, b)]
             if opponents:
                 found.append(self.entry(r, _against(opponents), self.beside(r, opponents)))
-        return tuple(found)
+        return _short(found)
 
-    def held(self, r: Constraint, reached: Reached) -> tuple[Shortfall, ...]:
+    def out_of_reach(self, beyond: Sequence[Constraint]) -> list[_Entry]:
+        """The entries of requirements that cannot be met alone, but for those that the full model does meet."""
+        best = {r: self.under(r, beyond) or self.core.best(r, _NOTHING) for r in beyond}
+        found = [self.entry(r, _OUT_OF_REACH, best[r]) for r in beyond]
+        short = _short(found)
+        return found if len(short) == len(found) else self.out_of_reach([entry.requirement for entry in short])
+
+    def held(self, r: Constraint, reached: Reached) -> list[_Entry]:
         """The entries where the best strip by ``r`` is known: what keeps it from being better are its opponents."""
         opponents = [o for o in reached.opponents if o is not r]
         if not opponents or not self.core.admits(self.only(r)):
-            return (self.entry(r, _OUT_OF_REACH, reached),)
+            return [self.entry(r, _OUT_OF_REACH, reached)]
         entries = [self.entry(r, _against(opponents), reached)]
         for o in opponents:
             best = self.under(o)
             if best is not None and not self.meets(o, best):
                 entries.append(self.entry(o, _against([r]), best))
-        return tuple(entries)
+        return _short(entries)
 
     def beside(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | Reached | None:
         """The best value under all others, else the worst under a single opponent."""
@@ -120,15 +140,14 @@ class _Diagnosis:
             return r.meets(best.check, getattr(self.asked, r.name))
         return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
-    def entry(self, r: Constraint, why: str, best: Best | Reached | None) -> Shortfall:
+    def entry(self, r: Constraint, why: str, best: Best | Reached | None) -> _Entry:
         required = getattr(self.asked, r.name)
         if isinstance(best, Reached):
             value, error = r.read(best.check), best.error
         else:
             value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
             error += self.influence
-        self.error = max(self.error, error)
-        return Shortfall(r.name, required, value, f"{why}; {r.advice}")
+        return _Entry(r, Shortfall(r.name, required, value, f"{why}; {r.advice}"), error)
 
     def on_full_model(self, r: Constraint, best: Best) -> tuple[float, float]:
         """What the core's strip of the best value reaches there, and the error of that but for the influence."""
@@ -147,6 +166,11 @@ class _Diagnosis:
         error = float(best.gap + outcome.accuracy.estimated + abs(reached / expected - 1.0))
         # What fulfils the requirement breaks another one, by less than the search can tell.
         return (expected if r.meets(outcome.value, required) else reached), error
+
+
+def _short(entries: list[_Entry]) -> list[_Entry]:
+    """Those of which less is attainable than required: of others the core's limits were off. All, if none is."""
+    return [entry for entry in entries if entry.short] or entries
 
 
 def _against(opponents: Sequence[Constraint]) -> str:

@@ -140,7 +140,7 @@ def slow_motion(
     lossy, slowest = bool(np.any(parts.damped != 0.0)), 0.0
     # 1/(1 + swing gamma), once for all columns; and the right side, that of the last column alone
     soft, given, pushed = np.empty((rest, wide)), np.zeros((rest, wide)), np.zeros((m, wide))
-    # x holds slow modes and the rest; ``inertia`` is that of the rest and its damping, from second and first derivatives.
+    # x holds slow modes and the rest; ``inertia`` is what inertia and damping of the rest take.
     x, kept, inertia, pulled = np.zeros((size, wide)), np.zeros((size, wide)), np.zeros((rest, wide)), soft.copy()
     slow, r, turned = x[:m], x[m:], np.empty((2 if lossy else 1, rest, wide))
     # The same arrays as products need them

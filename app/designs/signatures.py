@@ -32,7 +32,7 @@ TUPLES: dict[str, str] = {
     "solvers.rod.optimum.proof.box_bounds.Work": "solvers.rod.optimum.proof.box_bounds.Ranges solvers.rod.optimum.proof.box_bounds.Ranges f2",
     "solvers.rod.strip.elastica_kernels.Collocation": "f1 f2 f2 f1 f1 f1 f1 f1",
     "solvers.rod.vibration.equation.StripEquation": "solvers.rod.cycle.state.Strip solvers.rod.vibration.natural_frequencies.StripBasis f f f1 f2 f2 f1 f2 f1 f1 f2 f1 f1 f2",
-    "solvers.rod.vibration.excitation.Smoothness": "f f1 f1 f1 f1",
+    "solvers.rod.vibration.excitation.Smoothness": "f1 f1 f1 f1",
     "solvers.rod.vibration.natural_frequencies.Energies": "f2 f2 f1 f1",
     "solvers.rod.vibration.natural_frequencies.Polynomials": "f1 f1 f2 f2 f1 f1 f2 f2 f2",
     "solvers.rod.vibration.natural_frequencies.StripBasis": "f f2",

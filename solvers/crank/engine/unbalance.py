@@ -89,7 +89,8 @@ def _resultant(weights: Sequence[float], angles: Sequence[float]) -> float:
 
     In plain Python: an array operation on a few cylinders takes as long as the whole sum.
     """
-    pairs = list(zip(weights, angles, strict=True))
-    found = abs(sum(cmath.rect(weight, angle) for weight, angle in pairs))
-    rounding = _ROUNDING * sum(abs(weight) * (1.0 + abs(angle)) for weight, angle in pairs)
-    return found if found > rounding else 0.0
+    total, size = 0j, 0.0
+    for weight, angle in zip(weights, angles, strict=True):
+        total += cmath.rect(weight, angle)
+        size += abs(weight) * (1.0 + abs(angle))
+    return abs(total) if abs(total) > _ROUNDING * size else 0.0

@@ -41,6 +41,9 @@ _NEWTON_STEPS = 4
 _SHIFTS = 3
 _GAP_STARTS, _GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
 """Searches from other gaps at most, and in turn without a better strip; their first radius, in ln b, ln h, ln l."""
+_AS_GOOD = 5e-4
+"""In ln objective: up to where an end in another gap is about as good as the best strip, and other gaps are looked for
+from there, too."""
 _ROUGH_ROUNDS = 6
 """Of the first searches between resonances, which others follow."""
 _FINE_RADIUS = 2e-3
@@ -287,6 +290,9 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
         end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
         if end is not None:
             gaps.leave_out(end.best)
+            as_good = end.best.admissible and end.best.log_cost < best.best.log_cost + _AS_GOOD
+            if as_good and not near(logarithms(start), [end], SAME):
+                gaps.follow(end.best)
         left = best.best.log_cost - context.best().best.log_cost
         failed = 0 if left > context.task.enough else failed + 1
     return left, gaps.range

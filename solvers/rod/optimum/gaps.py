@@ -8,7 +8,8 @@ The least cost of strips of a given Omega is followed over gaps, in steps that r
 whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of
 holding the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough, and there may be
 several valleys in a gap: so every place on the path is a start of a search, the cheapest first, away from where
-searches have begun or ended.
+searches have begun or ended. Along a ridge of nearly equal cost strips of the same Omega may be far from each other: an
+end about as good as the best, but elsewhere, has a path of its own.
 
 Width and thickness may be exchanged for each other, b h^3 alike, and the core's forces, deflections and stability stay
 as they are: the least cost may hardly change over dozens of gaps. The strips at the two ends of that exchange, within
@@ -40,6 +41,8 @@ _GAPS, _STEPS = 2, 6
 """So many gaps are followed to each side, in so many steps each."""
 _FARTHEST, _NEAREST = 0.2, 0.05
 """In ln b, ln h, ln l: of a path, and of the strip that holds its limits from the one on the path."""
+_BESIDE = 0.03
+"""In ln b, ln h, ln l: farther away from each other strips of the same Omega are others, and have a path each."""
 _PACE = 2.0
 """In ln b, ln h, ln l: what a strip moves aside for a unit of change of ln Omega, at most."""
 _DEARER, _LOST = 0.008, 0.1
@@ -64,7 +67,7 @@ class Place(NamedTuple):
 @dataclass
 class Gaps:
     """Places of strips where no search has begun, the Omega ``known`` as beginnings and ends of searches, and
-    those to which the least cost has been ``followed``, from all best strips until that of ``origin``.
+    those at which the least cost has been ``followed``, with the strips there, on the paths through all ``origins``.
 
     No start lies closer than ``apart`` to a known Omega.
     """
@@ -74,8 +77,8 @@ class Gaps:
     apart: float = APART
     places: list[Place] = field(default_factory=list)
     known: list[float] = field(default_factory=list)
-    followed: list[float] = field(default_factory=list)
-    origin: Iterate | None = None
+    followed: list[tuple[float, Array]] = field(default_factory=list)
+    origins: list[Iterate] = field(default_factory=list)
 
     @property
     def box(self) -> Array:
@@ -85,15 +88,15 @@ class Gaps:
     @property
     def range(self) -> tuple[float, float] | None:
         """The least and greatest Omega of what was followed; None if nothing was."""
-        looked = [*self.known, *self.followed]
+        looked = [*self.known, *(ratio for ratio, _ in self.followed)]
         return (min(looked), max(looked)) if looked else None
 
     def next(self, best: Iterate, untried: Callable[[Dimensions], bool]) -> Dimensions | None:
         """The most promising strip of another gap, from where a search may find a better one; None without any."""
         active = best.memory.active
-        if best is not self.origin:
-            ratio, first, self.origin = self.leave_out(best), self.origin is None, best
-            self.places += [*self._path(best, -1.0), *self._path(best, 1.0)]
+        if all(best is not origin for origin in self.origins):
+            ratio, first = self.leave_out(best), not self.origins
+            self._follow(best)
             self.places += self._exchanged(best, _GAPS * math.exp(-ratio)) if first else []
         self.places = [p for p in self.places if self._away(p.ratio)]
         while promising := [p for p in self.places if p.cost < best.log_cost + _DEARER]:
@@ -106,11 +109,20 @@ class Gaps:
                     return d
         return None
 
+    def follow(self, strip: Iterate) -> None:
+        """The places on the path through a strip that is about as good as the best, but elsewhere."""
+        if all(np.max(np.abs(strip.x - origin.x)) > _BESIDE for origin in self.origins):
+            self._follow(strip)
+
     def leave_out(self, end: Iterate) -> float:
         """No search begins close to the end of one; the ln Omega there."""
         ratio = log_frequency_ratio(end.memory.active.home_cycle)
         self.known.append(math.exp(ratio))
         return ratio
+
+    def _follow(self, strip: Iterate) -> None:
+        self.origins.append(strip)
+        self.places += [*self._path(strip, -1.0), *self._path(strip, 1.0)]
 
     def _starts(self, best: Iterate, place: Place) -> list[Array]:
         """The strip of a place on the path, that which holds its limits, and that by its own peaks and corrections,
@@ -132,9 +144,10 @@ class Gaps:
         """Whether no search has begun or ended near an Omega."""
         return all(abs(ratio - known) > self.apart for known in self.known)
 
-    def _new(self, ratio: float) -> bool:
-        """Whether the least cost at an Omega is unknown, and asked for."""
-        return self._away(ratio) and all(abs(ratio - known) > 0.5 / _STEPS for known in self.followed)
+    def _new(self, ratio: float, x: Array) -> bool:
+        """Whether the cost of strips near x at an Omega is unknown, and asked for."""
+        near = (known for known, other in self.followed if np.max(np.abs(x - other)) < _BESIDE)
+        return self._away(ratio) and all(abs(ratio - known) > 0.5 / _STEPS for known in near)
 
     def _path(self, best: Iterate, side: float) -> list[Place]:
         """The cheapest strips of rising (``side`` 1) or falling Omega where it has not been followed."""
@@ -155,9 +168,9 @@ class Gaps:
             if side * (ratio - before) < _LEAST_STEP * abs(step) or np.max(np.abs(x - best.x)) > _FARTHEST:
                 return out
             plain, slopes = active.plain_values(x), slopes_of(x)
-            if not self._new(math.exp(ratio)):
+            if not self._new(math.exp(ratio), x):
                 continue
-            self.followed.append(math.exp(ratio))
+            self.followed.append((math.exp(ratio), x))
             place = _held(active, least, x, ratio, slopes)
             if place is None:
                 return out

@@ -69,8 +69,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("flexible-rod", "check"): (
         ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Frame f f"),
+        ("solvers.crank.gas.unrolled_pressure._jumps", "solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
-        ("solvers.crank.motion.slider_crank.displacements", "f1 solvers.crank.motion.slider_crank.Frame"),
         ("solvers.numerics.panels._judged", "f2 f1 f1 solvers.numerics.panels.Rule f1 f i"),
         ("solvers.numerics.panels._place", "f2 f1 b1 f1 f2"),
         ("solvers.numerics.panels._points", "f1 f1 solvers.numerics.panels.Rule"),
@@ -112,6 +112,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.optimum.lagrangian._lightest", "f1 f1 f1 f1 f f f f i b f1 f1"),
         ("solvers.pin.optimum.one_station.densities", "f1 f1 f1 f f f"),
         ("solvers.pin.optimum.sought._walls_of", "f1 f f f f1"),
+        ("solvers.pin.result._kept", "f2 f1 f"),
         ("solvers.pin.ring.ovalization._figures", "f f f f f f"),
         ("solvers.pin.section.flexibility.curvatures", "f f f f"),
         ("solvers.pin.section.least_wall.least_walls", "f1 f1 f f f f f f1"),
@@ -150,6 +151,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
+        ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
         ("solvers.linkage.steady_state.collocation.turn", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
     ),

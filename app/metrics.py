@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import collections
-from bisect import bisect_left
 from collections.abc import Iterator, Mapping
 from functools import cache
-from itertools import accumulate
 from typing import Any
 
-from prometheus_client import REGISTRY, Counter, Gauge, Metric
-from prometheus_client.core import CounterMetricFamily, HistogramMetricFamily
+from prometheus_client import REGISTRY, Counter, Gauge, Histogram, Metric
+from prometheus_client.core import CounterMetricFamily
 from prometheus_client.registry import Collector
 
 from app.jobs.fair_queue import FairQueue, JobLength
@@ -18,43 +16,12 @@ from app.store.faults import StoreFault
 
 _SECONDS = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0)
 
-
-class Durations(Collector):
-    """A histogram of durations. The library's takes ten steps per observation, this one two; each series must be
-    observed by one thread only."""
-
-    def __init__(self, name: str, documentation: str, labels: tuple[str, ...], bounds: tuple[float, ...]) -> None:
-        self._name, self._documentation, self._labels, self._bounds = name, documentation, labels, bounds
-        self._counts: dict[tuple[str, ...], list[int]] = {}
-        self._sums: dict[tuple[str, ...], float] = {}
-        if not labels:
-            self._begin(())
-        REGISTRY.register(self)
-
-    def _begin(self, values: tuple[str, ...]) -> None:
-        self._sums[values] = 0.0
-        self._counts[values] = [0] * (len(self._bounds) + 1)
-
-    def observe(self, seconds: float, *values: str) -> None:
-        """Count a duration under these values of the labels."""
-        if values not in self._counts:
-            self._begin(values)
-        self._counts[values][bisect_left(self._bounds, seconds)] += 1
-        self._sums[values] += seconds
-
-    def collect(self) -> Iterator[Metric]:
-        found = HistogramMetricFamily(self._name, self._documentation, labels=self._labels)
-        names = [*map(str, self._bounds), "+Inf"]
-        for values, counts in list(self._counts.items()):
-            below = map(float, accumulate(counts))
-            found.add_metric(values, list(zip(names, below, strict=True)), self._sums[values])
-        yield found
-
-
 SOLVES = Counter("crankwright_solves", "Finished solves", ["kind", "mode", "status"])
-SOLVE_SECONDS = Durations("crankwright_solve_seconds", "Seconds from request to answer", ("kind", "mode"), _SECONDS)
+SOLVE_SECONDS = Histogram(
+    "crankwright_solve_seconds", "Seconds from request to answer", ["kind", "mode"], buckets=_SECONDS
+)
 ENDED = Counter("crankwright_solves_cut", "Solves without an answer, by reason", ["reason"])
-STORE_SECONDS = Durations("crankwright_store_seconds", "Seconds per group of writes, commit included", (), _SECONDS)
+STORE_SECONDS = Histogram("crankwright_store_seconds", "Seconds per group of writes, commit included", buckets=_SECONDS)
 STORE_FAULTS = Counter("crankwright_store_faults", "Groups of writes that failed", ["trouble"])
 WAITING = Gauge("crankwright_queue_waiting", "Solves waiting for a worker", ["length"])
 RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["length"])
@@ -97,7 +64,7 @@ def labelled(metric: Any, *values: str) -> Any:
 def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Effects) -> None:
     """Record a finished solve, with the name and the state of each effect."""
     labelled(SOLVES, kind, mode, status).inc()
-    SOLVE_SECONDS.observe(seconds, kind, mode)
+    labelled(SOLVE_SECONDS, kind, mode).observe(seconds)
     EFFECTS.solved[kind, effects] += 1
 
 

@@ -150,7 +150,7 @@ def run(requests: int = REQUESTS, rounds: int = ROUNDS) -> tuple[list[Row], floa
             wait_for_answer(port, next(different["flexible-rod"]))
             for slug, bodies_of in different.items():
                 send(port, slug, [next(bodies_of) for _ in range(100)])
-            time.sleep(8.0)  # workers load what is left of the kernels while they are idle
+            time.sleep(20.0)  # workers load what is left of the kernels while they are idle
             idle = idle_share(child.pid)
             for _ in range(rounds):
                 for slug, bodies_of in different.items():

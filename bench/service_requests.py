@@ -1,12 +1,13 @@
 """One request after another: the processor time of a solve over HTTP, beside the solve itself.
 
 A started service with its default settings on a fresh database; every request has another number in it, so that each
-is solved and stored. Processor time is that of all the service's processes: itself, its fork server and its workers.
-The solve is the same requests answered in the bench's own process, from the validated request to the answer; what lies
-between is HTTP, validation, the hand-over to a worker that can be killed, and a commit that survives a power cut. Of
-several rounds the least disturbed counts: on a busy machine every change of process empties the caches, and the same
-request takes twice the time. So does a solve that does not follow at once on another: how much is seen by solving the
-same requests with a pause before each, as long as a worker waits between two.
+is solved and stored. Processor time is that of all the service's processes: itself, its fork server and its workers,
+with what they take when there is nothing to do, which is shown below the table as well. The solve is the same requests
+answered in the bench's own process, from the validated request to the answer; what lies between is HTTP, validation,
+the hand-over to a worker that can be killed, and a commit that survives a power cut. Of several rounds the least
+disturbed counts: on a busy machine every change of process empties the caches, and the same request takes twice the
+time. So does a solve that does not follow at once on another: how much is seen by solving the same requests with a
+pause before each, as long as a worker waits between two.
 """
 
 from __future__ import annotations
@@ -130,8 +131,16 @@ def solved_alone(slug: str, asked: list[bytes], pause_s: float = 0.0) -> float:
     return spent
 
 
-def run(requests: int = REQUESTS, rounds: int = ROUNDS) -> list[Row]:
-    """Every kind in turn, round by round; of each kind the round of least processor time."""
+def idle_share(pid: int, seconds: float = 4.0) -> float:
+    """Processor time that a service with nothing to do takes per second."""
+    before = processor_time(family(pid))
+    time.sleep(seconds)
+    after = processor_time(family(pid))
+    return sum(spent - before.get(each, 0.0) for each, spent in after.items()) / seconds
+
+
+def run(requests: int = REQUESTS, rounds: int = ROUNDS) -> tuple[list[Row], float]:
+    """Every kind in turn, round by round; of each kind the round of least processor time. And the idle service's."""
     samples: dict[str, list[tuple[float, ...]]] = {slug: [] for slug in KINDS_ASKED}
     different = {slug: bodies(slug) for slug in KINDS_ASKED}
     with tempfile.TemporaryDirectory() as folder:
@@ -142,6 +151,7 @@ def run(requests: int = REQUESTS, rounds: int = ROUNDS) -> list[Row]:
             for slug, bodies_of in different.items():
                 send(port, slug, [next(bodies_of) for _ in range(100)])
             time.sleep(8.0)  # workers load what is left of the kernels while they are idle
+            idle = idle_share(child.pid)
             for _ in range(rounds):
                 for slug, bodies_of in different.items():
                     asked = [next(bodies_of) for _ in range(requests)]
@@ -152,7 +162,7 @@ def run(requests: int = REQUESTS, rounds: int = ROUNDS) -> list[Row]:
                     cpu = sum(spent - before.get(pid, 0.0) for pid, spent in after.items())
                     alone, rested = (solved_alone(slug, asked, pause_s) for pause_s in (0.0, elapsed / requests))
                     samples[slug].append(tuple(s / requests for s in (cpu, alone, rested, elapsed)))
-    return [Row(KINDS[slug].title, *min(taken)) for slug, taken in samples.items()]
+    return [Row(KINDS[slug].title, *min(taken)) for slug, taken in samples.items()], idle
 
 
 def table() -> list[str]:
@@ -162,7 +172,9 @@ def table() -> list[str]:
         "| by the clock |",
         "|---|---|---|---|---|---|",
     ]
-    for row in run():
+    rows, idle = run()
+    for row in rows:
         figures = (row.service, row.solve, row.rested, row.more, row.elapsed)
         lines.append(f"| {row.title} | {' | '.join(f'{1e3 * figure:.2f} ms' for figure in figures)} |")
+    lines += ["", f"With nothing to do, the service takes {1e3 * idle:.1f} ms of processor time a second."]
     return [*lines, "", f"Load of the machine's {os.cpu_count()} cores at the end: {os.getloadavg()[0]:.1f}."]

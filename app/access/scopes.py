@@ -26,6 +26,7 @@ PUBLIC = ("/healthz", "/startedz", "/readyz", "/login", "/favicon.ico")
 """Paths that need no key, in addition to static files and the choice of language."""
 _ADMIN_PATHS = ("/metrics",)
 _BATCH_PATHS = ("/api/v1/batches", "/batches")
+_BELOW_BATCHES = tuple(f"{path}/" for path in _BATCH_PATHS)
 _SAFE = ("GET", "HEAD", "OPTIONS")
 
 
@@ -45,4 +46,4 @@ def needed(method: str, path: str) -> Scope | None:
         return Scope.ADMIN
     if method in _SAFE or path == "/logout":
         return Scope.READ
-    return Scope.BATCH if any(path == start or path.startswith(f"{start}/") for start in _BATCH_PATHS) else Scope.DESIGN
+    return Scope.BATCH if path in _BATCH_PATHS or path.startswith(_BELOW_BATCHES) else Scope.DESIGN

@@ -46,7 +46,9 @@ _CHUNK_TARGET_S, _CHUNK_LIMIT_S = 0.5, 5.0
 """Target of a chunk's processor time [s], long compared with what its lease and commit take, and limit of the time it
 waits for the processor as well, which a user sees."""
 _INITIAL_ITEM_S = {Mode.CHECK: 2e-3, Mode.ANALYSIS: 2e-2, Mode.DESIGN: 0.2, Mode.ACCURACY: 5.0}
-_POLL_INTERVAL_S = 0.5
+_POLL_INTERVAL_S, _IDLE_POLL_INTERVAL_S = 0.5, 2.0
+"""Time between looks for chunks that others have left [s], while some are solved here and while none are. A batch sent
+to this process is seen at once."""
 _MAX_CRASHES = 3
 """Maximum attempts of a chunk of several items before it is split."""
 _MAX_ITEM_CRASHES = 6
@@ -175,8 +177,9 @@ class BatchEngine:
                 claimed = False
             if not claimed:
                 self._wake.clear()
+                pause_s = _POLL_INTERVAL_S if self._tasks else _IDLE_POLL_INTERVAL_S
                 try:
-                    await asyncio.wait_for(self._wake.wait(), min(_POLL_INTERVAL_S, self._lease_s / 4))
+                    await asyncio.wait_for(self._wake.wait(), min(pause_s, self._lease_s / 4))
                 except TimeoutError:
                     continue
 

@@ -69,9 +69,5 @@ def plots_of(kind: Kind, mode: Mode) -> Mapping[str, Plot]:
 
 def plots_for(kind: Kind, run: Mapping[str, Any]) -> Mapping[str, Plot]:
     """The plots of a succeeded run given as JSON object."""
-    found = plots_of(kind, Mode(run["mode"]))
-    return {name: plot for name, plot in found.items() if kind.drawn_if.get(name, _always)(run)}
-
-
-def _always(_run: Mapping[str, Any]) -> bool:
-    return True
+    found, conditions = plots_of(kind, Mode(run["mode"])), kind.drawn_if
+    return {name: plot for name, plot in found.items() if name not in conditions or conditions[name](run)}

@@ -29,7 +29,10 @@ class BodyLimits:
     min_bytes_per_s: float = 1000.0
 
     def of(self, path: str) -> int:
-        return next((limit for start, limit in self.per_path.items() if path.startswith(start)), self.max_bytes)
+        for start, limit in self.per_path.items():
+            if path.startswith(start):
+                return limit
+        return self.max_bytes
 
 
 class BodyLimiter:

@@ -14,6 +14,8 @@ from app.exports.svg import SVG
 
 EXPORTS: dict[str, Export] = {export.name: export for export in (HTML, PDF, JSON, CSV, SVG, DXF, STEP, PARAMETERS)}
 
+_CONDITIONS = frozenset(export.applies for export in EXPORTS.values())
+
 
 def worker_libraries() -> list[str]:
     """The libraries of the formats that workers make, as far as they are installed."""
@@ -26,4 +28,5 @@ def exports_for(run: Run) -> dict[str, Export]:
     kind = KINDS.get(run["kind"])
     if kind is None or run.get("result") is None:
         return {}
-    return {name: export for name, export in EXPORTS.items() if export.applies(kind, run)}
+    met = {condition for condition in _CONDITIONS if condition(kind, run)}
+    return {name: export for name, export in EXPORTS.items() if export.applies in met}

@@ -28,6 +28,9 @@ class JobLength(StrEnum):
     LONG = "long"
 
 
+_LENGTHS = tuple(JobLength)
+
+
 @dataclass(frozen=True)
 class QueueLimits:
     """Limits on running jobs and, per length, on waiting ones: in total and per caller."""
@@ -142,7 +145,7 @@ class FairQueue:
         return reserved or not self._waiting[JobLength.LONG] or self._running[JobLength.LONG] >= self.limits.max_long
 
     def _dispatch(self) -> None:
-        for length in JobLength:
+        for length in _LENGTHS:
             queues = self._waiting[length]
             while queues and self._is_free(length):
                 caller = self._turns.next(queues)

@@ -28,6 +28,7 @@ Load = Callable[[str, str], None]
 _REPORT_INTERVAL_S = 0.2
 _IDLE_DELAY_S = 0.5
 """Idle time before a worker does background work."""
+_READ_BYTES = 1 << 16
 LENGTH = struct.Struct("!i")
 """The length that ``multiprocessing`` puts before a message."""
 
@@ -60,16 +61,16 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     """Main function of a worker. Returns when the service closes the connection or dies."""
     # Health checks and inline requests in the service process take precedence.
     os.nice(settings.niceness)
-    memory = _MemoryLimit(settings.memory_bytes)
-    _send(connection, (Reply.READY, None))
+    memory, pipe = _MemoryLimit(settings.memory_bytes), connection.fileno()
+    _send(pipe, (Reply.READY, None))
     idle_work: Iterator[None] | None = settings.idle_work()
     loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            while idle_work is not None and not select.select([connection], [], [], _IDLE_DELAY_S)[0]:
+            while idle_work is not None and not select.select([pipe], [], [], _IDLE_DELAY_S)[0]:
                 with memory.unlimited():
                     idle_work = _one_step(idle_work)
-            call = connection.recv()
+            call = _receive(pipe)
             if call[:2] not in loaded:
                 with memory.unlimited():
                     settings.load(call[0], call[1])
@@ -77,21 +78,33 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
                 gc.freeze()  # kernels are permanent; later collections need not scan them
                 # From here on the call's budget runs. A worker that has already loaded what the call needs starts it at
                 # once.
-                _send(connection, (Reply.ACCEPTED, None))
-            reply, content = _answer(settings.entry, call, _throttled(connection))
-            _send(connection, (reply, content))
+                _send(pipe, (Reply.ACCEPTED, None))
+            reply, content = _answer(settings.entry, call, _throttled(pipe))
+            _send(pipe, (reply, content))
             if reply is Reply.MEMORY:
                 return
 
 
-def _send(connection: Connection, message: tuple[Reply, Any]) -> None:
+def _receive(pipe: int) -> tuple[str, str, bytes]:
+    """Wait for the next call; ``multiprocessing`` reads a message in two system calls and a dozen steps. Raises
+    EOFError when the service has closed the connection."""
+    received = bytearray()
+    while len(received) < LENGTH.size or len(received) < LENGTH.size + LENGTH.unpack_from(received)[0]:
+        part = os.read(pipe, _READ_BYTES)
+        if not part:
+            raise EOFError
+        received += part
+    return pickle.loads(memoryview(received)[LENGTH.size :])
+
+
+def _send(pipe: int, message: tuple[Reply, Any]) -> None:
     """Send a message as ``multiprocessing`` does, but in one piece: it writes the length of a large one separately,
     which wakes the reader twice."""
     reply, content = message
-    data = memoryview(pickle.dumps((reply.value, content), pickle.HIGHEST_PROTOCOL))
-    sent = os.writev(connection.fileno(), (LENGTH.pack(len(data)), data)) - LENGTH.size
+    data = memoryview(pickle.dumps((str(reply), content), pickle.HIGHEST_PROTOCOL))
+    sent = os.writev(pipe, (LENGTH.pack(len(data)), data)) - LENGTH.size
     while sent < len(data):
-        sent += os.write(connection.fileno(), data[sent:])
+        sent += os.write(pipe, data[sent:])
 
 
 def _one_step(steps: Iterator[None]) -> Iterator[None] | None:
@@ -114,14 +127,14 @@ def _answer(entry: Entry, call: tuple[str, str, bytes], report: Report) -> tuple
         return Reply.ERROR, (type(error).__name__, traceback.format_exc())
 
 
-def _throttled(connection: Connection) -> Report:
+def _throttled(pipe: int) -> Report:
     """A report function limited to a few messages a second, so that sending never slows the solve down."""
     due = 0.0
 
     def report(progress: Progress) -> None:
         nonlocal due
         if time.monotonic() >= due:
-            _send(connection, (Reply.PROGRESS, progress))
+            _send(pipe, (Reply.PROGRESS, progress))
             due = time.monotonic() + _REPORT_INTERVAL_S
 
     return report

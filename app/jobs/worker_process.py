@@ -111,7 +111,7 @@ class Worker:
                 raise WorkerCrashed(None) from None
             self._loaded.add(kind)
             self.accepted = True
-        reply, deadline = Reply.PROGRESS.value, clock() + call.budget_s
+        reply, deadline = str(Reply.PROGRESS), clock() + call.budget_s
         try:
             while reply == Reply.PROGRESS:
                 reply, content = await self._receive(deadline)

@@ -35,7 +35,7 @@ def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[by
     Each field is encoded only once, since specs with long tables take milliseconds.
     """
     meaning = canonical_json({field: value for field, value in content.items() if field != "name"})
-    hashed = b"[%s,%s,%s]" % (canonical_json(kind), canonical_json(mode), meaning)
+    hashed = b"%s,%s]" % (canonical_json([kind, mode])[:-1], meaning)
     parts = [b'"name":%s' % canonical_json(content["name"])] if "name" in content else []
     if len(meaning) > len(b"{}"):
         parts.append(meaning[1:-1])

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from typing import Any
 
-from sqlalchemy import Connection, Dialect, Table, insert
+from sqlalchemy import Boolean, Connection, Dialect, LargeBinary, Table, insert
 from sqlalchemy.exc import DBAPIError
 
 Row = Mapping[str, Any]
@@ -36,7 +36,9 @@ class Insertion:
     def _compile(self, dialect: Dialect) -> tuple[str, Callable[[Row], Any]]:
         """The statement in the driver's words, and a row as its parameters."""
         types = {column.name: column.type.dialect_impl(dialect) for column in self._table.columns}
-        found = ((name, kind.bind_processor(dialect)) for name, kind in types.items())
+        # Every driver takes bytes and truth values as they are.
+        unlike = [(name, kind) for name, kind in types.items() if not isinstance(kind, LargeBinary | Boolean)]
+        found = ((name, kind.bind_processor(dialect)) for name, kind in unlike)
         converted = [(name, convert) for name, convert in found if convert is not None]
 
         def parameters(row: Row) -> Any:

@@ -104,7 +104,7 @@ class RunStore:
         Returns None once the run is durable. If a request with the same key and body was first, inserts nothing and
         returns its response; raises IdempotencyConflict if it had another body.
         """
-        first = await self._writer.submit(_insertion(record, response, self._since()))
+        first = await self._writer.submit(self._insertion(record, response))
         self._recent.add(record.spec_hash)
         return first
 
@@ -112,13 +112,13 @@ class RunStore:
         self, record: RunRecord, response: StoredResponse | None, owner: str, lease_s: float
     ) -> StoredResponse | None:
         """``put`` of an open run leased by ``owner``; see ``app.store.run_leases``."""
-        first = await self._writer.submit(InsertLeased(_insertion(record, response, self._since()), owner, lease_s))
+        first = await self._writer.submit(InsertLeased(self._insertion(record, response), owner, lease_s))
         self._recent.add(record.spec_hash)
         return first
 
     def put_and_wait(self, record: RunRecord, response: StoredResponse | None = None) -> StoredResponse | None:
         """Blocking ``put`` for code without an event loop."""
-        first = self._writer.submit_and_wait(_insertion(record, response, self._since()))
+        first = self._writer.submit_and_wait(self._insertion(record, response))
         self._recent.add(record.spec_hash)
         return first
 
@@ -200,6 +200,11 @@ class RunStore:
             deleted += count
         return deleted
 
+    def _insertion(self, record: RunRecord, response: StoredResponse | None) -> Put | PutOnce:
+        if response is None:
+            return Put(record)
+        return PutOnce(record, replace(response, key=own_key(response.key)), self._since())
+
     def _since(self) -> datetime | None:
         """Creation time from which idempotency keys are still valid; None if they do not expire."""
         return None if self._key_lifetime is None else utc_now() - self._key_lifetime
@@ -254,12 +259,6 @@ class RunStore:
             if fault.kind is FaultKind.DAMAGED:
                 self._record_fault(fault)
             raise
-
-
-def _insertion(record: RunRecord, response: StoredResponse | None, since: datetime | None) -> Put | PutOnce:
-    if response is None:
-        return Put(record)
-    return PutOnce(record, replace(response, key=own_key(response.key)), since)
 
 
 def _get(connection: Connection, run_id: str) -> RunRecord:

@@ -8,13 +8,12 @@ from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array, Index
+from solvers.numerics.jit import kernel
 from solvers.pin.ring.bearing_pressure import Pressures
 from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import BushingGeometry, Geometry
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -42,27 +41,40 @@ class Sections:
     def along(self) -> Stress:
         """Return about 400 stations of the whole part, including load and shape breaks and the station of maximum
         stress."""
-        table, g, (x, bore, outer) = self.table, self.geometry, self.table[:3]
-        starts = {0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places}
-        worst = np.argmax(np.nan_to_num(table[5]))
-        fixed = np.isin(x, [*starts, x[0], x[worst], x[-1]])
-        same = np.zeros(x.size, dtype=bool)
-        same[1:] = (x[1:] == x[:-1]) & (np.abs(np.diff(bore)) <= 1e-12 * bore[:-1])
-        same[1:] &= np.abs(np.diff(outer)) <= 1e-12 * outer[:-1]
-        keep: list[int] = []
-        step, last = g.length / 400.0, -math.inf
-        for i, (place, must, again) in enumerate(zip(x.tolist(), fixed.tolist(), same.tolist(), strict=True)):
-            repeated = again and keep and keep[-1] == i - 1
-            if (must and not repeated) or (place - last >= step and not again):
-                keep.append(i)
-                last = place
-        table = table[:, keep]
+        g = self.geometry
+        places = np.array([0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places])
+        table = self.table[:, _kept(self.table, places, g.length / 400.0)]
         if self.symmetric:
             mirrored = table[:, ::-1].copy()
             mirrored[0] = g.length - mirrored[0]
             mirrored[4] = -mirrored[4]
             table = np.concatenate([table, mirrored[:, 1:]], axis=1)
         return Stress(*table)
+
+
+@kernel
+def _kept(table: Array, places: Array, step: float) -> Index:
+    """Indices of the columns to show: one in every ``step``, the ends, those at ``places``, and that of the maximum
+    stress; of equal columns at one place the first."""
+    x, bore, outer, stress = table[0], table[1], table[2], table[5]
+    worst = 0
+    for i in range(1, x.size):
+        if stress[i] > stress[worst] or math.isnan(stress[worst]):
+            worst = i
+    kept, count, last = np.empty(x.size, np.intp), 0, -math.inf
+    for i in range(x.size):
+        must = x[i] == x[0] or x[i] == x[-1] or x[i] == x[worst] or np.any(places == x[i])
+        again = (
+            i > 0
+            and x[i] == x[i - 1]
+            and abs(bore[i] - bore[i - 1]) <= 1e-12 * bore[i - 1]
+            and abs(outer[i] - outer[i - 1]) <= 1e-12 * outer[i - 1]
+        )
+        repeated = again and count > 0 and kept[count - 1] == i - 1
+        if (must and not repeated) or (x[i] - last >= step and not again):
+            kept[count], last = i, x[i]
+            count += 1
+    return kept[:count]
 
 
 @dataclass(frozen=True)

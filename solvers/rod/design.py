@@ -6,39 +6,32 @@ import math
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import (
-    Accuracy,
-    ActiveConstraint,
-    Certificate,
     EffectReport,
     EffectState,
     Outcome,
-    Status,
 )
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import BY_NAME, Limits
+from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
-from solvers.rod.optimum.answer import certificate
-from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.sensitivities import stationarity
+from solvers.rod.optimum.answer.composition import Answers, RodDesign
 from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
-from solvers.rod.optimum.core_optimum import Polished
 from solvers.rod.optimum.corrections import stands
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
-from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, continuous_optimum
 from solvers.rod.optimum.local_search import Local, Task
-from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.requirement_as_objective import Reached, RequirementsAsObjectives
 from solvers.rod.optimum.sqp import wanted_of
-from solvers.rod.problem import OBJECTIVES, Bounds, RodProblem
+from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
 
@@ -59,26 +52,10 @@ _CLOSE = 0.05
 """Excess, in logarithms, up to which another search for an admissible strip is worth its time."""
 _ROUGH = 1e-4
 """The accuracy of that search."""
-_LOOSEST = {
-    "min_fatigue_safety": 1e-6, "max_contact_pressure": None, "max_friction_power": None, "min_stability_safety": 1.0,
-}  # fmt: skip
-"""What every strip that stands meets of a requirement; those that vibration changes most first."""
+_ROUNDS = 6
+"""Of a local search for what is attainable."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first admissible strip."""
-
-
-@dataclass(frozen=True)
-class RodDesign:
-    """The optimal strip, its check on the full model, and the active constraints.
-
-    ``error`` is the estimated relative error of the check; the outcome's accuracy also tells how far the optimum may
-    be.
-    """
-
-    check: RodCheck
-    objective: str
-    active: tuple[ActiveConstraint, ...]
-    error: float
 
 
 def design(
@@ -108,6 +85,16 @@ def design(
     return replace(outcome, timing={"solve_s": time.perf_counter() - started})
 
 
+@dataclass(frozen=True)
+class _End:
+    """Where a search ended: the strip at which effects are to be selected, and the answer, composed when it is needed,
+    without its manifest."""
+
+    strip: Dimensions
+    feasible: bool
+    answer: Callable[[], Outcome[RodDesign]]
+
+
 @dataclass
 class _Design:
     """State of one design run."""
@@ -126,16 +113,22 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
+        chosen, end = self.ended()
+        return replace(end.answer(), effects=self.manifest(end.strip, chosen))
+
+    def ended(self) -> tuple[frozenset[str], _End]:
+        """The end with the effects that its strip calls for, and these."""
         chosen, proof, excess, strip = self.proven(frozenset())
-        for _ in range(_MAX_SELECTIONS):
-            outcome, strip = self.solved(chosen, proof, excess, strip)
-            further = self.chosen_at(strip) - chosen
+        end = self.solved(chosen, proof, excess, strip)
+        for _ in range(_MAX_SELECTIONS - 1):
+            further = self.chosen_at(end.strip) - chosen
             if not further or self.out_of_time:
                 break
-            chosen |= further
+            chosen, strip = chosen | further, end.strip
             if _INERTIA in further:
                 chosen, proof, excess, strip = self.proven(chosen)
-        return replace(outcome, effects=self.manifest(strip, chosen))
+            end = self.solved(chosen, proof, excess, strip)
+        return chosen, end
 
     def proven(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
         """The core's optimum as ``core_search`` has it, after the effects ``chosen``, with those that it needs.
@@ -220,25 +213,30 @@ class _Design:
         model.watch = watch
         return context
 
-    def solved(
-        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
-    ) -> tuple[Outcome[RodDesign], Dimensions]:
-        """The answer with these effects, without its manifest, and the strip at which effects are to be selected."""
+    def solved(self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions) -> _End:
+        """The end with these effects."""
         context = self.context(chosen, strip)
         beyond = _beyond(chosen)
         if not beyond:
             return self.on_core(context, proof, strip)
         # Infeasible unless the effects changed the results by more than three times their bound.
         hopeless = excess > max(_MAX_EXCESS, 3.0 * self.influence(strip, beyond))
-        optimum = self.on_full_model(context, excess, strip, hopeless)
+        quick = not context.model.rings and not self.sizes.discrete
+        effects = context.model.effects
+        alone = RequirementsAsObjectives(
+            self.problem, partial(self.reached, effects), partial(self.led, effects), quick
+        )
+        optimum = self.on_full_model(context, alone, excess, strip, hopeless)
+        if _found(optimum):
+            best = optimum.local.best.outcome.value.dimensions
+            return _End(best, True, partial(self.answers.of_full_model, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return self.failed(), strip
-        if optimum is None or optimum.local.found is None:
-            return self.infeasible(context, proof, strip, beyond, None if optimum is None else optimum)
-        return self.found(context, proof, beyond, optimum)
+            return _End(strip, False, self.answers.failed)
+        strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
+        return _End(strip, False, partial(self.answers.infeasible, context, alone, proof, strip, beyond, optimum))
 
-    def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> tuple[Outcome[RodDesign], Dimensions]:
-        """The answer if no effect goes beyond the core: the search's optimum, with the limits as a check evaluates
+    def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> _End:
+        """The end if no effect goes beyond the core: the search's optimum, with the limits as a check evaluates
         them."""
         p, limits, latest = self.problem, dict(self.limits), proof
         for _ in range(_CORRECTIONS):
@@ -247,34 +245,18 @@ class _Design:
                 break
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
-                return self.core_answer(context, proof, best, outcome, limits), best.dimensions
+                return _End(best.dimensions, True, partial(self.answers.of_core, context, proof, best, outcome, limits))
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
                 limits = dict(context.core_limits_at(best.dimensions, outcome.value, 1e-3 * self.accuracy))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, BOXES)
-        return self.infeasible(context, proof, strip, (), None)
+        nothing = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
+        return _End(strip, False, partial(self.answers.infeasible, context, nothing, proof, strip, (), None))
 
-    def core_answer(
-        self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
-    ) -> Outcome[RodDesign]:
-        p, result = self.problem, outcome.value
-        x = logarithms(best.dimensions)
-        conditions = stationarity(
-            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
-            self.sizes.around(result.dimensions), result.dimensions,
-        )  # fmt: skip
-        value, density = p.objective.read(result), p.scene.material.density
-        cost = p.objective.log_cost(result, density)
-        # The bound may be off by the shift of the search's limits and by the error of its objective value.
-        gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
-        if math.isfinite(cost):
-            gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
-        told = certificate.core_certificate(p.objective, value, proof, gap)
-        estimated = max(outcome.accuracy.estimated, told.gap)
-        return self.answer(outcome, conditions.active, estimated, told)
-
-    def on_full_model(self, context: Context, excess: float, strip: Dimensions, hopeless: bool) -> Optimum | None:
+    def on_full_model(
+        self, context: Context, alone: RequirementsAsObjectives, excess: float, strip: Dimensions, hopeless: bool
+    ) -> Optimum | None:
         """The best strip on the full model found within the time."""
         try:
             optimum = None if excess > 0.0 else self.optimum_from(context, strip)
@@ -283,7 +265,7 @@ class _Design:
             nearest = least_violating(context, strip, hopeless)
             if nearest is None:
                 return None
-            for start in self.admissible(context, nearest, hopeless):
+            for start in self.admissible(alone, nearest, hopeless):
                 optimum = self.optimum_from(context, start)
                 if _found(optimum):
                     return optimum
@@ -292,117 +274,60 @@ class _Design:
             self.out_of_time = True
             return context.best_in_time()
 
-    def admissible(self, context: Context, nearest: Local, hopeless: bool) -> Iterator[Dimensions]:
-        """Strips that meet all requirements: that which misses them least, if it misses none, and the best by one."""
-        if nearest.found is not None:
-            yield nearest.best.outcome.value.dimensions
-        if not hopeless and nearest.best.excess < _CLOSE:
-            best = self.best_by_missed(context, nearest.best.outcome.value)
-            if best is not None:
-                yield best
+    def admissible(self, alone: RequirementsAsObjectives, nearest: Local, hopeless: bool) -> Iterator[Dimensions]:
+        """Strips that meet all requirements: that which misses them least, if it misses none, and the best by one that
+        it misses, if that meets this one, too.
 
-    def best_by_missed(self, context: Context, nearest: RodCheck) -> Dimensions | None:
-        """The best strip by a requirement that the ``nearest`` one misses, under all others, if it meets that one, too.
-
-        If that misses none, its sizes are not to be had: any requirement will do.
         What a strip misses may have minima between any two resonances; an optimum is looked for in all of them.
         """
-        p = self.problem
-        order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(p.requirements, name) != loosest]
-        missed = [c for c in order if not c.meets(nearest, getattr(p.requirements, c.name))]
-        if not order:
-            return None
-        c = (missed or order)[0]
-        asked = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-        relaxed = replace(p, objective=OBJECTIVES[c.serves], requirements=asked)
-        roughly = max(self.accuracy, _ROUGH)
-        best = replace(self, problem=relaxed, selection=context.model.effects, accuracy=roughly).run().value
-        if best is not None and p.requirements.met_by(best.check):
-            return best.check.dimensions
+        close = nearest.best.outcome.value
+        if nearest.found is not None:
+            yield close.dimensions
+        # If it misses none, its sizes are not to be had: any requirement will do.
+        missed = alone.first_missed(close)
+        worth = alone.quick or (not hopeless and nearest.best.excess < _CLOSE)
+        best = alone.best(missed) if worth and missed is not None else None
+        if best is not None and self.problem.requirements.met_by(best.check):
+            yield best.check.dimensions
         # Without time left the best one may not have been found.
         self.watch()
-        return None
+
+    def reached(self, effects: EffectSelection, problem: RodProblem) -> Reached | None:
+        """The design of another problem in the same scene, roughly; None where it is infeasible or no time is left."""
+        try:
+            self.watch()
+        except OutOfTime:
+            return None
+        _, end = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _ROUGH)).ended()
+        if not end.feasible:
+            return None
+        outcome = end.answer()
+        opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
+        return Reached(outcome.value.check, outcome.accuracy.estimated, opponents)
+
+    def led(self, effects: EffectSelection, problem: RodProblem, strip: Dimensions) -> Outcome[RodCheck] | None:
+        """The end of one local search for another problem in the same scene, roughly; None where it meets not all
+        requirements or no time is left."""
+        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _ROUGH))
+        other.cycle = self.cycle
+        context = other.context(effects.include, strip).explored()
+        try:
+            end = context.search_from(strip, context.bounds, rounds=_ROUNDS)
+        except OutOfTime:
+            return None
+        return None if end is None or end.found is None else end.found.outcome
 
     def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
 
-    def found(
-        self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum
-    ) -> tuple[Outcome[RodDesign], Dimensions]:
-        p, best = self.problem, optimum.local.best
-        result, density = best.outcome.value, p.scene.material.density
-        narrow = self.sizes.around(result.dimensions)
-        if optimum.conditions is None and not self.out_of_time:
-            optimum.conditions = conditions_at(context, best, context.bounds, narrow)
-        active = () if optimum.conditions is None else optimum.conditions.active
-        widened, influence = certificate.widened_bound(
-            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
-            lambda d: self.influence(d, beyond),
-        )  # fmt: skip
-        told = certificate.full_certificate(
-            p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
-        )
-        # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
-        short = max(optimum.local.gain, context.task.enough)
-        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
-        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
-        estimated = best.outcome.accuracy.estimated + short
-        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
-        if context.model.ripples and not held:
-            # Of narrow valleys side by side others may be deeper.
-            estimated = math.inf
-        if not math.isfinite(estimated):
-            # Only the distance from the bound is known.
-            estimated = min(told.gap, 1.0)
-        return self.answer(best.outcome, active, estimated, told), result.dimensions
+    @property
+    def answers(self) -> Answers:
+        p = self.problem
+        return Answers(p, self.cycle, self.sizes, self.accuracy, self.influence, self.out_of_time)
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
         """Sum of the bounds of the effects beyond the core at a strip."""
         return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
-
-    def answer(
-        self,
-        found: Outcome[RodCheck],
-        active: tuple[ActiveConstraint, ...],
-        estimated: float,
-        told: Certificate,
-    ) -> Outcome[RodDesign]:
-        check = found.value
-        if self.out_of_time:
-            said = "the time budget ended the search: this is the best feasible strip found so far"
-            check = replace(check, warnings=(*check.warnings, said))
-        return Outcome(
-            Status.SUCCEEDED,
-            RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
-            (),
-            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
-            certificate=told,
-        )
-
-    def infeasible(
-        self, context: Context, proof: Proof, strip: Dimensions, beyond: tuple[str, ...], nearest: Optimum | None
-    ) -> tuple[Outcome[RodDesign], Dimensions]:
-        """Diagnosis of infeasibility: proven on the core, by searches only on the full model."""
-        limits, excess = self.limits, math.inf
-        if nearest is not None:
-            check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
-            strip = check.dimensions
-            limits = context.core_limits_at(strip, check)
-        p = self.problem
-        entries, error = diagnose(
-            self.cycle, limits, self.sizes, p.requirements, p.scene, context.model.check, self.accuracy
-        )
-        told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
-        # The best strip of the core need not be that of the full model.
-        estimated = min(error + self.influence(strip, beyond), 1.0)
-        accuracy = Accuracy(self.accuracy, estimated, {"angles": ANGLES})
-        outcome = Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
-        return outcome, strip
-
-    def failed(self) -> Outcome[RodDesign]:
-        """The time ran out before an admissible strip was found or infeasibility was shown."""
-        accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
-        return Outcome(Status.FAILED, None, (), accuracy)
 
 
 def _found(optimum: Optimum | None) -> bool:

@@ -88,7 +88,7 @@ class Diagram(Strict):
         """The points as sent, in SI units."""
         return crank.IndicatorPressure(
             tuple(
-                crank.Stroke(tuple(v * CUBIC_CENTI for v in s.volume_cm3), tuple(p * MEGA for p in s.pressure_mpa))
+                crank.Stroke(tuple([v * CUBIC_CENTI for v in s.volume_cm3]), tuple([p * MEGA for p in s.pressure_mpa]))
                 for s in self.strokes
             )
         )

@@ -8,14 +8,15 @@ Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion E
 
 from __future__ import annotations
 
+import cmath
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle
 from solvers.crank.scene import Engine
-from solvers.numerics.arrays import Array
 
 ORDERS = (1, 2, 4)
 MOST_SAMPLES = 2**16
@@ -58,31 +59,38 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.posture(angle).acceleration) / (samples / 2)
-    masses, speed = cycle.scene.masses, cycle.machine.speed
-    phase, axis = np.asarray(engine.phases), np.asarray(engine.axes)
-    arm = np.asarray(engine.positions) if engine.positions else None
-    if arm is not None:
-        arm = arm - 0.5 * (arm.min() + arm.max())
+    harmonics = np.fft.rfft(cycle.motion.posture(angle).acceleration)
+    masses = cycle.scene.masses
+    per_harmonic = masses.reciprocating * cycle.machine.speed**2 / (samples / 2)
+    middle = 0.5 * (min(engine.positions) + max(engine.positions)) if engine.positions else 0.0
+    arms = [position - middle for position in engine.positions]
+    ones = [1.0] * len(engine.phases)
 
-    def greatest(order: int, weight: Array) -> float:
-        c = harmonics[order] * masses.reciprocating * speed**2
-        with_shaft, against = (_resultant(weight, axis + way * order * phase) for way in (-1, 1))
-        return 0.5 * float(abs(c)) * (with_shaft + against)
+    def resultant(weights: Sequence[float], order: int) -> float:
+        return _resultant(
+            weights, [axis + order * phase for axis, phase in zip(engine.axes, engine.phases, strict=True)]
+        )
 
-    one = np.ones_like(phase)
+    def greatest(order: int, weights: Sequence[float]) -> float:
+        both = resultant(weights, -order) + resultant(weights, order)
+        return 0.5 * per_harmonic * abs(complex(harmonics[order])) * both
+
     found = tuple(
-        OrderUnbalance(order, greatest(order, one), None if arm is None else greatest(order, arm)) for order in ORDERS
+        OrderUnbalance(order, greatest(order, ones), greatest(order, arms) if arms else None) for order in ORDERS
     )
     # Rods on one pin share one crank.
-    sharing = masses.rods_per_pin if phase.size > 1 else 1
-    turning = cycle.machine.turning / sharing
-    couple = None if arm is None else _resultant(arm, axis - phase) * abs(turning)
-    return Balance(found, _resultant(one, axis - phase) * abs(turning), couple)
+    sharing = masses.rods_per_pin if len(engine.phases) > 1 else 1
+    turning = abs(cycle.machine.turning / sharing)
+    return Balance(found, resultant(ones, -1) * turning, resultant(arms, -1) * turning if arms else None)
 
 
-def _resultant(weight: Array, angle: Array) -> float:
-    """|sum w exp(i angle)|; exactly zero where no more than the rounding of the angles is left of it."""
-    found = float(abs(np.sum(weight * np.exp(1j * angle))))
-    rounding = _ROUNDING * float(np.sum(np.abs(weight) * (1.0 + np.abs(angle))))
-    return found if found > rounding else 0.0
+def _resultant(weights: Sequence[float], angles: Sequence[float]) -> float:
+    """|sum w exp(i angle)|; exactly zero where no more than the rounding of the angles is left of it.
+
+    In plain Python: an array operation on a few cylinders takes as long as the whole sum.
+    """
+    total, size = 0j, 0.0
+    for weight, angle in zip(weights, angles, strict=True):
+        total += cmath.rect(weight, angle)
+        size += abs(weight) * (1.0 + abs(angle))
+    return abs(total) if abs(total) > _ROUNDING * size else 0.0

@@ -252,8 +252,8 @@ def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | 
 def require_finite(field: str, **columns: Sequence[float]) -> None:
     """Raise InvalidInput, naming the first point, for columns with infinite or NaN values."""
     for name, values in columns.items():
-        if not np.isfinite(values).all():
-            first = _first(~np.isfinite(values))
+        if not all(map(math.isfinite, values)):  # a third of what it takes to make an array of them
+            first = next(index for index, value in enumerate(values) if not math.isfinite(value))
             raise InvalidInput(f"{field}.{name}.{first}", "must be finite", "finite numbers")
 
 

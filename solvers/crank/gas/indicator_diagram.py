@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
@@ -54,10 +55,12 @@ class IndicatorPressure:
         range of the strokes' least volumes, that of their greatest, and the least step."""
         columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
         columns = [c if c[0, 0] < c[0, -1] else c[:, ::-1] for c in columns]
-        first = np.cumsum([0, *(c.shape[1] for c in columns)])
-        least, greatest = [float(c[0, 0]) for c in columns], [float(c[0, -1]) for c in columns]
-        step = min(float(np.diff(c[0]).min()) for c in columns)
-        return np.concatenate(columns, axis=1), first, (min(least), max(least), min(greatest), max(greatest), step)
+        points = np.concatenate(columns, axis=1)
+        first = np.array([0, *accumulate(c.shape[1] for c in columns)], np.intp)
+        least, greatest = points[0, first[:-1]].tolist(), points[0, first[1:] - 1].tolist()
+        steps = points[0, 1:] - points[0, :-1]
+        steps[first[1:-1] - 1] = math.inf  # from one stroke to the next
+        return points, first, (min(least), max(least), min(greatest), max(greatest), float(steps.min()))
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
         """Return the diagram over the crank angle.

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, displacements, stand_at
+from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, stand_at
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import inlined_kernel, kernel
 
@@ -120,6 +120,21 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
 
 
 @kernel
+def _jumps(gas: Unrolled) -> tuple[Array, Array]:
+    """Return the angles [rad] at which strokes begin, and the jump [Pa] at each; the last stroke precedes the first."""
+    count = gas.stroke.size
+    angle, jump, found = np.empty(count), np.zeros(count), 0
+    for k in range(count):
+        if k == 0 or gas.stroke[k] != gas.stroke[k - 1]:
+            angle[found] = gas.breaks[k]
+            if gas.by_volume:
+                before = k - 1 if k > 0 else count - 1
+                jump[found] = pressure_at(gas.breaks[k], k, gas) - pressure_at(gas.breaks[before + 1], before, gas)
+            found += 1
+    return angle[:found], jump[:found]
+
+
+@kernel
 def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
     """Return the same pressures in pieces no longer than ``longest`` [rad], with breaks at the ascending angles
     ``more``."""
@@ -161,19 +176,7 @@ class Curve:
     @cached_property
     def jumps(self) -> tuple[tuple[float, float], ...]:
         """The dead centres [rad] and the pressure after minus that before [Pa]; a table has no jumps."""
-        gas = self.unrolled
-        first = np.flatnonzero(np.diff(gas.stroke, prepend=-1))
-        last = np.append(first[1:], gas.stroke.size) - 1
-        after = self._at_ends(first, gas.breaks[first])
-        before = np.roll(self._at_ends(last, gas.breaks[last + 1]), 1)
-        rise = after - before if gas.by_volume else np.zeros(first.size)
-        return tuple(zip(gas.breaks[first].tolist(), rise.tolist(), strict=True))
-
-    def _at_ends(self, piece: Index, angle: Array) -> Array:
-        """Return p [Pa] at angles of pieces, both ends included."""
-        gas = self.unrolled
-        at = gas.clearance + gas.area * displacements(angle, gas.frame) if gas.by_volume else angle
-        return np.array([np.polyval(gas.cubic[k], t - gas.begin[k]) for k, t in zip(piece, at, strict=True)])
+        return tuple(zip(*map(np.ndarray.tolist, _jumps(self.unrolled)), strict=True))
 
     @property
     def breaks(self) -> Array:

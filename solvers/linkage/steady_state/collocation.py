@@ -47,26 +47,36 @@ class Machine(NamedTuple):
     slope: float
 
 
+@kernel
+def _graded(scale: float) -> Array:
+    """Distances from pi/2 down to a third of a scale, in geometric progression with ratio 1/3."""
+    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE)) / math.log(_SHRINK)) + 2
+    return 0.5 * math.pi * _SHRINK ** -np.arange(count).astype(np.float64)
+
+
+@kernel
 def mesh(coefficients: Array, parts: int) -> Array:
     """Steps of a revolution, each divided into ``parts``: rows of start angle and length, shape (n, 2)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
     sharp = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
     opening = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
-    half = np.concatenate([np.linspace(0.0, math.pi, _EVEN), _graded(sharp), math.pi - _graded(opening)])
-    half = np.unique(half)
+    even = np.linspace(0.0, math.pi, _EVEN)
+    half = np.sort(np.concatenate((even, _graded(sharp), math.pi - _graded(opening))))
     # Merging two nearly coincident meshes would leave tiny steps.
-    half = half[np.concatenate([[True], np.diff(half) > 0.1 * np.minimum(half[1:], math.pi - half[:-1])])]
-    half[-1] = math.pi
-    edges = half[:-1, None] + np.diff(half)[:, None] * (np.arange(parts) / parts)
-    steps = np.stack([edges.ravel(), np.repeat(np.diff(half) / parts, parts)], axis=1)
-    back = np.stack([-(steps[:, 0] + steps[:, 1]), steps[:, 1]], axis=1)[::-1]
-    return np.ascontiguousarray(np.concatenate([steps, back]))
-
-
-def _graded(scale: float) -> Array:
-    """Distances from pi/2 down to a third of a scale, in geometric progression with ratio 1/3."""
-    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE), _SHRINK)) + 2
-    return 0.5 * math.pi * _SHRINK ** -np.arange(count)
+    edges, count = np.zeros(half.size), 1
+    for i in range(1, half.size):
+        if half[i] - half[i - 1] > 0.1 * min(half[i], math.pi - half[i - 1]):
+            edges[count] = half[i]
+            count += 1
+    edges[count - 1] = math.pi
+    total = (count - 1) * parts
+    steps = np.empty((2 * total, 2))
+    for k in range(total):
+        edge, whole = edges[k // parts], edges[k // parts + 1] - edges[k // parts]
+        start, width = edge + whole * (k % parts / parts), whole / parts
+        steps[k, 0], steps[k, 1] = start, width
+        steps[2 * total - 1 - k, 0], steps[2 * total - 1 - k, 1] = -(start + width), width
+    return steps
 
 
 @kernel

@@ -102,7 +102,7 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
 def _cancelled_sum(parts: list[float]) -> float:
     """Sum the parts, largest first, resetting a partial sum that cancels to rounding level."""
     total = size = 0.0
-    for part in sorted(parts, key=abs, reverse=True):
+    for part in sorted(filter(None, parts), key=abs, reverse=True):  # most are zero
         total, size = total + part, size + abs(part)
         if abs(total) <= _CANCELLATION_TOLERANCE * size:
             total = size = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -21,6 +22,8 @@ from solvers.rod.scene import Dimensions
 _SPREAD = 3
 """Starts on the core beside the stoutest strip."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
+_AGREE = 1e-2
+"""Two searches have ended at the same excess."""
 _CLOSE = 10.0
 """Of the accuracy of rough searches: an excess below that may be none."""
 
@@ -28,15 +31,23 @@ _CLOSE = 10.0
 def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[float, Dimensions] | None:
     """The least excess found by which the core misses every limit at once, in logarithms, and the strip that does.
 
-    Local searches, stability never beyond buckling, from the stoutest strip and from strips spread over the bounds.
-    None where every strip tried buckles.
+    Local searches, stability never beyond buckling, from the stoutest strip and from strips spread over the bounds,
+    until two of them agree. None where every strip tried buckles.
     """
-    found = [one for start in _starts(cycle, limits, bounds) if (one := _least_from(cycle, limits, bounds, start))]
-    return min(found, key=lambda one: one[0], default=None)
+    best: tuple[float, Dimensions] | None = None
+    for start in _starts(cycle, limits, bounds):
+        one = _least_from(cycle, limits, bounds, start)
+        if one is None:
+            continue
+        if best is not None and abs(one[0] - best[0]) < _AGREE:
+            return min(one, best, key=lambda one: one[0])
+        best = one if best is None else min(one, best, key=lambda one: one[0])
+    return best
 
 
-def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
-    return [Dimensions(bounds.b[1], bounds.h[1], bounds.l[0]), *_spread(cycle, limits, bounds)]
+def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
+    yield Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
+    yield from _spread(cycle, limits, bounds)
 
 
 def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions) -> tuple[float, Dimensions] | None:
@@ -94,17 +105,15 @@ def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
     return Iterate(logarithms(strip), outcome, cost, excess_of(task, outcome.value, scene), None, task.limits)
 
 
-def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> list[Dimensions]:
+def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
     """Strips spread evenly over the bounds (I. M. Sobol's sequence), the thickness such that they stand on the core."""
     from scipy.stats.qmc import Sobol
 
     nothing = Wanted(False, False, False)
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
-    out = []
     for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1 : _SPREAD + 1]:
         strip = Dimensions(*np.exp(x).tolist())
         core = cycle.following(cycle.peaks(strip, nothing), nothing)
         missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
         thicker = min(strip.h * math.exp(max(missing, 0.0) / 3.0) * 1.01, bounds.h[1])
-        out.append(Dimensions(strip.b, thicker, strip.l))
-    return out
+        yield Dimensions(strip.b, thicker, strip.l)

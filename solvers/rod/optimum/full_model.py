@@ -319,11 +319,11 @@ class FullRows:
 
     def _dimensions(self, x: Array) -> Dimensions:
         """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
-        return self.home if np.array_equal(x, self._at) else dimensions_of(x, self.model.scene)
+        return self.home if x.tobytes() == self._at else dimensions_of(x, self.model.scene)
 
     @cached_property
-    def _at(self) -> Array:
-        return logarithms(self.home)
+    def _at(self) -> bytes:
+        return logarithms(self.home).tobytes()
 
     def _ends(self, x: Array) -> bool:
         """Whether a strip would be longer than the rod."""

@@ -116,17 +116,17 @@ class Excitation:
     def smoothness(self) -> Smoothness:
         return _smoothness(self.edges, self.states, self.corners, RULE)
 
-    @property
+    @cached_property
     def mean(self) -> float:
         """The mean axial force [N]."""
-        return self.smoothness.mean
+        means = self.states[FORCE].reshape(-1, RULE.points.size) @ RULE.integral[-1]
+        return float(np.diff(self.edges) @ means) / TURN
 
 
 class Smoothness(NamedTuple):
-    """The mean axial force [N]; the least and the greatest of every element; how far from the real axis [rad] the
-    motion stays analytic there; and the second derivatives of what drives it, over its greatest [1/rad^2]."""
+    """The least and the greatest axial force [N] of every element; how far from the real axis [rad] the motion stays
+    analytic there; and the second derivatives of what drives it, over its greatest [1/rad^2]."""
 
-    mean: float
     least: Array
     greatest: Array
     analytic: Array
@@ -136,14 +136,13 @@ class Smoothness(NamedTuple):
 @kernel
 def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smoothness:
     count, p = edges.size - 1, rule.points.size
-    mean, least, greatest, out, bent = 0.0, np.empty(count), np.empty(count), np.empty(count), np.zeros((2, count))
+    least, greatest, out, bent = np.empty(count), np.empty(count), np.empty(count), np.zeros((2, count))
     most, last = np.full(2, 1e-300), np.zeros((2, count))
     for e in range(count):
         low, high = np.inf, -np.inf
         for i in range(p):
             force = states[FORCE, e * p + i]
             low, high = min(low, force), max(high, force)
-            mean += (edges[e + 1] - edges[e]) / TURN * rule.integral[p - 1, i] * force
         least[e], greatest[e] = low, high
         for q in range(2):
             row = states[SIDE if q == 0 else MOMENT, e * p : (e + 1) * p]
@@ -169,7 +168,7 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
         told = ratio > _ROUNDED * _ROUGH or width > _NARROW
         enclosed = _among(corners, edges[e]) and (e == count - 1 or _among(corners, edges[e + 1]))
         out[e] = 0.25 * width * (rho - 1.0 / rho) if told and not enclosed else np.inf
-    return Smoothness(mean, least, greatest, out, curvature)
+    return Smoothness(least, greatest, out, curvature)
 
 
 @kernel

@@ -45,45 +45,54 @@ def free_mode(
     greatest error of the latter on each, from ``swing`` (elements, points) and the masses and G of the modes."""
     count, p = swing.shape
     modes = slowness.size
-    # Real and imaginary parts side by side: what real matrices act on. The rate x stands beside the shape y.
-    parts, once, twice = np.zeros((p, 2 * modes + 2)), np.zeros((p, 2 * modes + 2)), np.zeros((p, 2 * modes + 2))
-    both, slope, bend = parts.view(np.complex128), once.view(np.complex128), twice.view(np.complex128)
-    z, x, dy, dx, ddy = both[:, :modes], both[:, modes], slope[:, :modes], slope[:, modes], bend[:, :modes]
-    y = np.zeros((count, p, modes), np.complex128)
-    new, rate = np.empty(modes, np.complex128), np.empty((count, p, modes), np.complex128)
-    phase, error = np.zeros((count, p), np.complex128), np.zeros(count)
+    # Real and imaginary parts one behind the other, of the shape y and, last, the rate x: what real matrices act on.
+    parts, once, twice = np.zeros((p, 2, modes + 1)), np.zeros((p, 2, modes + 1)), np.zeros((p, 2, modes + 1))
+    pulled, pulls = np.zeros((p, 2, modes + 1)), np.zeros((modes + 1, modes + 1))
+    rows, pulled_rows = parts.reshape(2 * p, modes + 1), pulled.reshape(2 * p, modes + 1)
+    flat, flat_once, flat_twice = parts.reshape(p, -1), once.reshape(p, -1), twice.reshape(p, -1)
+    for j in range(modes):
+        for k in range(modes):
+            pulls[j, k] = coupling[j, k]
+    y, rate = np.empty((count, p, modes), np.complex128), np.empty((count, p, modes), np.complex128)
+    x, phase, error = np.empty(p, np.complex128), np.zeros((count, p), np.complex128), np.zeros(count)
     decay = 0.5 * damping[n] / slowness[n]
     for e in range(count):
         h = widths[e]
         for i in range(p):
             x[i] = 1j * math.sqrt((1.0 + swing[e, i] * coupling[n, n]) / slowness[n]) - decay
-            z[i] = 0.0
-            z[i, n] = 1.0
+            for k in range(modes):
+                parts[i, 0, k], parts[i, 1, k] = 1.0 if k == n else 0.0, 0.0
+                pulled[i, 0, k], pulled[i, 1, k] = coupling[n, k], 0.0
         once[:], twice[:], last = 0.0, 0.0, np.inf
         for time in range(most):
+            for i in range(p):
+                steep = once[i, 0, modes] + 1j * once[i, 1, modes]
+                bent, to, turn = x[i] * x[i] + steep, x[i].real, x[i].imag
+                for k in range(modes):
+                    own = swing[e, i] * coupling[k, k]
+                    slope, slanted = once[i, 0, k], once[i, 1, k]
+                    real = swing[e, i] * pulled[i, 0, k] - own * parts[i, 0, k] + damping[k] * slope
+                    imag = swing[e, i] * pulled[i, 1, k] - own * parts[i, 1, k] + damping[k] * slanted
+                    real += slowness[k] * (twice[i, 0, k] + 2.0 * (to * slope - turn * slanted))
+                    imag += slowness[k] * (twice[i, 1, k] + 2.0 * (to * slanted + turn * slope))
+                    held = 1.0 + own + slowness[k] * bent.real + damping[k] * to
+                    lost = slowness[k] * bent.imag + damping[k] * turn
+                    inverse = -1.0 / (held * held + lost * lost)
+                    parts[i, 0, k] = (real * held + imag * lost) * inverse
+                    parts[i, 1, k] = (imag * held - real * lost) * inverse
+                parts[i, 0, n], parts[i, 1, n] = 1.0, 0.0
+            np.dot(rows, pulls, pulled_rows)
             change = 0.0
             for i in range(p):
-                bent = x[i] * x[i] + dx[i]
-                for k in range(modes):
-                    if k != n:
-                        total = -coupling[k, k] * z[i, k]
-                        for j in range(modes):
-                            total += coupling[k, j] * z[i, j]
-                        total = swing[e, i] * total + slowness[k] * (ddy[i, k] + 2.0 * x[i] * dy[i, k])
-                        total += damping[k] * dy[i, k]
-                        held = 1.0 + swing[e, i] * coupling[k, k] + slowness[k] * bent + damping[k] * x[i]
-                        new[k] = -total * held.conjugate() / (held.real * held.real + held.imag * held.imag)
-                new[n] = 1.0
-                total = 0.0j
-                for k in range(modes):
-                    z[i, k] = new[k]
-                    total += coupling[n, k] * new[k]
-                found = 1j * np.sqrt((1.0 + swing[e, i] * total) / slowness[n] + dx[i] - decay * decay) - decay
+                total = pulled[i, 0, n] + 1j * pulled[i, 1, n]
+                steep = once[i, 0, modes] + 1j * once[i, 1, modes]
+                found = 1j * np.sqrt((1.0 + swing[e, i] * total) / slowness[n] + steep - decay * decay) - decay
                 change = max(change, abs(found - x[i]) * h)
                 x[i] = found
+                parts[i, 0, modes], parts[i, 1, modes] = found.real, found.imag
             error[e] = change * min(change / last, 1.0) if time > 1 else change
-            np.dot(rule.first, parts, once)
-            np.dot(rule.second, parts, twice)
+            np.dot(rule.first, flat, flat_once)
+            np.dot(rule.second, flat, flat_twice)
             once /= h
             twice /= h * h
             # The derivatives come in with the second time.
@@ -92,9 +101,8 @@ def free_mode(
             last = change
         for i in range(p):
             for k in range(modes):
-                y[e, i, k] = z[i, k]
+                y[e, i, k] = parts[i, 0, k] + 1j * parts[i, 1, k]
+                rate[e, i, k] = once[i, 0, k] + 1j * once[i, 1, k] + x[i] * y[e, i, k]
             for j in range(p):
                 phase[e, i] += h * rule.integral[i, j] * x[j]
-            for k in range(modes):
-                rate[e, i, k] = dy[i, k] + x[i] * z[i, k]
     return y, rate, phase, error

@@ -245,10 +245,9 @@ def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: f
     begun, ringed, amplification = close(turn, behind, before)
     if found.phases.size:
         ringing = ringing_of(free, equation.modes, ringed, few)
-    samples = read(turn, equation, rule, states, begun, np.ones(turn.rest.shape[0]), False)[0]
     return replace(
-        found, strip=beside.strip, basis=equation.basis, edges=edges, samples=samples, ringing=ringing,
-        amplification=amplification,
+        found, strip=beside.strip, basis=equation.basis, edges=edges, samples=followed(turn, equation, begun)[0],
+        ringing=ringing, amplification=amplification,
     )  # fmt: skip
 
 
@@ -280,13 +279,11 @@ def least_turned(equation: StripEquation, edges: Array, force: Smoothness) -> tu
 
 
 @kernel
-def read(
-    turn: Turn, equation: StripEquation, rule: Radau, states: Array, begun: Array, enlarged: Array, corners: bool
-) -> tuple[Array, float, float, Array]:
-    """d in amplitudes of the basis (elements, points, basis), what the series and the polynomials along the strip leave
-    unknown (``Errors``), and what every element does, from the panels' first states (panels, 2 m) and by which closing
-    the turn enlarges what every fast mode rings with."""
-    m, n, p, count = turn.slow, equation.slowness.size, rule.points.size, turn.widths.size
+def followed(turn: Turn, equation: StripEquation, begun: Array) -> tuple[Array, Array, Array, Array]:
+    """d in amplitudes of the basis (elements, points, basis), from the panels' first states (panels, 2 m); and, in the
+    modes, the amplitudes of the motion as a whole, the fast ones' speeds at an element's two ends, sqrt(mu) a'
+    (2 elements, fast), and the elements' first states, and 1, (elements, 2 m + 1)."""
+    m, n, count, p = turn.slow, equation.slowness.size, turn.widths.size, turn.still.shape[1]
     fast, columns = n - m, 2 * m + 1
     begin, panel = np.zeros((count, columns)), -1
     coordinates, speeds = np.zeros((count * p, n)), np.zeros((count * 2, fast))
@@ -315,8 +312,21 @@ def read(
             for k in range(fast):
                 speeds[i, k] = run[i, k] * math.sqrt(equation.slowness[m + k])
     whole = coordinates.reshape(count, p, n)
-    d = whole - turn.still
-    flat, seen, greatest = d.reshape(count * p, n), np.zeros((count, p, 2)), np.full(2, 1e-300)
+    samples = np.dot((whole - turn.still).reshape(count * p, n), equation.modes.T)
+    return samples.reshape(count, p, n), whole, speeds, begin
+
+
+@kernel
+def read(
+    turn: Turn, equation: StripEquation, rule: Radau, states: Array, begun: Array, enlarged: Array, corners: bool
+) -> tuple[Array, float, float, Array]:
+    """d as ``followed``, what the series and the polynomials along the strip leave unknown (``Errors``), and what every
+    element does, from the panels' first states (panels, 2 m) and by which closing the turn enlarges what every fast
+    mode rings with."""
+    m, n, p, count = turn.slow, equation.slowness.size, rule.points.size, turn.widths.size
+    fast, columns = n - m, 2 * m + 1
+    samples, whole, speeds, begin = followed(turn, equation, begun)
+    d, seen, greatest = whole - turn.still, np.zeros((count, p, 2)), np.full(2, 1e-300)
     for e in range(count):
         for i in range(p):
             for q in range(2):
@@ -359,9 +369,8 @@ def read(
                 whole[after, 0, m + k] - whole[e, p - 1, m + k], speeds[2 * after, k] - speeds[2 * e + 1, k]
             )
             time[e] += margin[e, k] * parted * share
-    samples = np.dot(flat, equation.modes.T)
-    fell, space = turn.fell, _space(equation, samples, greatest)
-    return samples.reshape(count, p, n), changed * (fell / (1.0 - fell) if fell < 0.5 else 1.0), space, time
+    fell, space = turn.fell, _space(equation, samples.reshape(count * p, n), greatest)
+    return samples, changed * (fell / (1.0 - fell) if fell < 0.5 else 1.0), space, time
 
 
 @kernel

@@ -128,191 +128,211 @@ def slow_motion(
     points, 2 m + 1, 2), at the ends of narrow elements as their speeds change it; and the greatest ratio by which
     changes fell at last. The series ends where it changes less than ``wanted`` of the first term's greatest that is
     read, after ``most`` terms, or before it grows.
+
+    Within an element all is laid out as (modes, columns, points): every step is one product of small matrices or one
+    pass over all of an array.
     """
     count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
-    s, columns, size = p - 1, 2 * m + 1, m + rest
-    out, ends = np.zeros((count, p, columns, size)), np.zeros((count, columns, 2 * m))
-    speeds, slip = np.zeros((count, 2, columns, rest)), np.empty((columns, m))
-    change = np.zeros((count, p, columns, 2))
-    matrix, order = np.empty((s * m, s * m)), np.empty(s * m, np.int64)
-    base, solution = np.zeros((s * m, columns)), np.zeros((s * m, columns))
-    soft, held = np.empty((p, rest)), np.empty((p, m, m))
-    # What the rest does, its inertia beside it, and a place for what leads from one to the other.
-    r, inertia, turned = np.zeros((p, columns, rest)), np.zeros((p, columns, rest)), np.zeros((p, columns, rest))
-    drag, lossy = np.zeros((p, columns, rest)), bool(np.any(parts.damped != 0.0))
-    slow, force = np.zeros((p, columns, m)), np.empty((p, columns, m))
-    seen, read = np.zeros((p, columns, 2)), np.empty((p, columns, 2))
-    # What a lower degree leaves out, and the last change of speeds at the two ends, as places suffer from it.
-    untold, sped = np.zeros((p, columns, 2)), np.zeros((2, columns, 2))
-    moved, most_seen = np.empty((columns, 2)), np.empty((columns, 2))
-    slowest = 0.0
+    columns, size = 2 * m + 1, m + rest
+    wide, last = columns * p, (columns - 1) * p
+    out, ends = np.empty((count, p, columns, size)), np.empty((count, columns, 2 * m))
+    speeds, change = np.empty((count, 2, columns, rest)), np.empty((count, p, columns, 2))
+    lossy, slowest = bool(np.any(parts.damped != 0.0)), 0.0
+    # 1/(1 + swing gamma), once for all columns; and the right side, that of the last column alone
+    soft, given, pushed = np.empty((rest, wide)), np.zeros((rest, wide)), np.zeros((m, wide))
+    # x holds slow modes and the rest; ``inertia`` is what inertia and damping of the rest take.
+    x, kept, inertia, pulled = np.zeros((size, wide)), np.zeros((size, wide)), np.zeros((rest, wide)), soft.copy()
+    slow, r, turned = x[:m], x[m:], np.empty((2 if lossy else 1, rest, wide))
+    # The same arrays as products need them
+    flat, both = r.reshape(rest * columns, p), turned.reshape(turned.shape[0] * rest, wide)
+    once, twice = turned[turned.shape[0] - 1].reshape(rest * columns, p), turned[0].reshape(rest * columns, p)
+    weights, across = np.empty((rest, turned.shape[0] * rest)), np.ascontiguousarray(parts.across.T)
+    firsts, seconds, transposed = np.empty((p, p)), np.empty((p, p)), -1
+    force, load, lifted = np.empty((m, wide)), np.empty((columns, m * p)), np.empty((columns, m * p))
+    start, response = np.empty((columns, m * p)), np.empty((m * p, m * p))
+    seen, read, untold, changed = np.zeros((2, wide)), np.empty((2, wide)), np.zeros((2, wide)), np.empty((2, wide))
+    # The last change of speeds at the two ends, as places suffer from it.
+    sped, steep = np.zeros((2, columns, 2)), np.empty((rest * columns, 2))
+    at_first, two, left = np.zeros(2 * columns), np.empty((p, 2)), kept[m:].reshape(rest * columns, p)
     for e in range(count):
-        h, square = widths[e], widths[e] * widths[e]
+        h, per_width, per_square = widths[e], 1.0 / widths[e], 1.0 / widths[e] ** 2
         turns = h / math.sqrt(np.trace(parts.inert)) if rest > 0 else np.inf
         degree, narrow = degree_in(turns, p - 1), turns < _WIDE
         first, second = rule.firsts[degree], rule.seconds[degree]
-        for i in range(p):
-            for k in range(rest):
-                soft[i, k] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
-            for a in range(m):
-                for b in range(m):
-                    total = 0.0
-                    for k in range(rest):
-                        total += parts.across[a, k] * soft[i, k] * parts.across[b, k]
-                    held[i, a, b] = swing[e, i] * (parts.own[a, b] - swing[e, i] * total)
-                held[i, a, a] += 1.0
+        if degree != transposed:
+            transposed = degree
+            for i in range(p):
+                for j in range(p):
+                    firsts[i, j], seconds[i, j] = first[j, i], second[j, i]
+        for k in range(rest):
+            for i in range(p):
+                soft[k, i] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
+            for c in range(1, columns):
+                for i in range(p):
+                    soft[k, c * p + i] = soft[k, i]
+            for i in range(p):
+                given[k, last + i] = right[e, i, m + k]
+            for j in range(rest):
+                weights[k, j] = per_square * parts.inert[k, j]
+                if lossy:
+                    weights[k, rest + j] = per_width * parts.damped[k, j]
         for a in range(m):
-            mu, lost = parts.slowness[a], parts.damping[a]
-            scale = 1.0 / (mu + square)
-            for i in range(s):
-                row = i * m + a
-                for j in range(s):
-                    for b in range(m):
-                        matrix[row, j * m + b] = square * scale * rule.twice[i, j] * held[j + 1, a, b]
-                    matrix[row, j * m + a] += lost * h * scale * rule.once[i, j]
-                matrix[row, row] += mu * scale
-                base[row, a] = (mu + lost * h * rule.points[i + 1]) * scale
-                base[row, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
-        factor(matrix, order)
-        inertia[:], seen[:], untold[:], last, fell = 0.0, 0.0, 0.0, np.inf, 0.0
-        slow[0] = 0.0
-        for a in range(m):
-            slow[0, a, a] = 1.0
+            for i in range(p):
+                pushed[a, last + i] = right[e, i, a]
+        _respond(h, swing[e], soft, parts, rule, start, response)
+        inertia[:], seen[:], untold[:], before, fell = 0.0, 0.0, 0.0, np.inf, 0.0
         # A polynomial has no more derivatives than its degree: whether terms fall is not told by what follows.
         for term in range(min(most, degree // 2 + 1) if narrow else most):
-            for i in range(p):
-                for c in range(columns):
-                    for k in range(rest):
-                        r[i, c, k] = -inertia[i, c, k] * soft[i, k]
-                for k in range(rest):
-                    r[i, columns - 1, k] += right[e, i, m + k] * soft[i, k]
-                for c in range(columns):
-                    for a in range(m):
-                        total = 0.0
-                        for k in range(rest):
-                            total += parts.across[a, k] * r[i, c, k]
-                        force[i, c, a] = -swing[e, i] * total
-                for a in range(m):
-                    force[i, columns - 1, a] += right[e, i, a]
+            for k in range(rest):
+                for j in range(wide):
+                    r[k, j] = (given[k, j] - inertia[k, j]) * soft[k, j]
+            np.dot(parts.across, r, force)
             for a in range(m):
-                scale = square / (parts.slowness[a] + square)
-                for i in range(s):
-                    for c in range(columns):
-                        total = 0.0
-                        for j in range(s):
-                            total += rule.twice[i, j] * force[j + 1, c, a]
-                        solution[i * m + a, c] = base[i * m + a, c] + scale * total
-            substitute(matrix, order, solution)
-            moved[:] = 0.0
-            if term == 0:
-                most_seen[:] = 0.0
-            for i in range(p):
                 for c in range(columns):
-                    for a in range(m):
-                        if i > 0:
-                            slow[i, c, a] = solution[(i - 1) * m + a, c]
-                        pull = swing[e, i] * slow[i, c, a]
-                        for k in range(rest):
-                            r[i, c, k] -= pull * parts.across[a, k] * soft[i, k]
-                    for q in range(2):
-                        total = 0.0
-                        for a in range(m):
-                            total += parts.read[q, a] * slow[i, c, a]
-                        for k in range(rest):
-                            total += parts.read[q, m + k] * r[i, c, k]
-                        read[i, c, q] = total
-                        moved[c, q] = max(moved[c, q], abs(total - seen[i, c, q]))
-                        if term == 0:
-                            most_seen[c, q] = max(most_seen[c, q], abs(total))
+                    for i in range(p):
+                        load[c, a * p + i] = pushed[a, c * p + i] - swing[e, i] * force[a, c * p + i]
+            np.dot(load, response, lifted)
+            for a in range(m):
+                for c in range(columns):
+                    for i in range(p):
+                        slow[a, c * p + i] = start[c, a * p + i] + lifted[c, a * p + i]
+                        force[a, c * p + i] = swing[e, i] * slow[a, c * p + i]
+            np.dot(across, force, pulled)
+            for k in range(rest):
+                for j in range(wide):
+                    r[k, j] -= pulled[k, j] * soft[k, j]
+            np.dot(parts.read, x, read)
             if narrow:
                 _speeds_of(read - seen + untold, first, turns, sped)
             now = 0.0
-            for c in range(columns):
-                for q in range(2):
+            for q in range(2):
+                for c in range(columns):
+                    moved, greatest = 0.0, 0.0
+                    for j in range(c * p, (c + 1) * p):
+                        moved, greatest = max(moved, abs(read[q, j] - seen[q, j])), max(greatest, abs(read[q, j]))
+                    if term == 0:
+                        at_first[q * columns + c] = greatest
                     if narrow:
-                        moved[c, q] = max(moved[c, q], abs(sped[0, c, q]), abs(sped[1, c, q]))
-                    if most_seen[c, q] > 0.0:
-                        now = max(now, moved[c, q] / most_seen[c, q])
+                        moved = max(moved, abs(sped[0, c, q]), abs(sped[1, c, q]))
+                    if at_first[q * columns + c] > 0.0:
+                        now = max(now, moved / at_first[q * columns + c])
             if term > 0:
-                fell = now / last
+                fell = now / before
             if fell >= 1.0:
                 break
-            for i in range(p):
-                for c in range(columns):
-                    for a in range(m):
-                        out[e, i, c, a] = slow[i, c, a]
-                    for k in range(rest):
-                        out[e, i, c, m + k] = r[i, c, k]
-                    for q in range(2):
-                        change[e, i, c, q] = read[i, c, q] - seen[i, c, q] + untold[i, c, q]
-                        seen[i, c, q] = read[i, c, q]
+            for q in range(2):
+                for j in range(wide):
+                    changed[q, j], seen[q, j] = read[q, j] - seen[q, j] + untold[q, j], read[q, j]
+            for k in range(size):
+                for j in range(wide):
+                    kept[k, j] = x[k, j]
             if narrow:
-                change[e, 0], change[e, p - 1] = sped[0], sped[1]
+                for q in range(2):
+                    for c in range(columns):
+                        changed[q, c * p], changed[q, c * p + p - 1] = sped[0, c, q], sped[1, c, q]
             if now <= wanted or rest == 0:
                 break
-            last = now
+            before = now
             if term == 0 and degree < p - 1:
-                _untold_of(r, rule.seconds[min(degree + 2, p - 1)] - second, parts, soft, square, untold)
-            np.dot(second, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
-            np.dot(turned.reshape(p * columns, rest), parts.inert, inertia.reshape(p * columns, rest))
-            inertia /= square
+                _untold_of(r, rule.seconds[min(degree + 2, p - 1)] - second, parts, soft, per_square, untold)
+            np.dot(flat, seconds, twice)
             if lossy:
-                np.dot(first, r.reshape(p, columns * rest), turned.reshape(p, columns * rest))
-                np.dot(turned.reshape(p * columns, rest), parts.damped, drag.reshape(p * columns, rest))
-                for i in range(p):
-                    for c in range(columns):
-                        for k in range(rest):
-                            inertia[i, c, k] += drag[i, c, k] / h
-        slowest, x = max(slowest, fell), out[e]
+                np.dot(flat, firsts, once)
+            np.dot(weights, both, inertia)
+        slowest = max(slowest, fell)
+        for i in range(p):
+            two[i, 0], two[i, 1] = per_width * rule.first[0, i], per_width * rule.first[p - 1, i]
+            for c in range(columns):
+                for k in range(size):
+                    out[e, i, c, k] = kept[k, c * p + i]
+                for q in range(2):
+                    change[e, i, c, q] = changed[q, c * p + i]
+        np.dot(left, two, steep)
         for c in range(columns):
+            for k in range(rest):
+                speeds[e, 0, c, k], speeds[e, 1, c, k] = steep[k * columns + c, 0], steep[k * columns + c, 1]
             for a in range(m):
-                steep = 0.0
-                for j in range(s):
-                    steep += rule.slope[j] * (x[j + 1, c, a] - x[0, c, a])
-                ends[e, c, a] = x[s, c, a]
-                ends[e, c, m + a] = math.sqrt(parts.slowness[a]) / h * steep
+                rate, began = 0.0, 0.0
+                for i in range(p):
+                    began += two[i, 0] * kept[a, c * p + i]
+                for i in range(1, p):
+                    rate += rule.slope[i - 1] * (kept[a, c * p + i] - kept[a, c * p])
+                ends[e, c, a], ends[e, c, m + a] = kept[a, c * p + p - 1], math.sqrt(parts.slowness[a]) / h * rate
                 # Radau's polynomial has the right slope at its last end alone.
-                slip[c, a] = -1.0 / math.sqrt(parts.slowness[a]) if c == m + a else 0.0
-                for j in range(p):
-                    slip[c, a] += rule.first[0, j] / h * x[j, c, a]
-            for end in range(2):
-                for j in range(p):
-                    weight = rule.first[end * s, j] / h
-                    for k in range(rest):
-                        speeds[e, end, c, k] += weight * x[j, c, m + k]
-            for a in range(m):
+                slip = began - (1.0 / math.sqrt(parts.slowness[a]) if c == m + a else 0.0)
                 for k in range(rest):
-                    speeds[e, 0, c, k] += swing[e, 0] * soft[0, k] * parts.across[a, k] * slip[c, a]
+                    speeds[e, 0, c, k] += swing[e, 0] * soft[k, 0] * parts.across[a, k] * slip
     return out, ends, speeds, change, slowest
 
 
+@fusing_kernel
+def _respond(h: float, swing: Array, soft: Array, parts: Parts, rule: Radau, start: Array, response: Array) -> None:
+    """What the slow modes do in an element of width h: ``start`` (columns, m points) for unit first states, and
+    ``response`` (m points, m points), rows those of forces, under forces at the points."""
+    p, (m, rest) = swing.size, parts.across.shape
+    square, s, n, held = h * h, p - 1, (p - 1) * m, np.empty(p)
+    matrix, order, solution = np.empty((n, n)), np.empty(n, np.int64), np.zeros((n, 2 * m + p * m))
+    for b in range(m):
+        for a in range(m):
+            for i in range(p):
+                held[i] = 0.0
+            for k in range(rest):
+                pair = parts.across[a, k] * parts.across[b, k]
+                for i in range(p):
+                    held[i] += pair * soft[k, i]
+            mu, lost = parts.slowness[a], parts.damping[a]
+            scale = 1.0 / (mu + square)
+            for j in range(s):
+                here = swing[j + 1] * (parts.own[a, b] - swing[j + 1] * held[j + 1]) + (1.0 if a == b else 0.0)
+                for i in range(s):
+                    matrix[a * s + i, b * s + j] = square * scale * rule.twice[i, j] * here
+                    if a == b:
+                        matrix[a * s + i, a * s + j] += lost * h * scale * rule.once[i, j]
+                        solution[a * s + i, 2 * m + a * p + j + 1] = square * scale * rule.twice[i, j]
+    for a in range(m):
+        mu, lost = parts.slowness[a], parts.damping[a]
+        scale = 1.0 / (mu + square)
+        for i in range(s):
+            matrix[a * s + i, a * s + i] += mu * scale
+            solution[a * s + i, a] = (mu + lost * h * rule.points[i + 1]) * scale
+            solution[a * s + i, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
+    factor(matrix, order)
+    substitute(matrix, order, solution)
+    start[:], response[:] = 0.0, 0.0
+    for a in range(m):
+        start[a, a * p] = 1.0
+        for i in range(s):
+            for c in range(2 * m):
+                start[c, a * p + i + 1] = solution[a * s + i, c]
+            for j in range(m * p):
+                response[j, a * p + i + 1] = solution[a * s + i, 2 * m + j]
+
+
 @kernel
-def _untold_of(r: Array, second: Array, parts: Parts, soft: Array, square: float, out: Array) -> None:
-    """What is read (points, columns, 2) of the inertia of the rest's part that is not told to the series, of which
-    ``second`` makes the second derivative; added to ``out``, in elements of width^2 ``square``."""
-    p, columns, rest = r.shape
-    bent = np.dot(second, r.reshape(p, columns * rest)).reshape(p * columns, rest)
-    inertia = np.dot(bent, parts.inert).reshape(p, columns, rest)
-    for i in range(p):
-        for c in range(columns):
-            for q in range(2):
-                for k in range(rest):
-                    share = parts.read[q, parts.slowness.size + k] * soft[i, k]
-                    out[i, c, q] += share * inertia[i, c, k] / square
+def _untold_of(r: Array, second: Array, parts: Parts, soft: Array, per_square: float, out: Array) -> None:
+    """What is read (2, columns points) of the inertia of the rest's part (rest, columns points) that is not told to the
+    series, of which ``second`` makes the second derivative; added to ``out``. ``per_square`` is 1/width^2."""
+    (rest, wide), p = r.shape, second.shape[0]
+    bent = np.dot(r.reshape(rest * wide // p, p), np.ascontiguousarray(second.T)).reshape(rest, wide)
+    inertia = np.dot(parts.inert, bent)
+    for q in range(2):
+        for k in range(rest):
+            for j in range(wide):
+                out[q, j] += parts.read[q, parts.slowness.size + k] * soft[k, j] * inertia[k, j] * per_square
 
 
 @kernel
 def _speeds_of(change: Array, first: Array, turns: float, out: Array) -> None:
     """At an element's two ends, in which the slowest fast mode turns by so many radians: the amplitudes of what rings
-    by a change of the speed, (2, columns, 2), from that of what is read (points, columns, 2). A mode that hardly turns
+    by a change of the speed, (2, columns, 2), from that of what is read (2, columns points). A mode that hardly turns
     is hardly kept apart by the two ends, of which one takes back what the other gives."""
-    p, columns, _ = change.shape
+    p = first.shape[0]
     for end in range(2):
-        for c in range(columns):
+        for c in range(out.shape[1]):
             for q in range(2):
                 out[end, c, q] = 0.0
                 for j in range(p):
-                    out[end, c, q] += first[end * (p - 1), j] / max(turns, 1.0) * change[j, c, q]
+                    out[end, c, q] += first[end * (p - 1), j] / max(turns, 1.0) * change[q, c * p + j]
 
 
 @kernel

@@ -221,6 +221,21 @@ def test_limits_that_leave_a_corner_of_strips_are_met_and_the_best_of_these_is_p
         assert outcome.certificate.bound <= problem.objective.read(known) * (1 + 1e-9)
 
 
+@pytest.mark.parametrize("sizes", [{}, {"stock_h": None}, {"stock_h": None, "step_b": None, "step_l": None}])
+def test_a_stress_that_is_closer_to_its_limit_than_the_utilisation_does_not_bound_the_safety(sizes):
+    """The greatest fatigue safety, little of it asked for, under a yield safety that strips in the middle just have."""
+    asked = realistic(68)
+    problem = replace(
+        asked, objective=rod.OBJECTIVES["fatigue_safety"],
+        requirements=replace(asked.requirements, min_fatigue_safety=1e-6), **sizes,
+    )  # fmt: skip
+    outcome = rod.design(problem, CORE)
+    known = rod.check(problem.scene, rod.Dimensions(10.2e-3, 0.35e-3, 12.5e-3), CORE).value
+    assert problem.requirements.met_by(known)
+    assert outcome.value.check.stresses.fatigue_safety >= known.stresses.fatigue_safety * (1 - 1e-9)
+    assert outcome.certificate.bound >= known.stresses.fatigue_safety
+
+
 def test_a_size_that_few_angles_admit_does_not_end_the_search():
     """Of sizes in steps the best one that a mean over few angles admits exceeds the limit by a fifth of a percent."""
     asked = realistic(6065)

@@ -106,10 +106,11 @@ def _ranges(n: int, m: int) -> Ranges:
 
 
 @kernel
-def severity(p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h: float) -> float:
-    """Lower bound of the larger of utilisation and stress, relative to their limits, at thickness h for ranges of
-    V''."""
-    worst, half = 0.0, 0.5 * p.modulus * h
+def utilisation_and_stress(
+    p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h: float
+) -> tuple[float, float]:
+    """Lower bounds of utilisation and, if it is limited, stress [Pa] at thickness h for ranges of V''."""
+    worst, greatest, half = 0.0, 0.0, 0.5 * p.modulus * h
     for j in range(p.eta.size):
         up_high, up_low, down_high, down_low = -np.inf, np.inf, -np.inf, np.inf
         for i in range(p.force.size):
@@ -124,12 +125,19 @@ def severity(p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h
             up_high, up_low = max(up_high, d1 + w1), min(up_low, d2 + w2)
             down_high, down_low = max(down_high, d1 - w2), min(down_low, d2 - w1)
         if up_high > up_low:
-            worst = max(worst, utilisation_of(up_high, up_low, p.lines, p.parabola) / p.limits[0])
+            worst = max(worst, utilisation_of(up_high, up_low, p.lines, p.parabola))
         if down_high > down_low:
-            worst = max(worst, utilisation_of(down_high, down_low, p.lines, p.parabola) / p.limits[0])
+            worst = max(worst, utilisation_of(down_high, down_low, p.lines, p.parabola))
         if p.limits[1] < np.inf:
-            worst = max(worst, max(max(up_high, -up_low), max(down_high, -down_low)) / p.limits[1])
-    return worst
+            greatest = max(greatest, max(max(up_high, -up_low), max(down_high, -down_low)))
+    return worst, greatest
+
+
+@kernel
+def severity(p: Relaxation, low: Array, high: Array, tau1: float, tau2: float, h: float) -> float:
+    """The larger of utilisation and stress, relative to their limits."""
+    utilisation, stress = utilisation_and_stress(p, low, high, tau1, tau2, h)
+    return max(utilisation / p.limits[0], stress / p.limits[1])
 
 
 @kernel
@@ -279,11 +287,10 @@ def box_bound(
             return np.inf
         rows[SIDE], rows[PRESSURE] = math.log(max(side, 1e-300)), math.log(max(pressure, 1e-300))
         rows[POWER] = math.log(max(power, 1e-300))
-    least = severity(p, low, high, tau[0], tau[2], h1)
-    if least > 1.0 + 1e-12:
+    utilisation, stress = utilisation_and_stress(p, low, high, tau[0], tau[2], h1)
+    if utilisation > p.limits[0] * (1.0 + 1e-12) or stress > p.limits[1] * (1.0 + 1e-12):
         return np.inf
-    if w[UTILISATION] != 0.0:
-        rows[UTILISATION] = math.log(max(least * p.limits[0], 1e-300))
+    rows[UTILISATION] = math.log(max(utilisation, 1e-300))
     rows[THICKNESS] = math.log(h1)
     if w[THICKNESS] < 0.0:
         # The thickness that would reach the target; if it is infeasible, so is any larger one.
@@ -317,10 +324,10 @@ def point_value(p: Relaxation, slice_: Array, x: float, l: float, work: Work, to
         return np.inf, np.nan
     rows[SIDE], rows[PRESSURE] = math.log(max(side, 1e-300)), math.log(max(pressure, 1e-300))
     rows[POWER] = math.log(max(power, 1e-300))
-    least = severity(p, bending, bending, tau, tau, h1)
-    if least > 1.0 + tolerance:
+    utilisation, stress = utilisation_and_stress(p, bending, bending, tau, tau, h1)
+    if utilisation > p.limits[0] * (1.0 + tolerance) or stress > p.limits[1] * (1.0 + tolerance):
         return np.inf, np.nan
-    rows[UTILISATION] = math.log(max(least * p.limits[0], 1e-300))
+    rows[UTILISATION] = math.log(max(utilisation, 1e-300))
     h = h1
     if p.weights[THICKNESS] < 0.0:
         h, greatest = h2, severity(p, work.bending.centre, work.bending.centre, tau, tau, h2)

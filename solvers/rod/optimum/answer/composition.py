@@ -1,0 +1,154 @@
+"""What a design answers: the strip with what is known of its optimality, or why there is none."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from solvers.outcome import Accuracy, ActiveConstraint, Certificate, Outcome, Status
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import Limits
+from solvers.rod.optimum.answer import certificate
+from solvers.rod.optimum.answer.infeasibility import diagnose
+from solvers.rod.optimum.answer.sensitivities import stationarity
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.core_optimum import Polished
+from solvers.rod.optimum.core_requirement import CoreOptima
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at
+from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.peaks import ANGLES
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
+from solvers.rod.optimum.requirement_as_objective import RequirementsAsObjectives
+from solvers.rod.problem import RodProblem
+from solvers.rod.scene import Dimensions
+
+_SHARE = 0.1
+"""Of what effects beyond the core may change: the accuracy of what the core says is attainable."""
+
+
+@dataclass(frozen=True)
+class RodDesign:
+    """The optimal strip, its check on the full model, and the active constraints.
+
+    ``error`` is the estimated relative error of the check; the outcome's accuracy also tells how far the optimum may
+    be.
+    """
+
+    check: RodCheck
+    objective: str
+    active: tuple[ActiveConstraint, ...]
+    error: float
+
+
+@dataclass(frozen=True)
+class Answers:
+    """What is known of a problem whatever the answer.
+
+    cycle         the core's cycle, with the inertia that was selected
+    influence     the sum of the bounds of effects at a strip
+    out_of_time   whether the time budget ended the search
+    """
+
+    problem: RodProblem
+    cycle: CoreCycle
+    sizes: Sizes
+    accuracy: float
+    influence: Callable[[Dimensions, tuple[str, ...]], float]
+    out_of_time: bool
+
+    @property
+    def limits(self) -> Limits:
+        """By rows of the search."""
+        return self.problem.requirements.limits(self.problem.scene)
+
+    def of_core(
+        self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
+    ) -> Outcome[RodDesign]:
+        """The optimum of the core, with the limits of its search."""
+        p, result = self.problem, outcome.value
+        x = logarithms(best.dimensions)
+        conditions = stationarity(
+            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
+            self.sizes.around(result.dimensions), result.dimensions,
+        )  # fmt: skip
+        value, density = p.objective.read(result), p.scene.material.density
+        cost = p.objective.log_cost(result, density)
+        # The bound may be off by the shift of the search's limits and by the error of its objective value.
+        gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
+        if math.isfinite(cost):
+            gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
+        told = certificate.core_certificate(p.objective, value, proof, gap)
+        estimated = max(outcome.accuracy.estimated, told.gap)
+        return self._succeeded(outcome, conditions.active, estimated, told)
+
+    def of_full_model(
+        self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum
+    ) -> Outcome[RodDesign]:
+        """The best strip of the full model."""
+        p, best = self.problem, optimum.local.best
+        result, density = best.outcome.value, p.scene.material.density
+        narrow = self.sizes.around(result.dimensions)
+        if optimum.conditions is None and not self.out_of_time:
+            optimum.conditions = conditions_at(context, best, context.bounds, narrow)
+        active = () if optimum.conditions is None else optimum.conditions.active
+        widened, influence = certificate.widened_bound(
+            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
+            lambda d: self.influence(d, beyond),
+        )  # fmt: skip
+        told = certificate.full_certificate(
+            p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
+        )
+        # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
+        short = max(optimum.local.gain, context.task.enough)
+        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
+        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
+        estimated = best.outcome.accuracy.estimated + short
+        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        if context.model.ripples and not held:
+            # Of narrow valleys side by side others may be deeper.
+            estimated = math.inf
+        if not math.isfinite(estimated):
+            # Only the distance from the bound is known.
+            estimated = min(told.gap, 1.0)
+        return self._succeeded(best.outcome, active, estimated, told)
+
+    def infeasible(
+        self, context: Context, alone: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
+        beyond: tuple[str, ...], nearest: Optimum | None,
+    ) -> Outcome[RodDesign]:  # fmt: skip
+        """Diagnosis of infeasibility: proven on the core, by searches only on the full model."""
+        limits, excess = self.limits, math.inf
+        if nearest is not None:
+            check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
+            limits = context.core_limits_at(strip, check)
+        influence = self.influence(strip, beyond)
+        core = CoreOptima(self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _SHARE * influence))
+        entries, error = diagnose(core, limits, alone, context.model, influence)
+        told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
+        accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
+        return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
+
+    def failed(self) -> Outcome[RodDesign]:
+        """The time ran out before an admissible strip was found or infeasibility was shown."""
+        accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
+        return Outcome(Status.FAILED, None, (), accuracy)
+
+    def _succeeded(
+        self,
+        found: Outcome[RodCheck],
+        active: tuple[ActiveConstraint, ...],
+        estimated: float,
+        told: Certificate,
+    ) -> Outcome[RodDesign]:
+        check = found.value
+        if self.out_of_time:
+            said = "the time budget ended the search: this is the best feasible strip found so far"
+            check = replace(check, warnings=(*check.warnings, said))
+        return Outcome(
+            Status.SUCCEEDED,
+            RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
+            (),
+            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
+            certificate=told,
+        )

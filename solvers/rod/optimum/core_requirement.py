@@ -1,0 +1,103 @@
+"""The best value of a result on the core, under limits on others: the optimum of a separate design problem.
+
+The yield safety is a fatigue safety with another Haigh diagram, that of the maximum stress; combined with a fatigue
+requirement, its best value is found by bisection.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+from solvers.fatigue.kernels import GREATEST, Diagram
+from solvers.rod import rows
+from solvers.rod.constraints import BY_NAME, Constraint, Limits
+from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.proof.outer_approximation import Sizes, search
+from solvers.rod.problem import OBJECTIVES, Objective
+from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.strip import buckling
+
+_GAP = 1e-3
+_FIRST = 1.0
+"""The gap where any strip will do."""
+_BOXES = 3000
+_PROVEN_BOXES = 1200
+"""Of a search to the accuracy of the answer, which a search for friction power mostly misses."""
+
+_YIELD = BY_NAME["min_yield_safety"]
+
+
+class Best(NamedTuple):
+    """The best value of a result, its strip, and by how much (relative) another one may be better."""
+
+    value: float
+    strip: Dimensions
+    gap: float
+
+
+@dataclass(frozen=True)
+class CoreOptima:
+    """Searches on the core, to an accuracy."""
+
+    cycle: CoreCycle
+    sizes: Sizes
+    scene: Scene
+    accuracy: float
+
+    def best(self, r: Constraint, limits: Limits) -> Best | None:
+        """The best value of the result limited by ``r`` under ``limits``; None if these are infeasible."""
+        if r is not _YIELD:
+            return self._optimum(self.cycle, OBJECTIVES[r.serves], limits)
+        if rows.UTILISATION not in limits:
+            return self._strength_alone(limits)
+        return self._strength(limits)
+
+    def admits(self, limits: Limits) -> bool:
+        """Whether a strip that meets the limits is found."""
+        return self._admissible(limits, _FIRST) is not None
+
+    def stoutest(self) -> float:
+        """Stability safety of the strip that buckles last: maximum width and thickness, minimum length."""
+        bounds = self.sizes.bounds
+        d = Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
+        size = self.sizes.around(d)
+        b, h, l = size.b[1], size.h[1], size.l[0]
+        modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
+        return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
+
+    def _optimum(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> Best | None:
+        proof = search(cycle, objective, limits, self.sizes, _GAP, _BOXES)
+        if proof.best is not None and proof.best.log_cost - proof.log_bound > self.accuracy:
+            proof = search(cycle, objective, limits, self.sizes, self.accuracy, _PROVEN_BOXES, proof)
+        found = proof.best
+        if found is None:
+            return None
+        return Best(math.exp(objective.sign * found.log_cost), found.dimensions, found.log_cost - proof.log_bound)
+
+    def _strength_alone(self, limits: Limits) -> Best | None:
+        """Maximum yield safety without a fatigue requirement, so that the Haigh diagram can represent stress."""
+        greatest = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
+        return self._optimum(replace(self.cycle, diagram=greatest), OBJECTIVES[_YIELD.serves], limits)
+
+    def _strength(self, limits: Limits) -> Best | None:
+        """Maximum yield safety under a fatigue requirement, by bisection."""
+        if self._admissible(limits) is None:
+            return None
+        alone = self._strength_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})
+        # ln of the stress limit.
+        low = _YIELD.log_limit(alone.value, self.scene)
+        high = low + 1.0
+        while (strip := self._admissible({**limits, rows.STRESS: high})) is None:
+            low, high = high, high + 1.0
+        while high - low > _GAP:
+            middle = 0.5 * (low + high)
+            found = self._admissible({**limits, rows.STRESS: middle})
+            low, high, strip = (low, middle, found) if found is not None else (middle, high, strip)
+        return Best(_YIELD.required_by(high, self.scene), strip, _GAP)
+
+    def _admissible(self, limits: Limits, gap: float = _GAP) -> Dimensions | None:
+        """A strip that meets the limits."""
+        found = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, gap, _BOXES).best
+        return None if found is None else found.dimensions

@@ -28,8 +28,8 @@ look at it."""
 COARSE_ERROR = 5e-4
 """More than a mean over ``COARSE`` angles is wrong by, relative, of strips that do not buckle."""
 _EXACT = 1e-10
-_LEAST_STEP = 1e-4
-"""Of the three angles through which a peak at a corner of the load is followed [rad]."""
+_AMONG_CORNERS = 2e-5, 1e-3
+"""The least and the greatest step of the three angles through which a peak of a load with corners is followed [rad]."""
 
 
 @dataclass(frozen=True)
@@ -102,8 +102,10 @@ class CoreCycle:
         return CoreRows(core, Layout(fibres, fibres, peaks.reactions.size))
 
     def _apart(self, angles: Array) -> Array:
-        """How far apart the three angles are through which each peak is followed: no corner lies between them."""
-        return np.clip(from_corners(angles, self.corners), _LEAST_STEP, ANGLE_STEP)
+        """How far apart the three angles are through which each peak is followed: no corner lies between them, and a
+        load's course between corners may be steep."""
+        away = from_corners(angles, self.corners)
+        return np.clip(away, *_AMONG_CORNERS) if self.corners.size else np.full(angles.size, ANGLE_STEP)
 
 
 @dataclass(frozen=True)

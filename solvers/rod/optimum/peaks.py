@@ -116,7 +116,7 @@ def _with_others(own: Array, other: Array, apart: float) -> Array:
 
 
 def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted, corners: Array = _NO_CORNERS) -> Peaks:
-    """Every peak of a strip that governs it, or nearly does; exactly also beside ``corners`` [rad], where derivatives by
+    """Every peak of a strip that governs it, or nearly does; as exactly beside ``corners`` [rad], where derivatives by
     the angle jump."""
     eta, angle = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy(), periodic.grid(ANGLES)
     table = strip.stresses(angle, eta)

@@ -16,7 +16,7 @@ from solvers.numerics import periodic
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_force
 from solvers.rod.optimum import peak_model
 from solvers.rod.optimum.peak_model import Array, CorePeaks, side_and_pressure, stress_table
-from solvers.rod.optimum.peaks import ANGLES, Peaks, Wanted, peaks_of
+from solvers.rod.optimum.peaks import ANGLE_STEP, ANGLES, Peaks, Wanted, from_corners, peaks_of, reaction_peaks
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
@@ -28,6 +28,8 @@ look at it."""
 COARSE_ERROR = 5e-4
 """More than a mean over ``COARSE`` angles is wrong by, relative, of strips that do not buckle."""
 _EXACT = 1e-10
+_AMONG_CORNERS = 2e-5, 1e-3
+"""The least and the greatest step of the three angles through which a peak of a load with corners is followed [rad]."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,7 @@ class CoreCycle:
 
     ``whole`` has force, stroke and |piston speed| [m/s] at as many angles as the mean of friction power takes,
     ``hardest`` is the angle of the greatest compression. ``guide``: clamp offset, diameter, skirt length [m], friction
-    coefficient.
+    coefficient. At ``corners`` [rad] derivatives of the load jump.
     """
 
     drive: Drive
@@ -49,6 +51,7 @@ class CoreCycle:
     whole: tuple[Array, Array, Array]
     compression: float
     hardest: float
+    corners: Array
 
     @property
     def crank_radius(self) -> float:
@@ -78,11 +81,16 @@ class CoreCycle:
 
     def peaks(self, d: Dimensions, wanted: Wanted) -> Peaks:
         """Where a strip's results peak."""
-        return peaks_of(self.strip(d), self.diagram, wanted)
+        return peaks_of(self.strip(d), self.diagram, wanted, self.corners)
+
+    def reaction_peaks(self, d: Dimensions) -> Array:
+        """Where its side force and contact pressure peak."""
+        return reaction_peaks(self.strip(d), self.corners)
 
     def following(self, peaks: Peaks, wanted: Wanted) -> CoreRows:
         """The rows of strips near the one with these peaks."""
-        threes, reactions = peaks.threes(), peaks.reaction_threes()
+        threes = peaks.threes(self._apart(peaks.angles))
+        reactions = peaks.reaction_threes(self._apart(peaks.reactions))
         core = CorePeaks(
             self.axial_force(threes), self.lateral_stroke(threes), peaks.stations(),
             self.axial_force(reactions), self.lateral_stroke(reactions),
@@ -92,6 +100,12 @@ class CoreCycle:
         # Both fibres of the clamp and of every inner section.
         fibres = 2 * (1 + peaks.sections.size)
         return CoreRows(core, Layout(fibres, fibres, peaks.reactions.size))
+
+    def _apart(self, angles: Array) -> Array:
+        """How far apart the three angles are through which each peak is followed: no corner lies between them, and a
+        load's course between corners may be steep."""
+        away = from_corners(angles, self.corners)
+        return np.clip(away, *_AMONG_CORNERS) if self.corners.size else np.full(angles.size, ANGLE_STEP)
 
 
 @dataclass(frozen=True)
@@ -157,4 +171,5 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
         whole=(axial_forces(drive, whole), m.crank_radius * np.sin(whole), speed),
         compression=max(-least, 0.0),
         hardest=hardest % periodic.TURN,
+        corners=scene.load.corners(),
     )

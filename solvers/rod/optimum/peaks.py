@@ -35,6 +35,10 @@ _SECTION_SPAN = 0.04
 _HUMP = 0.8
 _SAMPLED, _TIED = 0.02, 1e-3
 """How far below the greatest a peak may lie that is another's equal: among samples, and when it has been climbed."""
+_ZOOMS, _CLOSER = 5, np.linspace(-1.0, 1.0, 9)
+"""Steps to a peak beside a corner, where no parabola leads to it; the places looked at in each, of which the next
+step's are a quarter as far apart."""
+_NO_CORNERS = np.empty(0)
 
 
 class Wanted(NamedTuple):
@@ -65,11 +69,11 @@ class Peaks(NamedTuple):
     reactions: Array
     pushed: Array = np.empty(0)
 
-    def threes(self, apart: float = ANGLE_STEP) -> Array:
+    def threes(self, apart: float | Array = ANGLE_STEP) -> Array:
         """The angles with a neighbour on each side, three by three."""
         return _threes(self.angles, apart)
 
-    def reaction_threes(self, apart: float = ANGLE_STEP) -> Array:
+    def reaction_threes(self, apart: float | Array = ANGLE_STEP) -> Array:
         return _threes(self.reactions, apart)
 
     def pushed_threes(self, apart: float = ANGLE_STEP) -> Array:
@@ -101,8 +105,8 @@ def _on_one_side(angles: Array, jumps: Array, apart: float) -> Array:
     return np.unique(np.concatenate([angles[np.all(np.abs(away) >= apart, axis=1)], sides.ravel()]))
 
 
-def _threes(angles: Array, apart: float) -> Array:
-    return (angles[:, None] + apart * _TRIPLE).ravel()
+def _threes(angles: Array, apart: float | Array) -> Array:
+    return (angles[:, None] + np.reshape(apart, (-1, 1)) * _TRIPLE).ravel()
 
 
 def _with_others(own: Array, other: Array, apart: float) -> Array:
@@ -111,8 +115,9 @@ def _with_others(own: Array, other: Array, apart: float) -> Array:
     return np.append(own, other[np.abs(other[:, None] - own).min(axis=1) > apart])
 
 
-def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted) -> Peaks:
-    """Every peak of a strip that governs it, or nearly does."""
+def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted, corners: Array = _NO_CORNERS) -> Peaks:
+    """Every peak of a strip that governs it, or nearly does; as exactly beside ``corners`` [rad], where derivatives by
+    the angle jump."""
     eta, angle = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy(), periodic.grid(ANGLES)
     table = strip.stresses(angle, eta)
     high, low = table.max(axis=2), table.min(axis=2)
@@ -124,9 +129,9 @@ def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted) -> Peaks:
         chosen += _apart(_inner_peaks(np.maximum(high, -low), eta))
     columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
     rows = table[:, columns].reshape(-1, angle.size)
-    angles = _climb(strip, _near_the_top(rows) | _near_the_top(-rows), np.array([1.0, *chosen]))
+    angles = _climb(strip, _near_the_top(rows) | _near_the_top(-rows), np.array([1.0, *chosen]), corners)
     sections = _apart([_zoom(strip, section, angles, diagram, n >= by_use) for n, section in enumerate(chosen)])
-    reactions = reaction_peaks(strip) if wanted.reactions else np.empty(0)
+    reactions = reaction_peaks(strip, corners) if wanted.reactions else np.empty(0)
     return Peaks(angles, np.array(sections), reactions)
 
 
@@ -135,24 +140,26 @@ def compression_peaks(force: Callable[[Array], Array]) -> Array:
     return _refined_peaks(lambda angle: -force(angle)[None])
 
 
-def reaction_peaks(strip: Response) -> Array:
+def reaction_peaks(strip: Response, corners: Array = _NO_CORNERS) -> Array:
     """The angles at which side force or contact pressure peak, of all peaks that may come to be the greatest."""
-    return _refined_peaks(strip.reactions)
+    return _refined_peaks(strip.reactions, corners)
 
 
-def _refined_peaks(rows: Callable[[Array], Array]) -> Array:
+def _refined_peaks(rows: Callable[[Array], Array], corners: Array = _NO_CORNERS) -> Array:
     """The angles of the peaks of any of several functions, given as rows, that are not far below its greatest."""
     values = rows(periodic.grid(ANGLES))
     most = values.max(axis=1, keepdims=True)
     humps = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)) & (values >= _HUMP * most)
     angle, values = _closely(rows, np.any(humps | (values >= (1.0 - _SAMPLED) * most), axis=0))
-    return _tops(angle, values, 1.0 - _HUMP)
+    return _tops(rows, angle, values, 1.0 - _HUMP, corners)
 
 
-def _climb(strip: Response, near: NDArray[np.bool_], eta: Array) -> Array:
+def _climb(strip: Response, near: NDArray[np.bool_], eta: Array, corners: Array) -> Array:
     """The angles of the stresses' extremes at the sections, next to angles of the coarse grid that are ``near``."""
-    angle, values = _closely(lambda angle: strip.stresses(angle, eta).reshape(2 * eta.size, -1), near)
-    return np.unique(np.concatenate([_tops(angle, values, _TIED), _tops(angle, -values, _TIED)]))
+    rows = lambda angle: strip.stresses(angle, eta).reshape(2 * eta.size, -1)  # noqa: E731
+    angle, values = _closely(rows, near)
+    greatest = _tops(rows, angle, values, _TIED, corners)
+    return np.unique(np.append(greatest, _tops(lambda angle: -rows(angle), angle, -values, _TIED, corners)))
 
 
 def _closely(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[Array, Array]:
@@ -164,17 +171,38 @@ def _closely(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[A
     return angle, values
 
 
-def _tops(angle: Array, values: Array, below: float) -> Array:
+def _tops(rows: Callable[[Array], Array], angle: Array, values: Array, below: float, corners: Array) -> Array:
     """The angles of the peaks of rows of values that lie below their row's greatest by no greater share."""
-    return np.unique(np.round(_top_places(values, below) * angle[1], 5))
+    row, places = _top_places(values, below)
+    places *= angle[1]
+    beside = from_corners(places, corners) < 2.0 * angle[1]
+    if beside.any():
+        places[beside] = _climbed(rows, row[beside], places[beside], angle[1])
+    return np.unique(np.round(places, 5))
+
+
+def from_corners(angles: Array, corners: Array) -> Array:
+    """How far angles are from the nearest corner [rad], in the turn's round; inf without corners."""
+    away = np.mod(angles[:, None] - corners + np.pi, 2.0 * np.pi) - np.pi
+    return np.min(np.abs(away), axis=1, initial=np.inf)
+
+
+def _climbed(rows: Callable[[Array], Array], row: NDArray[np.intp], places: Array, step: float) -> Array:
+    """Where, within a step of ``places``, one row each has its greatest value."""
+    each = np.arange(places.size)
+    for _ in range(_ZOOMS):
+        looked = places[:, None] + step * _CLOSER
+        values = rows(looked.ravel()).reshape(-1, *looked.shape)[row, each]
+        places, step = looked[each, values.argmax(axis=1)], 0.25 * step
+    return places
 
 
 @kernel
-def _top_places(values: Array, below: float) -> Array:
-    """``_tops`` in steps of the grid; beside a missing value (nan) is no peak."""
-    found = [0.0 for _ in range(0)]
-    for row in values:
-        level = -np.inf
+def _top_places(values: Array, below: float) -> tuple[NDArray[np.intp], Array]:
+    """``_tops`` in steps of the grid, and their rows; beside a missing value (nan) is no peak."""
+    found, of = [0.0 for _ in range(0)], [0 for _ in range(0)]
+    for r in range(values.shape[0]):
+        row, level = values[r], -np.inf
         for value in row:
             level = max(level, value) if value == value else level
         for i in range(row.size):
@@ -182,7 +210,8 @@ def _top_places(values: Array, below: float) -> Array:
             if here >= left and here >= right and here >= level - below * abs(level):
                 bend = 2.0 * here - left - right
                 found.append(i + (0.5 * (right - left) / bend if bend > 0.0 else 0.0))
-    return np.array(found)
+                of.append(r)
+    return np.array(of), np.array(found)
 
 
 def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:

@@ -18,7 +18,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core_cycle import COARSE_ERROR, CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
-from solvers.rod.optimum.peaks import Peaks, Wanted, reaction_peaks
+from solvers.rod.optimum.peaks import Peaks, Wanted
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sqp import wanted_of
@@ -259,7 +259,7 @@ def governing(
             wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
-        governed = np.concatenate([governed, reaction_peaks(cycle.strip(d))])
+        governed = np.concatenate([governed, cycle.reaction_peaks(d)])
     return governed, np.array(sections)
 
 

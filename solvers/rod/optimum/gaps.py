@@ -1,8 +1,9 @@
 """Where damped resonances part strips from others that may be better: the gaps between them on both sides.
 
-The strip's first mode is at a resonance wherever a harmonic of the speed meets it, at whole Omega = omega_1/omega. A
-strip on the way from one gap to the next is dearer by what rings, and damping rounds what is between: a share of about
-the loss factor of Omega. So optima close to a strip lie in other gaps.
+The strip's first mode is at a resonance wherever a harmonic of the speed meets the mean over the turn of its natural
+frequency, close to whole Omega = omega_1/omega under the mean axial force. A strip on the way from one gap to the next
+is dearer by what rings, and damping rounds what is between: a share of about the loss factor of Omega. So optima close
+to a strip lie in other gaps.
 
 The least cost of strips of a given Omega is followed over gaps, in steps that resolve them. The path is that of strips
 whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of

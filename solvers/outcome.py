@@ -57,7 +57,7 @@ class Accuracy:
     @property
     def met(self) -> bool:
         """Whether the estimate meets the request."""
-        return self.estimated <= self.requested
+        return bool(self.estimated <= self.requested)
 
 
 @dataclass(frozen=True)

@@ -104,31 +104,19 @@ def _bend(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> floa
 
 
 @kernel
-def mark_humps(samples: Array, slack: float, closed: bool, peaks: NDArray[np.bool_]) -> None:
-    """Mark every local maximum of the samples (n,) that may contain the maximum; ``peaks`` is False initially.
+def mark_humps(samples: Array, peaks: NDArray[np.bool_]) -> None:
+    """Mark every local maximum of periodic samples (n,) that may contain the maximum; ``peaks`` is False initially.
 
-    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth), and by
-    ``slack`` times the largest magnitude. ``closed``: the samples are periodic; otherwise the ends count. A plateau,
+    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth). A plateau,
     constant to rounding, is represented by its first sample; constant samples by their largest.
     """
-    count = samples.size
-    highest, size = 0, 0.0
+    count, highest, bare = samples.size, np.argmax(samples), True
     for n in range(count):
-        if samples[n] > samples[highest]:
-            highest = n
-        size = max(size, abs(samples[n]))
-    need = samples[highest] - slack * size
-    bare = True
-    for n in range(count):
-        # open rows are continued by reflection
-        before = samples[n - 1] if n > 0 else samples[count - 1 if closed else 1]
-        after = samples[n + 1] if n < count - 1 else samples[0 if closed else count - 2]
-        here = samples[n]
+        before, here, after = samples[n - 1], samples[n], samples[n + 1 if n < count - 1 else 0]
         # a deep minimum elsewhere must not make a low maximum count as constant
         level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
-        rises = here >= before - level if n == 0 and not closed else here > before + level
         reach = here + 0.5 * abs(before - 2.0 * here + after)
-        if rises and here >= after - level and reach >= need:
+        if here > before + level and here >= after - level and reach >= samples[highest]:
             peaks[n] = True
             bare = False
     if bare:

@@ -58,7 +58,8 @@ class Refinement(Protocol):
     ``error`` estimates its numerical error, relative to the maximum bending; ``lasting_error`` the part of it that does
     not average out over the revolution. ``bent_terms`` and ``sunk_terms`` are the numbers of Legendre coefficients of
     V'' and V; ``inclines`` whether the axial force becomes tangential to the deflected strip. ``quiet`` is the
-    correction without its ringing, ``ringing`` the latter, if any.
+    correction without its ringing, ``ringing`` the latter, if any. ``pace`` is the highest frequency [1/rad] at which
+    it oscillates without its ringing, 0 if it follows force and stroke.
     """
 
     error: float
@@ -66,6 +67,7 @@ class Refinement(Protocol):
     bent_terms: int
     sunk_terms: int
     inclines: bool
+    pace: float
 
     @property
     def quiet(self) -> Refinement: ...

@@ -81,6 +81,7 @@ class ElasticaExpansion:
     error: float = 0.0
     lasting_error: float = 0.0
     inclines = True
+    pace = 0.0
     ringing = None
 
     @property

@@ -31,6 +31,8 @@ _MAX_SLOPE_JUMPS, _POWER_SHARE = 80.0, 1.0
 up to which ringing may be omitted from the mean."""
 _RADIANS_PER_PANEL, _POINTS, _MAX_PACE = 8.0, 16, 1500.0
 """Radians of the fastest mode per panel, points per panel, and the fastest mode [1/rad] taken into account."""
+_RADIANS_PER_POINT = 1.5
+"""Of a panel's first width; with 2 rad per point of an oscillation the last coefficients may be small by accident."""
 NO_RINGING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
@@ -54,6 +56,7 @@ class SampledCycle:
         sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
         rings = any(refinement.ringing is not None for refinement in cycle.refinements)
         edges, rule = begin or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy, rings))
+        edges = split(edges, _widest(cycle, rule))
         sampler = _Sampler(cycle, rule)
         panels, rows, _ = resolve(sampler, edges, rule, CHECKED, tolerance, MOST_PANELS)
         states = rows[CHECKED : CHECKED + ROWS]
@@ -128,6 +131,13 @@ class SampledCycle:
         tails = tail_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
         missed = float(tails @ np.diff(self.panels.edges)) / TURN
         return panels, guide._replace(side=both[0], moment=both[1]), float(left[modes]) * most + missed
+
+
+def _widest(cycle: Cycle, rule: Rule) -> float:
+    """The widest panels whose last coefficients tell whether the corrections' oscillations are resolved. With fewer
+    points than half a turn of theirs has, oscillations look like slower ones."""
+    pace = max(one.pace for one in cycle.refinements)
+    return _RADIANS_PER_POINT * rule.points.size / pace if pace else np.inf
 
 
 @kernel

@@ -235,8 +235,9 @@ def peaks(
             sharpest = max(sharpest, abs(row[j - 1] - 2.0 * row[j] + row[j + 1]))
         for j in range(count):
             before, here, after = row[abs(j - 1)], row[j], row[j + 1 if j < count - 1 else j - 1]
-            # Upper estimate of the peak: the parabola through the three with four times its curvature.
-            reach = here + 0.5 * abs(before - 2.0 * here + after)
+            # Upper estimate: no side of a concave peak, even with a kink, rises by more than the slope changes.
+            inner = min(max(j, 1), count - 2)
+            reach = here + abs(row[inner - 1] - 2.0 * row[inner] + row[inner + 1])
             level = 8.0 * _EPS * top
             if (j > 0 and here <= before + level) or here < after - level or reach < (1.0 - slack) * top:
                 continue

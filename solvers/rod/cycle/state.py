@@ -93,9 +93,10 @@ def _secants(strip: Strip, force: float, stroke: float, start: float, slope: flo
         earlier, last, step = last, step, gap / slope
         here += step
         size = abs(force) + abs(here)
-        # A secant error is proportional to the product of the two before it; the last three give the factor.
+        # A secant error is proportional to the product of the two before it; the last three give the factor. A first
+        # step away from the critical load is too long to tell.
         if abs(step) <= _FORCE_TOLERANCE * size or (
-            earlier < np.inf and step * step <= _CONVERGED * size * abs(earlier)
+            earlier < np.inf and step * step <= _CONVERGED * size * min(abs(earlier), size)
         ):
             return here, slope
         if here <= strip.buckled:

@@ -104,7 +104,7 @@ def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple
         scale = max(scale, abs(force[n]))
     peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
     points, heights = np.empty(5), np.empty(5)
-    mark_humps(-force, 0.0, True, peaks)
+    mark_humps(-force, peaks)
     least, where = np.inf, 0.0
     for n in range(count):
         if not peaks[n]:

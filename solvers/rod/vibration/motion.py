@@ -99,8 +99,9 @@ class Errors:
 class Motion:
     """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges`` at the points
     of a ``rule``, and ringing;
-    ``amplification`` is by which closing the turn enlarges what one turn misses. So many modes are ``slow``, and the
-    phases of those that ring were to be as good as ``phases`` (ringing,) on every element."""
+    ``amplification`` is by which closing the turn enlarges what one turn misses. So many modes are ``slow``, the last
+    of them oscillating at up to ``pace`` [1/rad], and the phases of those that ring were to be as good as ``phases``
+    (ringing,) on every element."""
 
     strip: Strip
     basis: StripBasis
@@ -111,6 +112,7 @@ class Motion:
     errors: Errors
     amplification: float
     slow: int
+    pace: float
     phases: Array
 
     @property
@@ -127,7 +129,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
     """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
     ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
     m, modes, corners = slow, equation.slowness.size, excitation.corners.size > 0
-    rule, edges = _elements(equation, excitation, m, step, wanted)
+    rule, edges, pace = _elements(equation, excitation, m, step, wanted)
     states = excitation.states_on(edges, rule)
     turn = turn_of(equation, rule, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = close(turn, _NONE_RINGS, _NONE_RINGS)
@@ -168,24 +170,25 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         mean_time=float(time @ turn.widths) / TURN,
         closing=_ROUNDING * amplification,
     )
-    return Motion(equation.strip, equation.basis, rule, edges, samples, ringing, errors, amplification, m, enough)
+    return Motion(equation.strip, equation.basis, rule, edges, samples, ringing, errors, amplification, m, pace, enough)
 
 
 def _elements(
     equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float
-) -> tuple[Radau, Array]:
-    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and their rule: of many
-    narrow elements one of fewer points, and of smaller steps, where that takes less time."""
+) -> tuple[Radau, Array, float]:
+    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], their rule - of many
+    narrow elements one of fewer points, and of smaller steps, where that takes less time -, and the highest natural
+    frequency of that mode [1/rad]."""
     count = excitation.edges.size - 1
     if not slow and count < MANY:
-        return RULE, excitation.edges
+        return RULE, excitation.edges, 0.0
     swing = equation.strip.couples * excitation.smoothness.greatest - equation.mean
     pace = equation.fastest(slow, swing) if slow else np.full(count, 1e-300)
     ways = [(RULE, split(excitation.edges, step / pace))]
     for rule in _SMALLER if count >= MANY else ():
         most = min(_longest_step(rule, _OSCILLATION * wanted / math.sqrt(count)), step)
         ways.append((rule, split(excitation.edges, most / pace)))
-    return min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER)
+    return *min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER), float(pace.max()) if slow else 0.0
 
 
 def _longest_step(rule: Radau, wanted: float) -> float:

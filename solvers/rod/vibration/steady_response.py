@@ -112,6 +112,11 @@ class SteadyVibration:
     inclines = False
 
     @property
+    def pace(self) -> float:
+        """Highest frequency [1/rad] of the modes that are followed."""
+        return self.motion.pace
+
+    @property
     def bent_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._bent.shape[0]

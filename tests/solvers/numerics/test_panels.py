@@ -95,3 +95,21 @@ def test_the_mean_within_its_estimate(name):
     exact = FUNCTIONS[name](TURN * np.arange(20_000) / 20_000).mean()
     assert abs(mean - exact) <= max(error, 1e-14 * np.abs(values).max())
     assert error <= 1e-8 * np.abs(values).max()
+
+
+@pytest.mark.parametrize("points", [8, 16, 20])
+def test_the_last_coefficients_tell_of_oscillations_that_have_enough_points(points):
+    """Up to 1.5 rad a point they do; beyond 2 rad they may be small by accident."""
+    rule, rng, x = panels.rule_of(points), np.random.default_rng(points), np.linspace(-1.0, 1.0, 401)
+
+    def told(least, most):
+        worst = 0.0
+        for _ in range(600):
+            pace, phase = 0.5 * points * rng.uniform(least, most), rng.uniform(0.0, TURN)
+            values = np.cos(pace * rule.points + phase)
+            there = panels.values_at(np.array([-1.0, 1.0]), rule, values[None], x)[0]
+            worst = max(worst, np.abs(there - np.cos(pace * x + phase)).max() / panels.panel_error(values, rule))
+        return worst
+
+    assert told(0.75, 1.5) < 1.0
+    assert told(2.2, 3.5) > 2.0

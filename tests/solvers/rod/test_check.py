@@ -89,6 +89,22 @@ def test_clamp_and_bulge_compete_honestly(length):
     assert safeties[2] == pytest.approx(safeties[1], rel=1e-8)
 
 
+@pytest.mark.parametrize("accuracy", [2e-3, 1.1e-4])
+def test_a_peak_beside_the_head_is_climbed(accuracy):
+    """The head is the highest station there and lower than the clamp, which the peak between stations exceeds."""
+    scene = rod.Scene(
+        rod.Mechanism(crank_radius=1.62043e-3, rod_length=47.1122e-3, speed=37.6996),
+        rod.Piston(diameter=13.5079e-3, skirt_length=35.0346e-3, reciprocating_mass=0.107, friction_coefficient=0.15),
+        rod.SchmidtLoad(p_min=1.670825e6, delta=0.312868, theta=3.882822),
+        rod.Material(186.1703e9, 669.509e6, 1.10215, 0.170146, 1210.9156e6, 7264.3),
+    )
+    strip = rod.Dimensions(3.650566e-3, 0.3143663e-3, 6.722654e-3)
+    outcome = rod.check(scene, strip, CORE, accuracy=accuracy)
+    strength = CoreModel(scene, strip).worst(lambda high, low: max(high, -low))
+    found, exact = outcome.value.stresses.yield_safety, scene.material.yield_strength / strength
+    assert found == pytest.approx(exact, rel=outcome.accuracy.estimated)
+
+
 def test_stress_beside_a_dead_centre_is_greatest_where_the_strip_bends_most():
     """The greatest compression comes a degree after top dead centre. At it the strip is straight and all sections are
     alike; the angles sampled beside it are further off."""

@@ -71,6 +71,15 @@ def critical():
     return float(critical_force(PUSHED.material.elastic_modulus, THIN.b, THIN.h, THIN.l, length))
 
 
+def friction_of(scene, strip, total, stroke):
+    """The friction force [N] at axial forces."""
+    total, stiffness = np.atleast_1d(total), bending_stiffness(scene, strip)
+    shape = rod_beam_column.solve(total / stiffness, strip.l, scene.mechanism.rod_length)
+    side, couple = np.abs(shape.clamp_shear), 6.0 * np.abs(shape.clamp_curvature) / scene.piston.skirt_length
+    wall = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * stiffness * abs(stroke)
+    return scene.piston.friction_coefficient * 4.0 / np.pi * wall
+
+
 def first_solution(coefficient, angle):
     """On the way up, by marching from the gas force to buckling and bisection; None where there is none."""
     stroke = PUSHED.mechanism.crank_radius * np.sin(angle)
@@ -78,11 +87,7 @@ def first_solution(coefficient, angle):
     plain = float(Cycle(scene, THIN, Composition(beam=BEAM_COLUMN)).axial_force(np.array([angle]))[0])
 
     def residual(total):
-        total, stiffness = np.atleast_1d(total), bending_stiffness(scene, THIN)
-        shape = rod_beam_column.solve(total / stiffness, THIN.l, scene.mechanism.rod_length)
-        side, couple = np.abs(shape.clamp_shear), 6.0 * np.abs(shape.clamp_curvature) / scene.piston.skirt_length
-        wall = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * stiffness * abs(stroke)
-        return total - plain + coefficient * 4.0 / np.pi * wall
+        return total - plain + friction_of(scene, THIN, total, stroke)
 
     path = np.linspace(plain, -critical() * (1 - 1e-6), 20001)
     passed = np.flatnonzero(residual(path) < 0)
@@ -106,6 +111,29 @@ def test_friction_is_followed_up_to_where_it_buckles_the_strip():
     scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=1.001 * high))
     found = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True)).axial_force(angles)
     assert found.min() < -critical()
+
+
+@pytest.mark.parametrize("coefficient", [0.01, 0.2, 1.0])
+@pytest.mark.parametrize("beyond", [0.9, 0.999, 1.0, 1.001])
+def test_friction_relieves_a_strip_pushed_to_its_critical_load(coefficient, beyond):
+    """On its way down, by bisection above the critical load; every angle starts from its neighbour or from afar."""
+    piston = replace(PUSHED.piston, friction_coefficient=coefficient)
+    scene = replace(PUSHED, piston=piston, load=rod.ConstantLoad(beyond * critical() / piston.area))
+    cycle = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True))
+    angles, pole = np.linspace(0.0, np.pi, 201)[2:-2], -critical()
+    plain = cycle.without_corrections().scene.load.pressure(angles) * -piston.area
+
+    def residual(total, force, stroke):
+        return float(total - force - friction_of(scene, THIN, total, stroke)[0])
+
+    strokes = scene.mechanism.crank_radius * np.sin(angles)
+    exact = [
+        brentq(residual, pole * (1 - 1e-13), 0.0, args=each, xtol=1e-13, rtol=1e-14)
+        for each in zip(plain, strokes, strict=True)
+    ]
+    assert cycle.axial_force(angles) == pytest.approx(exact, rel=1e-10)
+    afar = np.concatenate([cycle.axial_force(np.array([angle])) for angle in angles])
+    assert afar == pytest.approx(exact, rel=1e-10)
 
 
 @pytest.mark.parametrize("coefficient", [1.0, 5.0])

@@ -7,6 +7,9 @@ python -m bench.campaign [--scenes N] [--designs N] [--realistic N] [--seeds S .
 Each kind stops after a number of scenes or minutes, and of designs or minutes, whichever comes first; the page states
 how many there were and how long they took. Sections are updated every minute.
 
+Realistic rods with seeds beyond the benchmark's are contested as well: they are printed, the page covers the
+benchmark's.
+
 Results are stored in `.campaign/`: an interrupted campaign is resumed as long as the sources its results depend on are
 unchanged, and restarted kind by kind otherwise (see ``kept``). The page covers all requested scenes judged so far, in
 any run.
@@ -55,10 +58,11 @@ def run_designs(slug: str, count: int, first: int, limit: float, seconds: float,
 
 
 def run_contests(seeds: Sequence[int], limit: float, seconds: float, processes: int) -> None:
-    """Put realistic rod designs to their rivals, updating their section; it covers all that were judged so far."""
-    known = kept(_ROD, limit, "-contests")
+    """Put realistic rod designs to their rivals. Their section covers all of the benchmark's problems judged so far;
+    where others are among the seeds, these alone are told, and printed."""
+    known, of_page = kept(_ROD, limit, "-contests"), max(seeds) < REALISTIC
     found = judged(_ROD, _further(known, seeds), limit, seconds, processes, batch=1, judge=judge_contested)
-    _keep(known, found, _ROD, range(REALISTIC), contests_section)
+    _keep(known, found, _ROD, range(REALISTIC) if of_page else seeds, contests_section, of_page)
 
 
 def _further(known: Kept, asked: Sequence[int]) -> Iterator[int]:
@@ -66,20 +70,23 @@ def _further(known: Kept, asked: Sequence[int]) -> Iterator[int]:
     return (seed for seed in asked if seed not in done)
 
 
-def _keep(known: Kept, judged: Iterator[list[Part]], slug: str, asked: range, section: Section) -> None:
+def _keep(
+    known: Kept, judged: Iterator[list[Part]], slug: str, asked: Sequence[int], section: Section, of_page: bool = True
+) -> None:
     last = time.perf_counter()
     for found in judged:
         known.add(found)
         if time.perf_counter() - last > _WRITE_INTERVAL_S:
             last = time.perf_counter()
-            _write(slug, known.parts, asked, section)
-    _write(slug, known.parts, asked, section)
+            _write(slug, known.parts, asked, section, of_page)
+    _write(slug, known.parts, asked, section, of_page)
 
 
-def _write(slug: str, parts: list[Part], asked: range, section: Section) -> None:
+def _write(slug: str, parts: list[Part], asked: Sequence[int], section: Section, of_page: bool) -> None:
     told = sorted((part for part in parts if part.seed in asked), key=lambda part: part.seed)
     text = section(slug, told, f"{datetime.now(UTC):%Y-%m-%d}")
-    PAGE.write_text(written(PAGE.read_text("utf-8") if PAGE.exists() else "", text), "utf-8")
+    if of_page:
+        PAGE.write_text(written(PAGE.read_text("utf-8") if PAGE.exists() else "", text), "utf-8")
     print(text, flush=True)
 
 
@@ -89,7 +96,7 @@ def main() -> None:
     asked.add_argument("--scenes", type=int, default=SCENES, help="of each kind, at most")
     asked.add_argument("--designs", type=int, default=DESIGNS, help="of each kind, at most")
     asked.add_argument("--realistic", type=int, default=REALISTIC, help="realistic rods with many rivals, at most")
-    asked.add_argument("--seeds", type=int, nargs="+", help="of the realistic rods, instead of the first ones")
+    asked.add_argument("--seeds", type=int, nargs="+", help="of the realistic rods, any, instead of the first ones")
     asked.add_argument("--first", type=int, default=0, help="seed of the first scene")
     asked.add_argument("--minutes", type=float, default=math.inf, help="for each kind, at most")
     asked.add_argument("--limit", type=float, default=LIMIT_S, help="seconds for each part of a scene")

@@ -25,7 +25,7 @@ def contests_section(slug: str, parts: Sequence[Part], day: str) -> str:
     lines = [
         f"## {TITLE}",
         "",
-        f"{day}: {len(parts):,} of the 1,000 problems of `python -m bench.rod_problems`, with every setting at its "
+        f"{day}: {len(parts):,} problems of `python -m bench.rod_problems`{_seeds(parts)}, with every setting at its "
         f"default. Rivals are searches on the check ({SCOUTS}) and over sizes in steps next to the answer's, of which "
         f"an accuracy of {ROUGHLY:g} is asked; the best strips they see, and the answer, are starts of linear programs "
         f"and steps along ridges to {FINELY:g}. What beats an answer there is searched once more, and judged, by "
@@ -49,6 +49,11 @@ def contests_section(slug: str, parts: Sequence[Part], day: str) -> str:
         lines.append(row(promise, len(none), (s for s, c in none if c.contest.won)))
     lines += ["", *_beaten(found), *troubles(parts)]
     return "\n".join(lines)
+
+
+def _seeds(parts: Sequence[Part]) -> str:
+    """The range of their seeds."""
+    return f", seeds {min(p.seed for p in parts):,} to {max(p.seed for p in parts):,}" if parts else ""
 
 
 def _missed(c: Contested) -> bool:

@@ -12,13 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.local_search import PENALTY
 from solvers.rod.optimum.sqp import Program
 
 Array = NDArray[np.float64]
 
 _GRID, _ZOOMS, _CLOSER = np.linspace(-1.0, 1.0, 13), 12, 0.5
 """In each direction; so many times, each about the least of the one before and smaller by so much."""
+PENALTY = 10.0
+"""Of a violation against the cost. Rows to first order may miss a limit that a search from there meets: what is missed
+is not to count for as much as where it is known."""
 _WALL = 100.0
 """The penalty for sizes out of bounds: what rows change by is less."""
 

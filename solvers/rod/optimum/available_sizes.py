@@ -5,7 +5,9 @@ found, and it is done again until its strip is one that the full model has been 
 change is taken to be the same for all strips. Then the sizes next to the best strip are looked through one by one: what
 the core, corrected at that strip, believes to be better by more than it may be wrong, or nearly admissible, is checked
 on the full model - with the sizes that may be chosen at will searched anew, if there are any - the most promising
-first, and again around every better strip.
+first, and again around every better strip. Where the strip rings, other gaps between resonances are looked into: by
+paths of sizes chosen at will if the thickness may be (``gaps``), by rows of lengths if it comes from a stock
+(``lengths_over_gaps``).
 """
 
 from __future__ import annotations
@@ -18,11 +20,13 @@ import numpy as np
 
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer.sensitivities import Stationarity
-from solvers.rod.optimum.core_optimum import polish
+from solvers.rod.optimum.core_optimum import polish, within
+from solvers.rod.optimum.corrections import frequency_slopes
 from solvers.rod.optimum.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.local_search import Local, local_search
+from solvers.rod.optimum.lengths_over_gaps import promising_lengths
+from solvers.rod.optimum.local_search import Iterate, Local, local_search
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -31,9 +35,10 @@ _MOST_LOOKED_AT = 40
 """Sizes looked at on the full model around one strip."""
 _WRONG = 0.3
 """Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
-_SLICES = 6
-"""In other gaps, that are looked at."""
-_SAME = 1e-9
+_SLICES, _ROWS = 4, 6
+"""In other gaps, that are looked at; rows of lengths of a width and a thickness."""
+_ELSEWHERE = 0.02
+"""In ln b, ln h, ln l: a slice is searched once more from a strip that far from others."""
 _STEPS = 2
 """So many steps to each side are next to a strip."""
 
@@ -41,6 +46,8 @@ _STEPS = 2
 def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
     explored = context.explored()
+    # The search for any admissible strip may have ended at sizes that are not to be had.
+    explored.ends = [end for end in explored.ends if context.available(end.best.outcome.value.dimensions)]
     optimum = _optimum(explored, start)
     if explored is context or optimum is None:
         return optimum
@@ -67,16 +74,15 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
         strip = proof.best.dimensions
         if _key(context, strip) in tried:
             break
+    _settle(context, tried)
     best = context.best()
-    while best is not None and _improved(context, best, best, tried):
-        best = context.best()
     if best is None:
         return None
     if best.found is None:
         return Optimum(best, starts=context.starts, ends=len(context.ends))
     left, followed = 0.0, None
     if context.model.rings:
-        _search_other_slices(context, tried)
+        (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         left, followed = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
     best = context.best()
     ends = len(context.ends)
@@ -84,16 +90,47 @@ def _optimum(context: Context, start: Dimensions) -> Optimum | None:
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
-    """Slices in other gaps than the best strip's, and next to one that is better."""
+    """Slices of strips on paths over other gaps than the best strip's, and next to one that is better."""
     gaps = Gaps(context.task, context.bounds, apart=0.0)
     for _ in range(_SLICES):
         best = context.best()
-        start = gaps.next(best.best, lambda d: _key(context, d) not in tried)
+        start = gaps.next(best.best, lambda d: _new(context, d, tried))
         if start is None:
             break
         found = _at(context, start, tried)
         while found is not None and found is context.best() and _improved(context, found, found, tried):
             found = context.best()
+
+
+def _new(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
+    """Whether the slice that a strip lies in has not been tried, or from none as far between resonances."""
+    x = logarithms(within(_within(context, d), logarithms(d)))
+    known = [*context.started, *(end.best.x for end in context.ends)]
+    return _key(context, d) not in tried or all(np.max(np.abs(x - other)) > _ELSEWHERE for other in known)
+
+
+def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Sizes next to lengths in other gaps that are about as good as the best strip; again from a better one of another
+    width or thickness."""
+    looked: set[tuple[float, float]] = set()
+    for _ in range(_ROWS):
+        best = context.best()
+        d = best.best.outcome.value.dimensions
+        if (d.b, d.h) in looked:
+            return
+        looked.add((d.b, d.h))
+        for strip in promising_lengths(context, best.best):
+            best = context.best()
+            found = _at(context, strip, tried)
+            if context.best() is not best or (found is not None and _improved(context, best, found, tried)):
+                _settle(context, tried)
+
+
+def _settle(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Steps from the best strip on, as long as they better it."""
+    best = context.best()
+    while best is not None and _improved(context, best, best, tried):
+        best = context.best()
 
 
 def _conditions(context: Context, best: Local) -> Stationarity:
@@ -131,24 +168,36 @@ def _improved(context: Context, best: Local, around: Local, tried: set[tuple[flo
     """Whether sizes next to a strip's are better than the best; in the order of what the corrected core says."""
     check = around.best.outcome.value
     limits = context.core_limits_at(check.dimensions, check)
-    own = best.best.log_cost if best.found is not None else math.inf
+    own, shift = best.best.log_cost if best.found is not None else math.inf, context.beyond_core(check.dimensions)
     promising = []
     for strip in _neighbours(context, check.dimensions):
         if _key(context, strip) in tried:
             continue
-        expected = _expected(context, strip, check.dimensions, limits)
+        expected = _expected(context, strip, check.dimensions, limits, shift)
         if expected is not None and expected[0] < own:
             promising.append(expected)
     promising.sort(key=lambda one: one[0])
     for _, strip in promising[:_MOST_LOOKED_AT]:
-        _at(context, strip, tried)
+        _at(context, _between_same_resonances(context, strip, around.best), tried)
         if context.best() is not best:
             return True
     return False
 
 
+def _between_same_resonances(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
+    """The strip of a slice with another's frequency ratio, to first order, as the core knows no resonances; itself
+    where nothing rings or no size is free."""
+    near = _within(context, strip)
+    free = [high > low for low, high in (near.b, near.h, near.l)]
+    if not context.model.rings or not any(free):
+        return strip
+    x, slope = logarithms(strip), frequency_slopes(other.memory.active.home_cycle)
+    way = np.where(free, slope, 0.0)
+    return within(near, x - way * float(slope @ (x - other.x)) / float(way @ way))
+
+
 def _expected(
-    context: Context, strip: Dimensions, around: Dimensions, limits: Limits
+    context: Context, strip: Dimensions, around: Dimensions, limits: Limits, cost_shift: float
 ) -> tuple[float, Dimensions] | None:
     """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
     doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
@@ -157,31 +206,14 @@ def _expected(
     if found is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else doubt
-    return found.log_cost - shift + _cost_shift(context, around), found.dimensions
-
-
-def _cost_shift(context: Context, around: Dimensions) -> float:
-    """What the full model's objective exceeds the core's by at a strip."""
-    objective = context.problem.objective
-    if objective.per_density:
-        return 0.0
-    core = context.cycle.following(context.cycle.peaks(around, context.model.wanted), context.model.wanted)
-    values = core.values(logarithms(around))
-    own = sum(weight * values[row] for row, weight in objective.weights)
-    exact = objective.log_cost(context.model.check(around).value, context.model.scene.material.density)
-    return exact - own if math.isfinite(exact) else 0.0
+    return found.log_cost - shift + cost_shift, found.dimensions
 
 
 def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
     """Strips whose sizes are a few steps away from a strip's, within the bounds."""
     sizes, b = context.sizes, context.bounds
     lengths = _steps(d.l, sizes.step_l, b.l)
-    heights = [d.h]
-    if sizes.stock_h is not None:
-        stock = sorted({h for h in sizes.stock_h if b.h[0] <= h <= b.h[1]})
-        at = min(range(len(stock)), key=lambda n: abs(stock[n] - d.h))
-        heights = stock[max(at - _STEPS, 0) : at + _STEPS + 1]
-    for height in heights:
+    for height in sizes.stock_near(d.h, _STEPS):
         # As wide as this one, or as stiff.
         stiff = min(max(d.b * (d.h / height) ** 3, b.b[0]), b.b[1])
         widths = {*_steps(d.b, sizes.step_b, b.b), *_steps(stiff, sizes.step_b, b.b)}

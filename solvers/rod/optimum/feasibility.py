@@ -19,8 +19,8 @@ from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
 from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions
 
-_SPREAD = 3
-"""Starts on the core beside the stoutest strip."""
+_SPREAD = np.array([[0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 0.75]])
+"""Starts on the core beside the stoutest strip, as fractions of the bounds' logarithms: I. M. Sobol's sequence."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
 _AGREE = 1e-2
 """Two searches have ended at the same excess."""
@@ -106,12 +106,10 @@ def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
 
 
 def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
-    """Strips spread evenly over the bounds (I. M. Sobol's sequence), the thickness such that they stand on the core."""
-    from scipy.stats.qmc import Sobol
-
+    """Strips spread evenly over the bounds, the thickness such that they stand on the core."""
     nothing = Wanted(False, False, False)
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
-    for x in low + (high - low) * Sobol(3, scramble=False).random(8)[1 : _SPREAD + 1]:
+    for x in low + (high - low) * _SPREAD:
         strip = Dimensions(*np.exp(x).tolist())
         core = cycle.following(cycle.peaks(strip, nothing), nothing)
         missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]

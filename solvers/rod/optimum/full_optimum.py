@@ -188,6 +188,16 @@ class Context:
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
         return limits
 
+    def beyond_core(self, d: Dimensions) -> float:
+        """What the full model's ln objective exceeds the core's by at a strip."""
+        objective = self.problem.objective
+        if objective.per_density:
+            return 0.0
+        core = self.cycle.following(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
+        values = core.values(logarithms(d))
+        exact = self.cost(self.model.check(d))
+        return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
+
     def shifted_core(self, limits: Limits) -> Proof:
         """The core's optimum under other limits."""
         return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_BOXES)

@@ -29,8 +29,8 @@ _FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
 _POOR, _GOOD, _BEST = 0.1, 0.75, 0.9
 SAME = 2e-3
 """In ln b, ln h, ln l: up to where two ends are one."""
-PENALTY = 10.0
-"""Of a violation against the cost: more than the multipliers of rods are."""
+_PENALTY = 100.0
+"""Of a violation against the cost: more than the multipliers of rods are, those of hardly feasible ones included."""
 _FAR, _ROUGH = 1e-2, 1e-3
 """Beyond this excess a strip is first made admissible; to this share of the excess."""
 _STRAY = 1e-3
@@ -123,7 +123,7 @@ def local_search(
             gain = max(promised, 0.0) if at.admissible else math.inf
             if gain <= task.enough:
                 return Local(best, gain, turn)
-        if at.excess > _STRAY and promised < _STUCK * PENALTY * at.excess:
+        if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
             break
         expected = at.log_cost - _KEEPS * promised + task.enough
         if at.admissible and any(_same(step, other.x) and expected > other.log_cost for other in bottoms):
@@ -237,18 +237,18 @@ def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: flo
         step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
         x = step.x
         if step.cost > 0.0:
-            return x, PENALTY * (p.violation(values) - step.cost)
+            return x, _PENALTY * (p.violation(values) - step.cost)
     step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
     if step.violation > 0.1 * task.guard:
         step = restored(at.memory, p, near, step.x, 3)
     gain = p.cost(values) - step.cost
     if not at.admissible:
-        gain += PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
+        gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
     return step.x, gain
 
 
 def _merit(at: Iterate) -> float:
-    return at.log_cost + PENALTY * at.excess
+    return at.log_cost + _PENALTY * at.excess
 
 
 def _better(trial: Iterate, best: Iterate) -> bool:

@@ -67,12 +67,20 @@ class Sizes:
             return np.array([[b1, b2, h, h] for h in sorted(set(self.stock_h)) if h1 <= h <= h2])
         return np.array([[b1, b2, h1, h2]])
 
+    def stock_near(self, h: float, steps: int) -> list[float]:
+        """The thickness nearest to ``h`` in stock with those up to so many steps from it; ``h`` where there is none."""
+        if self.stock_h is None:
+            return [h]
+        low, high = self.bounds.h
+        stock = sorted({s for s in self.stock_h if low <= s <= high})
+        at = min(range(len(stock)), key=lambda n: abs(stock[n] - h))
+        return stock[max(at - steps, 0) : at + steps + 1]
+
     def around(self, d: Dimensions) -> Bounds:
         """The bounds of the continuous dimensions, with the sizes nearest to a strip fixed."""
         b, h, l = self.bounds.b, self.bounds.h, self.bounds.l
         if self.stock_h is not None:
-            nearest = min((s for s in self.stock_h if h[0] <= s <= h[1]), key=lambda s: abs(s - d.h))
-            h = (nearest, nearest)
+            h = (*self.stock_near(d.h, 0),) * 2
         if self.step_b is not None:
             b = (_to_step(d.b, self.step_b, b),) * 2
         if self.step_l is not None:

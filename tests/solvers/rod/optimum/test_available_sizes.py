@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from itertools import product
 
 import numpy as np
 import pytest
 
+from app.designs.flexible_rod.request import DesignRequest
+from bench.campaign.designs import DESIGNED
 from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
@@ -100,8 +103,12 @@ def test_fine_steps_cost_little(objective):
 
 @pytest.mark.parametrize(
     ("seed", "rival"),
-    [(296, rod.Dimensions(0.009, 0.0005, 0.0156)), (832, rod.Dimensions(0.0075, 0.0004, 0.021))],
-    ids=["as stiff in another thickness", "the next length"],
+    [
+        (296, rod.Dimensions(0.009, 0.0005, 0.0156)),
+        (832, rod.Dimensions(0.0075, 0.0004, 0.021)),
+        (2506, rod.Dimensions(0.007, 0.0003178, 0.02125)),
+    ],
+    ids=["as stiff in another thickness", "the next length", "lengths with the strip between other resonances"],
 )
 def test_sizes_that_rivals_found_are_found(seed, rival):
     asked = realistic(seed)
@@ -110,3 +117,33 @@ def test_sizes_that_rivals_found_are_found(seed, rival):
     assert asked.requirements.met_by(beside)
     density = asked.scene.material.density
     assert asked.objective.log_cost(best, density) <= asked.objective.log_cost(beside, density) + 1e-6
+
+
+def campaigns(seed):
+    """A random design problem of the campaign."""
+    body = DESIGNED["flexible-rod"](np.random.default_rng([seed, 1])).body
+    return DesignRequest.model_validate_json(json.dumps(body)).problem()
+
+
+def test_lengths_in_other_gaps_are_looked_at():
+    """A rival found a length four steps away; paths of sizes chosen at will lead to other thicknesses."""
+    asked = campaigns(9)
+    best = rod.design(asked).value.check
+    d, density = best.dimensions, asked.scene.material.density
+    for n in range(59, 93):
+        length = min(max(n * asked.step_l, asked.bounds.l[0]), asked.bounds.l[1])
+        beside = rod.check(asked.scene, rod.Dimensions(d.b, d.h, length), accuracy=1e-6).value
+        if asked.requirements.met_by(beside):
+            assert asked.objective.log_cost(best, density) <= asked.objective.log_cost(beside, density) + 1e-6
+
+
+def test_a_thickness_that_is_not_in_stock_is_no_answer():
+    """The search for any admissible strip ends at one; none in stock has the contact pressure that is asked for."""
+    asked = campaigns(11)
+    outcome = rod.design(asked)
+    assert outcome.status is Status.INFEASIBLE
+    greatest = asked.requirements.max_contact_pressure
+    for h, l in product(asked.stock_h, np.linspace(*asked.bounds.l, 12)):
+        for b in asked.bounds.b:
+            strip = rod.check(asked.scene, rod.Dimensions(b, h, float(l)), accuracy=1e-3).value
+            assert strip.stresses is None or strip.stresses.contact_pressure_max > 1.1 * greatest

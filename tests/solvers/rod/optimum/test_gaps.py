@@ -95,3 +95,15 @@ def test_no_valley_in_another_gap_is_deeper(seed, best_mm):
     assert log_cost(asked, found.value.check) < other.cost + 2e-5
     # What was looked into is told, as no bound proves that there is nothing better.
     assert "another may be deeper" in found.certificate.evidence["optimality"]
+
+
+def test_a_hardly_feasible_strip_of_least_mass_is_found():
+    """At 0.99 of the greatest fatigue safety a miss saves many times as much of the mass: searches that counted misses
+    too little ended outside the limits, and the answer weighed 13 % more."""
+    asked = problem(2194)
+    limits = replace(asked.requirements, min_fatigue_safety=4.86094)
+    asked = replace(asked, objective=rod.OBJECTIVES["mass"], requirements=limits)
+    found = rod.design(asked)
+    other = looker(asked, settled(found.effects), 1e-6)(1e-3 * np.array((10.896236, 0.935249, 40.2343)))
+    assert other.violation < 1e-5
+    assert log_cost(asked, found.value.check) < other.cost + 2e-5

@@ -351,10 +351,9 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
     import asyncio
 
-    from app.jobs.calls import no_idle_work
     from app.jobs.executor import PoolSettings, ProcessPool
 
-    pool = ProcessPool(PoolSettings(workers=1, idle_work=no_idle_work, kernels=False))
+    pool = ProcessPool(PoolSettings(workers=1, kernels=False))
     pool.start()
     try:
         return asyncio.run(pool.run(run.kind, run.mode, request.model_dump_json().encode(), asked, report)).decoded()

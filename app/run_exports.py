@@ -47,7 +47,6 @@ def solid_pool(entry: Entry = calls.answer) -> ProcessPool:
             memory_bytes=_SOLIDS_MEMORY_BYTES,
             load=calls.no_load,
             preload="app.exports.solids_preload",
-            idle_work=calls.no_idle_work,
             kernels=False,
         )
     )

@@ -17,7 +17,7 @@ import json
 import pickle
 import tempfile
 import time
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator
 from contextlib import nullcontext
 from typing import Any
 
@@ -55,13 +55,8 @@ def load(_kind: str, _mode: str) -> None:
     """Nothing to load."""
 
 
-def load_step_by_step() -> Iterator[None]:
-    """Nothing to load before the first call, or while idle."""
-    return iter(())
-
-
 _SETTINGS: dict[str, Any] = {
-    "entry": answer, "background_entry": answer, "load": load, "idle_work": load_step_by_step,
+    "entry": answer, "background_entry": answer, "load": load,
     "preload": "bench.engine_overhead", "kernels": False, "niceness": 0, "background_niceness": 0,
 }  # fmt: skip
 

@@ -32,7 +32,10 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
     ),
     ("flexible-rod", Mode.DESIGN): (
         {"objective": "friction_power"},
+        {"objective": "contact_pressure"},
+        {"objective": "fatigue_safety", "accuracy": _LOOSE},
         {"objective": "fatigue_safety", "effects": {"include": ["beam_column"], "exclude": ["rod_inertia"]}},
+        {"requirements": {"min_fatigue_safety": 6.0}},  # no strip meets that
     ),
     ("pin-profile", Mode.DESIGN): (
         _PLAIN,

@@ -86,24 +86,21 @@ def no_load(_kind_slug: str, _mode: str) -> None:
     """Load function of workers whose calls need no kernels."""
 
 
-def no_idle_work() -> Iterator[None]:
-    """Idle work of a worker that serves a single call: none."""
-    return iter(())
-
-
 def load_step_by_step() -> Iterator[None]:
-    """Load the compiled kernels of every kind and mode, then the libraries of exports, one per step.
+    """Load the compiled kernels of every kind and mode, a rehearsal per step, then the libraries of exports.
 
     Importing one takes a second: as part of a call, it would exceed the time of a short job, whose worker is then
     replaced by one without it.
     """
-    from app.designs.rehearsals import PARTS
+    from app.designs.rehearsals import PARTS, rehearsals_of
     from app.exports.registry import worker_libraries
 
     for part in PARTS:
         if warm_markers.exists(part):
-            load(*part)
-            yield
+            for job, request in rehearsals_of(*part):
+                job.rehearse(request)
+                yield
+            _loaded.add(part)
     for library in worker_libraries():
         import_module(library)
         yield

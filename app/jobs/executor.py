@@ -7,7 +7,6 @@ import contextlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -74,8 +73,9 @@ class Executor(Protocol):
 class PoolSettings:
     """Size and limits of a process pool.
 
-    ``entry`` and ``load`` are module-level functions. The fork server imports the module ``preload``, whose
-    ``load_step_by_step`` is its idle work. With ``kernels``, calls are refused until their kernels are compiled.
+    ``entry`` and ``load`` are module-level functions. The fork server imports the module ``preload``. With ``kernels``,
+    calls are refused until their kernels are compiled; then the fork server loads them, by the module's
+    ``load_step_by_step``, and the workers are replaced by others that have them.
     """
 
     workers: int = os.cpu_count() or 1
@@ -85,7 +85,6 @@ class PoolSettings:
     entry: Entry = calls.answer
     load: Load = calls.load
     preload: str = "app.jobs.preload"
-    idle_work: Callable[[], Iterator[None]] = calls.load_step_by_step
     kernels: bool = True
     on_status: StatusListener = ignore_status
     background_workers: int = 0
@@ -107,16 +106,9 @@ class ProcessPool:
         settings = settings or PoolSettings()
         self._fork_server = fork_server or ForkServer(settings.preload)
         self._warming = KernelWarming(self._fork_server, settings.on_status) if settings.kernels else None
-        worker = WorkerSettings(
-            settings.entry, settings.load, settings.idle_work, settings.memory_bytes, settings.niceness
-        )
-        background = WorkerSettings(
-            settings.background_entry,
-            settings.load,
-            calls.no_idle_work,
-            settings.memory_bytes,
-            settings.background_niceness,
-        )
+        memory = settings.memory_bytes
+        worker = WorkerSettings(settings.entry, settings.load, memory, settings.niceness)
+        background = WorkerSettings(settings.background_entry, settings.load, memory, settings.background_niceness)
         self._wake = threading.Event()
         most = settings.workers + settings.queue_limit
         self._foreground = Lane(worker, settings.workers, self._wake.set, most)
@@ -150,6 +142,11 @@ class ProcessPool:
     def wait_until_warm(self, timeout: float | None = None) -> bool:
         """Block until all kernels are compiled; False on timeout."""
         return self._warming is None or self._warming.wait(timeout)
+
+    @property
+    def _kernels_there(self) -> bool:
+        """Whether there are kernels to load: they are compiled, and a worker serves meanwhile."""
+        return self._warming is not None and self._warming.wait(0.0) and self.ready
 
     @property
     def worker_pids(self) -> list[int]:
@@ -238,10 +235,14 @@ class ProcessPool:
             for lane in self._lanes:
                 self._reap(lane)
                 self._start_workers(lane)
-            if loaded_generation != self._fork_server.generation and self.ready and self.wait_until_warm(0.0):
-                loaded_generation = self._fork_server.generation
+            # A call needs the processor more, and its worker loads what it needs by itself.
+            if loaded_generation != self._fork_server.generation and not self.pending and self._kernels_there:
                 with contextlib.suppress(JobError):  # it died meanwhile and will be restarted
-                    self._fork_server.load_kernels_when_idle()
+                    if not self._fork_server.load_next():
+                        loaded_generation = self._fork_server.generation
+                        for lane in self._lanes:
+                            lane.renew()
+                    self._wake.set()
             self._wake.wait(_POLL_INTERVAL_S)
             self._wake.clear()
 

@@ -4,7 +4,7 @@ The service controls it through a socket with nine-byte messages, a command lett
 
 F   fork a child with the two descriptors sent along; replies with its process id
 C n reap child n, which has ended; replies with its exit code
-E   load compiled kernels from disk while idle
+E   load the next of what the preloaded module has to load; replies 1, or 0 if nothing is left
 P   import numba's compiler modules, so that no child has to
 
 Each child gets one end of a pipe, on which it receives what to run, and the write end of another pipe, whose closing
@@ -14,6 +14,8 @@ signals that it has ended. The server forks from a single thread and closes its 
 from __future__ import annotations
 
 import array
+import contextlib
+import importlib
 import os
 import select
 import signal
@@ -37,8 +39,6 @@ START_TIMEOUT_S = 120.0
 """Time limit for the fork server's imports."""
 
 _MESSAGE = struct.Struct("<cq")
-_IDLE_DELAY_S = 1.0
-"""Idle time before the server loads kernels in the background."""
 
 _BOOTSTRAP = (
     "import sys; sys.path[:] = {path!r}; "
@@ -159,10 +159,10 @@ class ForkServer:
         except WorkerCrashed:
             return None
 
-    def load_kernels_when_idle(self) -> None:
-        """Load compiled kernels from disk while idle, so that workers forked later inherit them. Raises
-        WorkerCrashed."""
-        self._request(b"E", 0, [])
+    def load_next(self) -> bool:
+        """Load the kernels of another kind and mode, or a library, so that workers forked later inherit them; False if
+        nothing is left. Raises WorkerCrashed."""
+        return bool(self._request(b"E", 0, []))
 
     def prepare_to_compile(self) -> None:
         """Import numba's compiler modules. Raises WorkerCrashed."""
@@ -215,13 +215,10 @@ def main(descriptor: int, parent: int, preload: str) -> None:
     # Ctrl-C in a terminal signals the whole process group; the service decides when workers end.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = socket.socket(fileno=descriptor)
-    steps: Iterator[None] | None = None
     with gc_paused():
-        module = __import__(preload, fromlist=["load_step_by_step"])
+        module = importlib.import_module(preload)
+    steps: Iterator[None] | None = None
     while True:
-        if not select.select([control], [], [], None if steps is None else _IDLE_DELAY_S)[0]:
-            steps = _step(steps)
-            continue
         data, descriptors, _, _ = socket.recv_fds(control, _MESSAGE.size, 2)
         if len(data) < _MESSAGE.size:
             os._exit(0)
@@ -232,16 +229,18 @@ def main(descriptor: int, parent: int, preload: str) -> None:
         elif command == b"C":
             answer = os.waitstatus_to_exitcode(os.waitpid(number, 0)[1])
         elif command == b"E":
-            steps = module.load_step_by_step()
+            steps = steps or module.load_step_by_step()
+            answer = _step(steps)
         elif command == b"P":
             module.prepare_to_compile()
         control.sendall(_MESSAGE.pack(command, answer))
 
 
-def _step(steps: Iterator[None] | None) -> Iterator[None] | None:
-    if steps is not None and next(steps, steps) is steps:
-        return None
-    return steps
+def _step(steps: Iterator[None]) -> int:
+    """Take the next step; 0 if there was none, or it failed: the call that needs it will report why."""
+    with gc_paused(), contextlib.suppress(Exception):
+        return int(next(steps, steps) is not steps)
+    return 0
 
 
 def _fork(control: socket.socket, descriptors: list[int]) -> int:

@@ -76,11 +76,12 @@ class Lane:
             raise
 
     def release(self, worker: Worker) -> None:
-        """Return a worker; one that is no longer usable is killed and replaced."""
-        if not worker.usable:
-            worker.kill()
+        """Return a worker; one that is outdated or no longer usable is killed and replaced."""
         with self._lock:
-            if worker.usable and not self._closed:
+            kept = worker.usable and not worker.outdated
+            if not kept:
+                worker.kill()
+            if kept and not self._closed:
                 self._lend(worker)
             else:
                 self._lose(worker)
@@ -114,6 +115,15 @@ class Lane:
                 if waiting.set_running_or_notify_cancel():
                     waiting.set_exception(error)
             self._waiting.clear()
+
+    def renew(self) -> None:
+        """Replace every worker by one forked anew: the idle ones now, the others after their calls."""
+        with self._lock:
+            for worker in self._workers:
+                worker.outdated = True
+            for worker in list(self._idle):
+                worker.kill()
+                self._lose(worker)
 
     def close(self) -> None:
         """Kill every worker, and refuse the calls that wait and those to come."""

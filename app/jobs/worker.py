@@ -1,4 +1,4 @@
-"""The worker process: answer calls one after the other until the service ends; load kernels while idle."""
+"""The worker process: answer calls one after the other until the service ends."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import gc
 import os
 import pickle
 import resource
-import select
 import struct
 import time
 import traceback
@@ -26,8 +25,6 @@ Load = Callable[[str, str], None]
 """``(kind slug, mode)``: load what its calls need into memory."""
 
 _REPORT_INTERVAL_S = 0.2
-_IDLE_DELAY_S = 0.5
-"""Idle time before a worker does background work."""
 _READ_BYTES = 1 << 16
 LENGTH = struct.Struct("!i")
 """The length that ``multiprocessing`` puts before a message."""
@@ -37,13 +34,11 @@ LENGTH = struct.Struct("!i")
 class WorkerSettings:
     """What a worker runs, and its limits.
 
-    ``memory_bytes`` is the allowance for calls on top of what the worker occupies by itself; ``idle_work`` yields after
-    each step of background work.
+    ``memory_bytes`` is the allowance for calls on top of what the worker occupies by itself.
     """
 
     entry: Entry
     load: Load
-    idle_work: Callable[[], Iterator[None]]
     memory_bytes: int
     niceness: int
 
@@ -63,13 +58,9 @@ def serve(connection: Connection, settings: WorkerSettings) -> None:
     os.nice(settings.niceness)
     memory, pipe = _MemoryLimit(settings.memory_bytes), connection.fileno()
     _send(pipe, (Reply.READY, None))
-    idle_work: Iterator[None] | None = settings.idle_work()
     loaded: set[tuple[str, str]] = set()
     with contextlib.suppress(EOFError, BrokenPipeError, ConnectionResetError):
         while True:
-            while idle_work is not None and not select.select([pipe], [], [], _IDLE_DELAY_S)[0]:
-                with memory.unlimited():
-                    idle_work = _one_step(idle_work)
             call = _receive(pipe)
             if call[:2] not in loaded:
                 with memory.unlimited():
@@ -105,17 +96,6 @@ def _send(pipe: int, message: tuple[Reply, Any]) -> None:
     sent = os.writev(pipe, (LENGTH.pack(len(data)), data)) - LENGTH.size
     while sent < len(data):
         sent += os.write(pipe, data[sent:])
-
-
-def _one_step(steps: Iterator[None]) -> Iterator[None] | None:
-    """Take the next step and return the iterator; None when it is exhausted or failed.
-
-    A failure here recurs in the call that needs the step, which reports it.
-    """
-    with contextlib.suppress(Exception):
-        next(steps)
-        return steps
-    return None
 
 
 def _answer(entry: Entry, call: tuple[str, str, bytes], report: Report) -> tuple[Reply, Any]:

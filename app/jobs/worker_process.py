@@ -51,6 +51,8 @@ class Worker:
         self._loaded: set[tuple[str, str]] = set()
         self.usable = True
         """Whether it is ready for a call: false during a call, and permanently if a call ended without a reply."""
+        self.outdated = False
+        """Whether the fork server has loaded more since it was forked."""
         self.accepted = False
         """Whether it has acknowledged its latest call; otherwise it may have died before the call began."""
         self.exit_code: Future[int | None] = Future()

@@ -8,7 +8,7 @@ import sys
 from app.batches.service import BatchService
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.store.repository import RunStore
-from tests.app.batches.fake_worker import answer, load, nothing
+from tests.app.batches.fake_worker import answer, load
 
 
 def pool(workers: int = 2) -> ProcessPool:
@@ -17,7 +17,6 @@ def pool(workers: int = 2) -> ProcessPool:
             workers=1,
             entry=answer,
             load=load,
-            idle_work=nothing,
             preload="tests.app.batches.fake_worker",
             kernels=False,
             background_workers=workers,

@@ -10,7 +10,6 @@ import json
 import os
 import pickle
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 from app.batches.task import Needs, Solved, Task
@@ -24,14 +23,6 @@ ITEM_S = 6e-4
 
 def load(_kind: str, _mode: str) -> None:
     """No warm-up needed."""
-
-
-def nothing() -> Iterator[None]:
-    return iter(())
-
-
-def load_step_by_step() -> Iterator[None]:
-    return iter(())
 
 
 def answer(_kind: str, _mode: str, payload: bytes, _report: object) -> Solved | Needs:

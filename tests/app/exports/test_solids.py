@@ -100,7 +100,6 @@ def test_its_process_starts_when_asked_for_and_ends_when_long_unused():
             workers=1,
             load=calls.no_load,
             preload=solid_checks.__name__,
-            idle_work=calls.no_idle_work,
             kernels=False,
         )
         pools.append(ProcessPool(settings))

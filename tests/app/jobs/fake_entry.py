@@ -15,8 +15,15 @@ def load(kind_slug: str, mode: str) -> None:
     pass
 
 
+LOADED: list[str] = []
+"""What this process has loaded, or the one it was forked from."""
+
+
 def load_step_by_step() -> Iterator[None]:
-    return iter(())
+    for name in ("kernels", "a library"):
+        LOADED.append(name)
+        yield
+    raise ImportError("a library that is damaged")
 
 
 def failing_load(kind_slug: str, mode: str) -> None:
@@ -27,7 +34,8 @@ def answer(kind_slug: str, mode: str, payload: bytes, report: Report) -> Answer:
     wish = json.loads(payload)
     match mode:
         case "echo":
-            return _answer({"kind": kind_slug, "payload": wish, "pid": os.getpid(), "nice": os.nice(0)})
+            own = {"pid": os.getpid(), "nice": os.nice(0), "loaded": LOADED}
+            return _answer({"kind": kind_slug, "payload": wish, **own})
         case "sleep":
             time.sleep(wish)
         case "spin":
@@ -67,7 +75,6 @@ def _answer(result: dict) -> Answer:
 SETTINGS = {
     "entry": answer,
     "load": load,
-    "idle_work": load_step_by_step,
     "preload": __name__,
     "kernels": False,
 }

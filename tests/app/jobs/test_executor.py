@@ -130,6 +130,55 @@ def test_a_worker_killed_while_idle_is_replaced_unnoticed(single: ProcessPool, n
     assert second["payload"] == 2 and second["pid"] != first
 
 
+def test_renewed_workers_are_replaced_and_finish_their_calls_first(pool: ProcessPool) -> None:
+    """As once the fork server has loaded the kernels."""
+
+    async def renew():
+        running = asyncio.create_task(ask(pool, "sleep", 0.5))
+        await asyncio.sleep(0.1)
+        before = pool.worker_pids
+        pool._foreground.renew()
+        pool._wake.set()
+        during = await ask(pool, "echo", 1)
+        return before, during["pid"], (await running)["pid"]
+
+    assert wait_until(lambda: len(pool.worker_pids) == 2)
+    before, during, busy = asyncio.run(renew())
+    assert busy in before and during not in before
+    assert wait_until(lambda: len(pool.worker_pids) == 2 and not set(pool.worker_pids) & set(before))
+    assert not any(is_alive(pid) for pid in before)
+
+
+class _Warm:
+    """Kernels that are compiled already."""
+
+    known = True
+
+    def start(self) -> None: ...
+
+    def close(self) -> None: ...
+
+    def check(self, kind: str, mode: str) -> None: ...
+
+    def wait(self, timeout: float | None = None) -> bool:
+        return True
+
+
+def test_workers_inherit_what_the_fork_server_has_loaded() -> None:
+    """Also if a step of it has failed."""
+    pool = ProcessPool(settings(workers=1))
+    pool._warming = _Warm()  # type: ignore[assignment]
+    pool.start()
+    try:
+        assert wait_until(lambda: asyncio.run(ask(pool, "echo", 1))["loaded"] == ["kernels", "a library"])
+        time.sleep(0.5)
+        last = pool.worker_pids
+        time.sleep(0.5)
+        assert pool.worker_pids == last  # and stay
+    finally:
+        pool.close()
+
+
 def test_killed_workers_leave_no_descriptor_behind(pool: ProcessPool) -> None:
     """Neither those killed while idle nor those killed during a call, although the loop watches their pipes."""
 

@@ -13,7 +13,7 @@ from bench.campaign import __main__ as campaign
 from bench.campaign import kept
 from bench.campaign.honesty import Judged
 from bench.campaign.scenes import DRAWN
-from bench.campaign.seeds import CHOICE, ESTIMATE, Part
+from bench.campaign.seeds import CHOICE, CONTEST, ESTIMATE, Part
 
 ROOT = Path(__file__).parents[2]
 
@@ -173,3 +173,13 @@ def test_a_campaign_is_resumed(tmp_path, monkeypatch):
     campaign.run("pin-profile", 2, 13, 1.0, 60.0, 1)
     assert len(begun) == 6
     assert "2 scenes, of which 0 have no answer; they took 4 s together" in (tmp_path / "page.md").read_text()
+
+
+@pytest.mark.parametrize(("seeds", "told"), [([3, 999], (3, 999)), ([3, 1000], (3, 1000)), ([1464], (1464,))])
+def test_contests_of_further_problems_are_printed_and_stay_off_the_page(seeds, told, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(campaign, "PAGE", tmp_path / "page.md")
+    monkeypatch.setattr(campaign, "kept", lambda *_: kept.Kept(tmp_path / "parts"))
+    monkeypatch.setattr(campaign, "judged", lambda _, seeds, *__, **___: ([Part(s, CONTEST, 1.0, None)] for s in seeds))
+    campaign.run_contests(seeds, 1.0, 60.0, 1)
+    assert f"{len(told)} problems of `python -m bench.rod_problems`, seeds {told[0]:,} to" in capsys.readouterr().out
+    assert (tmp_path / "page.md").exists() == all(seed < 1000 for seed in seeds)

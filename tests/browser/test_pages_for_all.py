@@ -4,6 +4,7 @@ than a phone; no error in the console, no request to elsewhere."""
 from __future__ import annotations
 
 import json
+import re
 import urllib.request
 from collections.abc import Iterator
 from pathlib import Path
@@ -119,6 +120,8 @@ def test_a_batch_with_its_map(desk, address):
     batch = stored(address, "batches", sweep)
     desk.heard.clear()
     desk.goto(f"{address}/batches/{batch}")
+    # The page loads itself again once the batch has ended; judged while it does so, it is lost halfway.
+    expect(desk.locator("#progress")).not_to_have_attribute("data-events", re.compile("."), timeout=60_000)
     expect(desk.locator("#map > svg circle")).to_have_count(6)
     expect(desk.locator("#map > svg circle.fails")).to_have_count(3)
     expect(desk.locator(".legend")).to_contain_text("hollow: does not hold")
@@ -128,6 +131,12 @@ def test_a_batch_with_its_map(desk, address):
 def test_a_study_under_way_and_done(desk, address):
     study = {"spec": KINDS["impact-linkage"].example(Mode.CHECK), "study_budget_s": 2.0}
     run = stored(address, "accuracy/impact-linkage", study, Prefer="respond-async")
+    under_way = f"{address}/api/v1/runs/{run}"
+    # Told that the run goes on, the page does not load itself again while it is judged.
+    desk.route(under_way, lambda route: route.fulfill(json={"status": "running", "progress": None}))
     look_at(desk, f"{address}/runs/{run}")
+    look_at(desk, f"{address}/runs/compare?a={run}&b={run}")
+    desk.unroute(under_way)
+    desk.goto(f"{address}/runs/{run}")
     desk.wait_for_selector("text=Accuracy and computing time", timeout=60_000)
     judge(desk)

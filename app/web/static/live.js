@@ -1,6 +1,6 @@
 // Follows runs under way: shows how far they are, and loads the page again once one has ended.
 for (const place of document.querySelectorAll("[data-live]")) {
-  const steps = JSON.parse(place.dataset.steps);
+  const steps = JSON.parse(place.dataset.steps ?? "{}");
   const bar = place.querySelector("progress"), words = place.querySelector(".doing");
   const look = async () => {
     try {

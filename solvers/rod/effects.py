@@ -6,144 +6,97 @@ Every bound is a first-order closed-form evaluation of the effect, times a margi
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import lru_cache
-from typing import Protocol
+from functools import lru_cache, partial
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition
+from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Correction
 from solvers.rod.cycle.large_displacement import LargeDisplacement
-from solvers.rod.effect_bounds import first_order
+from solvers.rod.effect_bounds.first_order import always, in_closed_form, large_displacement, rod_inertia
+from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import RodInertia
 
 
-class RodEffect(Protocol):
-    """An effect of the flexible rod: description, influence bound, and contribution to the composition."""
+@dataclass(frozen=True)
+class RodEffect:
+    """An effect of the flexible rod: description, bound on its influence, and how it joins a composition."""
 
     name: str
     summary: str
     measure: str
-
-    def influence(self, situation: Situation) -> float: ...
-
-    def join(self, composition: Composition) -> Composition: ...
+    influence: Callable[[Situation], float]
+    join: Callable[[Composition], Composition]
 
 
-@dataclass(frozen=True)
-class ReciprocatingInertia:
-    name: str = "reciprocating_inertia"
-    summary: str = "inertia of the reciprocating mass in the axial force"
-    measure: str = "greatest relative change of the main results without the mass, times a margin"
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.reciprocating_inertia(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, moving=(*composition.moving, self))
-
-    def mass(self, scene: Scene) -> float:
-        return scene.piston.reciprocating_mass
+def _sheared(composition: Composition) -> Composition:
+    return replace(composition, beam=composition.beam.with_shear())
 
 
-@dataclass(frozen=True)
-class BeamColumnEffect:
-    name: str = "beam_column"
-    summary: str = "the axial force stiffens (tension) or softens (compression) the strip"
-    measure: str = "greatest relative change of the main results in plain bending, times a margin"
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.beam_column(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, beam=BEAM_COLUMN)
+def _corrected(correction: Correction, composition: Composition) -> Composition:
+    return replace(composition, corrections=(*composition.corrections, correction))
 
 
-@dataclass(frozen=True)
-class FrictionEffect:
-    """Contact and friction results, which require this effect; it changes no other result, so its bound is 0 or 1."""
-
-    name: str = "friction"
-    summary: str = "contact pressure of the skirt and friction power"
-    measure: str = "1: its results exist only when it runs"
-
-    def influence(self, situation: Situation) -> float:
-        return 1.0
-
-    def join(self, composition: Composition) -> Composition:
-        return composition
-
-
-@dataclass(frozen=True)
-class RodInertiaEffect:
-    name: str = "rod_inertia"
-    summary: str = "transverse inertia of the strip, with all harmonics of the axial force"
-    measure: str = (
-        "greatest relative change of the main results by the motion that follows the load and by what the first mode "
-        "rings with, times a margin"
-    )
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.rod_inertia(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, corrections=(*composition.corrections, RodInertia()))
-
-
-@dataclass(frozen=True)
-class LargeDisplacementEffect:
-    name: str = "large_displacement"
-    summary: str = "second order of V/l: the elastica's first correction"
-    measure: str = "greatest relative change of the main results by the third order of the slope, times a margin"
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.large_displacement(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, corrections=(LargeDisplacement(), *composition.corrections))
-
-
-@dataclass(frozen=True)
-class ShearEffect:
-    name: str = "shear"
-    summary: str = "shear flexibility of the strip (Engesser)"
-    measure: str = "greatest relative change of the main results rigid in shear, times a margin"
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.shear(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, beam=composition.beam.with_shear())
-
-
-@dataclass(frozen=True)
-class FrictionFeedbackEffect:
-    name: str = "friction_feedback"
-    summary: str = "the friction force acts back on the axial force"
-    measure: str = "greatest relative change of the main results without friction in the axial force, times a margin"
-
-    def influence(self, situation: Situation) -> float:
-        return first_order.friction_feedback(situation)
-
-    def join(self, composition: Composition) -> Composition:
-        return _with(composition, feedback=True)
-
-
-def _with(composition: Composition, **parts: object) -> Composition:
-    return replace(composition, **parts)
+def _unchanged(composition: Composition) -> Composition:
+    return composition
 
 
 EFFECTS: tuple[RodEffect, ...] = (
-    ReciprocatingInertia(),
-    BeamColumnEffect(),
-    ShearEffect(),
-    FrictionFeedbackEffect(),
-    LargeDisplacementEffect(),
-    RodInertiaEffect(),
-    FrictionEffect(),
+    RodEffect(
+        "reciprocating_inertia",
+        "inertia of the reciprocating mass in the axial force",
+        "greatest relative change of the main results without the mass, times a margin",
+        partial(in_closed_form, part=MASS),
+        partial(replace, moves=True),
+    ),
+    RodEffect(
+        "beam_column",
+        "the axial force stiffens (tension) or softens (compression) the strip",
+        "greatest relative change of the main results in plain bending, times a margin",
+        partial(in_closed_form, part=COUPLES),
+        partial(replace, beam=BEAM_COLUMN),
+    ),
+    RodEffect(
+        "shear",
+        "shear flexibility of the strip (Engesser)",
+        "greatest relative change of the main results rigid in shear, times a margin",
+        partial(in_closed_form, part=SHEARING),
+        _sheared,
+    ),
+    RodEffect(
+        "friction_feedback",
+        "the friction force acts back on the axial force",
+        "greatest relative change of the main results without friction in the axial force, times a margin",
+        partial(in_closed_form, part=FRICTION),
+        partial(replace, feedback=True),
+    ),
+    RodEffect(
+        "large_displacement",
+        "second order of V/l: the elastica's first correction",
+        "greatest relative change of the main results by the third order of the slope, times a margin",
+        large_displacement,
+        partial(_corrected, LargeDisplacement()),
+    ),
+    RodEffect(
+        "rod_inertia",
+        "transverse inertia of the strip, with all harmonics of the axial force",
+        "greatest relative change of the main results by the motion that follows the load and by what the first mode "
+        "rings with, times a margin",
+        rod_inertia,
+        partial(_corrected, RodInertia()),
+    ),
+    RodEffect(
+        "friction",
+        "contact pressure of the skirt and friction power",
+        "1: its results exist only when it runs",
+        always,
+        _unchanged,
+    ),
 )
-"""All effects, in the order in which they join a composition: forces, beam, feedback, corrections, results."""
+"""All effects, in the order in which they join a composition: forces, beam, feedback, corrections, results. Friction
+adds results that require it and changes no other."""
 
 
 def choose_for(

@@ -128,7 +128,7 @@ def inputs_of(
     curve, beam = load.curve(), composition.beam
     return (
         curve.level, curve.sharpness, curve.phase, load.reference_pressure(), p.area,
-        sum(part.mass(scene) for part in composition.moving), m.crank_radius, m.rod_length, m.angular_speed,
+        composition.moving_mass(scene), m.crank_radius, m.rod_length, m.angular_speed,
         material.elastic_modulus, material.density, SHEAR_FACTOR * material.shear_modulus, d.b, d.h, d.l,
         p.skirt_length, p.clamp_offset, p.friction_coefficient, beam.couples, beam.shears, composition.feedback,
         contact, not composition.corrections, accuracy,

@@ -1,6 +1,6 @@
 """One revolution of the machine: axial force and bent strip at any crank angle and section.
 
-A cycle is composed of models: gas and moving masses give the axial force, a beam model maps force and stroke to a bent
+A cycle is composed of models: gas and the moving mass give the axial force, a beam model maps force and stroke to a bent
 strip, corrections refine its shape. Models outside the composition are not computed.
 """
 
@@ -30,13 +30,6 @@ from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
-
-
-class MovingMass(Protocol):
-    """A mass that moves with the piston; its inertia is part of the axial force."""
-
-    def mass(self, scene: Scene) -> float:
-        """The mass [kg]."""
 
 
 class Rippling(NamedTuple):
@@ -144,9 +137,10 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
 
 @dataclass(frozen=True)
 class Composition:
-    """The models of a cycle."""
+    """The models of a cycle: whether the reciprocating mass loads the strip by its inertia, bending, whether friction on
+    the piston acts back on the axial force, and corrections of the shape."""
 
-    moving: tuple[MovingMass, ...] = ()
+    moves: bool = False
     beam: BeamModel = PLAIN_BENDING
     feedback: bool = False
     corrections: tuple[Correction, ...] = ()
@@ -155,6 +149,10 @@ class Composition:
     def linear(self) -> Composition:
         """The composition without its corrections."""
         return replace(self, corrections=())
+
+    def moving_mass(self, scene: Scene) -> float:
+        """The mass [kg] whose inertia is part of the axial force."""
+        return scene.piston.reciprocating_mass if self.moves else 0.0
 
 
 @dataclass(frozen=True)
@@ -207,8 +205,8 @@ class Cycle:
 
     @cached_property
     def drive(self) -> Drive:
-        """Kernel representation of gas load and moving masses."""
-        return drive_of(self.scene, sum(part.mass(self.scene) for part in self.composition.moving))
+        """Kernel representation of gas load and moving mass."""
+        return drive_of(self.scene, self.composition.moving_mass(self.scene))
 
     @cached_property
     def refinements(self) -> tuple[Refinement, ...]:

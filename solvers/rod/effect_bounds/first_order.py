@@ -13,7 +13,6 @@ from __future__ import annotations
 import math
 
 from solvers.rod.effect_bounds.corrected import Corrected
-from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING
 from solvers.rod.effect_bounds.situation import Situation
 
 _EXACT_MARGIN = 1.02
@@ -42,24 +41,10 @@ _RINGING_WEIGHT, _SMALL = 300.0, 0.02
 change by inertia from which it has no weight, since the first mode then dominates."""
 
 
-def reciprocating_inertia(situation: Situation) -> float:
-    """Influence of the reciprocating mass."""
-    return _in_closed_form(situation, MASS)
-
-
-def beam_column(situation: Situation) -> float:
-    """Influence of the axial force's contribution to bending."""
-    return _in_closed_form(situation, COUPLES)
-
-
-def shear(situation: Situation) -> float:
-    """Influence of shear flexibility."""
-    return _in_closed_form(situation, SHEARING)
-
-
-def friction_feedback(situation: Situation) -> float:
-    """Influence of the friction feedback to the axial force."""
-    return _in_closed_form(situation, FRICTION)
+def in_closed_form(situation: Situation, part: int) -> float:
+    """Influence of a part of what the revolution contains in closed form (``main_results.PARTS``)."""
+    forces, shape = situation.changes_without(part)
+    return max(_EXACT_MARGIN * forces, _with_margin(situation, shape))
 
 
 def large_displacement(situation: Situation) -> float:
@@ -80,10 +65,9 @@ def rod_inertia(situation: Situation) -> float:
     return max(margin, _slow_margin(found)) * found.by_inertia if found.by_inertia < 1.0 else math.inf
 
 
-def _in_closed_form(situation: Situation, part: int) -> float:
-    """Influence of what the revolution contains in closed form (``main_results.PARTS``)."""
-    forces, shape = situation.changes_without(part)
-    return max(_EXACT_MARGIN * forces, _with_margin(situation, shape))
+def always(_: Situation) -> float:
+    """Influence of what adds results that would not exist without it."""
+    return 1.0
 
 
 def _with_margin(situation: Situation, change: float) -> float:

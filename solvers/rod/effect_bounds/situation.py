@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
+from solvers.rod.cycle.composition import BEAM_COLUMN, strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.effect_bounds.corrected import Corrected, change_beside, corrected
 from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, Inert
@@ -25,17 +26,16 @@ from solvers.rod.effect_bounds.main_results import (
     without_part,
 )
 from solvers.rod.effect_bounds.sampling import Sampling, Sharp, even_angles, sharp_angles, with_sharp
-from solvers.rod.load.axial_force import Drive, axial_force, drive_of
+from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import first_root
+from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 from solvers.rod.strip.shear import critical_coupling
-from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 
 _EVEN, _MAX_EVEN = 128, 1024
-"""Initial and maximum number of uniform angles; doubled until the clamp moment is resolved."""
+"""Initial and maximum number of uniform angles; doubled until the reactions are resolved."""
 
 _APART, _APART_IF_SHARP = 1e-2, 1e-3
 """Change by corrections up to which they and other effects are judged one by one, for smooth and for sharp loads."""
@@ -47,64 +47,50 @@ _FEWER_NODES = 12
 """Of large displacement than for full precision."""
 
 _MAX_SECOND_DIFFERENCE = 0.03
-"""Second difference of the clamp moment at uniform angles, relative to its maximum, up to which it is resolved."""
+"""Second difference of a reaction at uniform angles, relative to its maximum, up to which it is resolved."""
 
 
 @kernel
-def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float, float]:
-    """The states at the angles, |dx/dphi| [m], the maximum compression [N] without friction, and the maximum second
-    difference of the clamp moment at the uniform angles and at every other one."""
-    states, travel, compression = np.empty((ROWS, angle.size)), np.empty(angle.size), 0.0
+def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float]:
+    """The states at the angles, |dx/dphi| [m], and the maximum second difference of the reactions at the uniform
+    angles, relative to their maxima."""
+    states, travel = np.empty((ROWS, angle.size)), np.empty(angle.size)
     fill_states(drive, strip, angle, states)
     ratio = drive.crank_radius / drive.rod_length
     for i in range(angle.size):
         sine = math.sin(angle[i])
         lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
         travel[i] = abs(drive.crank_radius * sine * (1.0 + ratio * math.cos(angle[i]) / lean))
-        compression = max(compression, -axial_force(drive, angle[i]))
-    bent, thinned = 0.0, 0.0
+    bent = 0.0
     for row in (SIDE, MOMENT):
-        reaction, most, once, twice = states[row], 0.0, 0.0, 0.0
+        reaction, most, greatest = states[row], 0.0, 0.0
         for i in range(even):
-            most = max(most, abs(reaction[i]))
-            once = max(once, abs(reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]))
-            twice = max(twice, abs(reaction[(i - 2) % even] - 2.0 * reaction[i] + reaction[(i + 2) % even]))
+            second = reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]
+            most, greatest = max(most, abs(reaction[i])), max(greatest, abs(second))
         if most > 0.0:
-            bent, thinned = max(bent, once / most), max(thinned, twice / most)
-    return states, travel, compression, bent, thinned
-
-
-@dataclass(frozen=True)
-class Seen:
-    """Angles of a revolution: the parameters of the results, the states (``cycle.state``), and the main results."""
-
-    judging: Judging
-    states: Array
-    judged: Judged
+            bent = max(bent, greatest / most)
+    return states, travel, bent
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A sampled revolution of a strip: P_cr and maximum compression without friction [N], the states at all angles.
+    """A sampled revolution of a strip: P_cr [N], the parameters of the results, and the states (``cycle.state``).
 
-    ``step``: the stride of the uniform angles at which it is still resolved. ``sharpness`` is the square root of the
-    ratio of the clamp moment's maximum second derivative to its maximum.
+    ``sharpness`` is the square root of the ratio of the reactions' maximum second derivative to their maximum.
     """
 
     sampling: Sampling
     drive: Drive
     strip: Strip
     critical: float
-    compression: float
     sharpness: float
     judging: Judging
     states: Array
-    step: int
 
     @cached_property
-    def seen(self) -> Seen:
-        """The evaluated subset: as few uniform angles as resolve it, and all sharp ones."""
-        return self._seen(slice(0, self.sampling.angle.size, self.step))
+    def judged(self) -> Judged:
+        """The main results."""
+        return judge_turn(self.judging, self.drive, self.strip, self.states, self.critical)
 
     @cached_property
     def tables(self) -> Collocation:
@@ -119,17 +105,6 @@ class Turn:
     @property
     def stands(self) -> bool:
         return float(self.states[FORCE].min()) > -self.critical
-
-    def _seen(self, part: slice) -> Seen:
-        if part.step == 1 and part.stop == self.sampling.angle.size:
-            judging, states = self.judging, self.states
-        else:
-            whole, step = self.judging, part.step
-            judging = whole._replace(
-                angle=whole.angle[part].copy(), share=step * whole.share[part], travel=step * whole.travel[part]
-            )
-            states = self.states[:, part].copy()
-        return Seen(judging, states, judge_turn(judging, self.drive, self.strip, states, self.critical))
 
 
 @dataclass(frozen=True)
@@ -149,35 +124,20 @@ class Situation:
         return drive_of(self.scene, self.scene.piston.reciprocating_mass)
 
     @cached_property
-    def without_mass(self) -> Drive:
-        """Gas load alone."""
-        return self.drive._replace(mass=0.0)
-
-    @cached_property
     def sharp(self) -> Sharp:
         """Where the load is sharp."""
         return sharp_angles(self.scene.load, self.drive)
 
-    @property
-    def is_sharp(self) -> bool:
-        """Whether the load is sharp anywhere."""
-        return self.sharp.ends.size > 0
-
     @cached_property
-    def stiffness(self) -> float:
-        """EI [N m^2]."""
-        return bending_stiffness(self.scene, self.dimensions)
-
-    @cached_property
-    def compliance(self) -> float:
-        """g = EI/(kGA) [m^2]."""
-        return self.stiffness / shear_stiffness(self.scene, self.dimensions)
+    def strip(self) -> Strip:
+        """The strip with every closed-form effect: coupling, shear, friction feedback."""
+        friction = self.scene.piston.friction_coefficient
+        return strip_of(self.scene, self.dimensions, BEAM_COLUMN.with_shear(), friction)
 
     @cached_property
     def in_plane(self) -> float:
         """P_cr [N] of bending in the crank's plane, rigid in shear."""
-        l = self.dimensions.l
-        return self.stiffness * (first_root(l / self.scene.mechanism.rod_length)[0] / l) ** 2
+        return -self.strip.stiffness * coupling_of(self.dimensions.l, self.scene.mechanism.rod_length)
 
     @property
     def critical(self) -> float:
@@ -187,24 +147,9 @@ class Situation:
     @property
     def critical_with_shear(self) -> float:
         """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        length = self.scene.mechanism.rod_length
-        return min(self.critical, -self.stiffness * critical_coupling(self.dimensions.l, length, self.compliance))
-
-    @cached_property
-    def strip(self) -> Strip:
-        """The strip with every closed-form effect: coupling, shear, friction feedback."""
-        piston = self.scene.piston
-        return Strip(
-            stiffness=self.stiffness,
-            length=self.dimensions.l,
-            rod_length=self.scene.mechanism.rod_length,
-            couples=1.0,
-            compliance=self.compliance,
-            friction=4.0 / math.pi * piston.friction_coefficient,
-            lever=6.0 / piston.skirt_length,
-            offset=piston.clamp_offset,
-            buckled=-2.0 * self.critical,
-        )
+        strip = self.strip
+        coupling = critical_coupling(strip.length, strip.rod_length, strip.compliance)
+        return min(self.critical, -strip.stiffness * coupling)
 
     @cached_property
     def turn(self) -> Turn:
@@ -220,7 +165,7 @@ class Situation:
         """
         if self.turn.stands:
             return self.turn
-        drive = drive_of(self.scene, 0.0) if "reciprocating_inertia" in self.excluded else self.drive
+        drive = self.drive._replace(mass=0.0) if "reciprocating_inertia" in self.excluded else self.drive
         strip = self.strip._replace(friction=0.0) if "friction_feedback" in self.excluded else self.strip
         turn = self._resolved(drive, strip)
         return turn if turn.stands else None
@@ -229,9 +174,8 @@ class Situation:
     def without(self) -> Array:
         """Maximum relative changes of the forces and of the shape without each part, (PARTS, 2), beside no
         corrections."""
-        seen, still = self.turn.seen, self.without_mass
-        critical, rigid = self.critical_with_shear, self.critical
-        return changes_without(seen.judging, self.drive, still, self.strip, critical, rigid, seen.judged)
+        turn, still = self.turn, self.drive._replace(mass=0.0)
+        return changes_without(turn.judging, turn.drive, still, turn.strip, turn.critical, self.critical, turn.judged)
 
     @cached_property
     def inert(self) -> Inert:
@@ -250,10 +194,10 @@ class Situation:
         """They, and the revolution they belong to: at as many angles as resolve the first mode."""
         turn = self.upright
         while turn is not None:
-            seen, even = turn.seen, turn.sampling.even
+            even = turn.sampling.even
             found = corrected(
-                seen.judging, turn.strip, seen.states, seen.judged, turn.states, turn.sampling, turn.step, self.inert,
-                collocation(NODES), turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
+                turn.judging, turn.strip, turn.states, turn.judged, turn.sampling, self.inert, collocation(NODES),
+                turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
             pace = found.pace
             coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
@@ -269,25 +213,22 @@ class Situation:
             forces, shape = self.without[part].tolist()
             return forces, shape
         turn, found = self._corrections
-        drive, strip = self.without_mass if part == MASS else turn.drive, without_part(turn.strip, part)
+        drive = turn.drive._replace(mass=0.0) if part == MASS else turn.drive
+        strip = without_part(turn.strip, part)
         if drive.mass == turn.drive.mass and strip == turn.strip:
             return 0.0, 0.0
         critical = self.critical if part == SHEARING else turn.critical
         return change_beside(
-            turn.seen.judging, turn.sampling, turn.step, self.inert, collocation(NODES), turn.tables, found, drive,
-            strip, critical,
-        )  # fmt: skip
+            turn.judging, turn.sampling, self.inert, collocation(NODES), turn.tables, found, drive, strip, critical
+        )
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
-        sharp = self.is_sharp
+        sharp = self.sharp.ends.size > 0
         while True:
             sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
-            states, travel, compression, bent, thinned = _states(drive, strip, sampling.angle, even)
-            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
-            judging = self._judging(sampling, travel * sampling.share)
-            sharpness = math.sqrt(bent) * even / TURN
-            critical = self.critical_with_shear
-            turn = Turn(sampling, drive, strip, critical, compression, sharpness, judging, states, step)
+            states, travel, bent = _states(drive, strip, sampling.angle, even)
+            judging, sharpness = self._judging(sampling, travel * sampling.share), math.sqrt(bent) * even / TURN
+            turn = Turn(sampling, drive, strip, self.critical_with_shear, sharpness, judging, states)
             if sharp or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4

@@ -14,7 +14,7 @@ from solvers.rod.check import outcome_of
 from solvers.rod.cycle import large_displacement
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Cycle
 from solvers.rod.cycle.large_displacement import LargeDisplacement
-from solvers.rod.effects import EFFECTS, ReciprocatingInertia, choose_for, compose
+from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
@@ -45,7 +45,7 @@ def by_hand(names):
     corrections = (LargeDisplacement(),) if "large_displacement" in names else ()
     corrections += (RodInertia(),) if "rod_inertia" in names else ()
     return Composition(
-        moving=(ReciprocatingInertia(),) if "reciprocating_inertia" in names else (),
+        moves="reciprocating_inertia" in names,
         beam=beam.with_shear() if "shear" in names else beam,
         feedback="friction_feedback" in names,
         corrections=corrections,
@@ -65,7 +65,6 @@ def count_calls(monkeypatch):
 
         monkeypatch.setattr(owner, attribute, wrapper)
 
-    counted(ReciprocatingInertia, "mass", "reciprocating_inertia")
     counted(large_displacement.LargeDisplacement, "prepare", "large_displacement")
     counted(large_displacement.ElasticaExpansion, "add", "large_displacement")
     counted(steady_response.RodInertia, "prepare", "rod_inertia")
@@ -73,12 +72,13 @@ def count_calls(monkeypatch):
     return calls
 
 
-COUNTED = {"reciprocating_inertia", "large_displacement", "rod_inertia"}
+COUNTED = {"large_displacement", "rod_inertia"}
 
 
-def parameters(strip):
+def parameters(cycle):
     """The effects whose terms are passed to the kernels."""
-    terms = {"beam_column": strip.couples, "shear": strip.compliance, "friction_feedback": strip.friction}
+    strip, terms = cycle.strip, {"reciprocating_inertia": cycle.drive.mass}
+    terms |= {"beam_column": strip.couples, "shear": strip.compliance, "friction_feedback": strip.friction}
     return {name for name, term in terms.items() if term}
 
 
@@ -94,7 +94,7 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
             cycle = Cycle(HEAVY, STRIP, compose(choice), 1e-2)
             chosen = cycle.at(angles)
         assert {name for name, count in calls.items() if count} == names & COUNTED
-        assert parameters(cycle.strip) == names - COUNTED - {"friction"}
+        assert parameters(cycle) == names - COUNTED - {"friction"}
         plain = Cycle(HEAVY, STRIP, by_hand(names), 1e-2).at(angles)
         assert chosen.force.tobytes() == plain.force.tobytes()
         for field in ("curvature", "axial_force"):

@@ -11,10 +11,18 @@ from numpy.polynomial.legendre import legval
 
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.effect_bounds import first_order
 from solvers.rod.effect_bounds.first_mode import own_motion
 from solvers.rod.effect_bounds.inertia import NODES, _quasi_static
-from solvers.rod.effect_bounds.main_results import MOST_CONTACT, MOST_MOMENT, MOST_SIDE, POWER, STRESS, UTILISATION
+from solvers.rod.effect_bounds.main_results import (
+    FRICTION,
+    MASS,
+    MOST_CONTACT,
+    MOST_MOMENT,
+    MOST_SIDE,
+    POWER,
+    STRESS,
+    UTILISATION,
+)
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS, choose_for
 from solvers.rod.strip.elastica_kernels import collocation
@@ -49,12 +57,13 @@ def change_without(scene, strip, name, accuracy=1e-6):
 
 
 def influence(scene, strip, name, excluded=frozenset()):
-    return getattr(first_order, name)(Situation(scene, strip, excluded))
+    (effect,) = (effect for effect in EFFECTS if effect.name == name)
+    return effect.influence(Situation(scene, strip, excluded))
 
 
 def test_main_results_are_the_checks():
     """Of the turn with every effect in closed form, sampled at 64 angles and 9 sections."""
-    judged = Situation(PAPER, STRIP).turn.seen.judged
+    judged = Situation(PAPER, STRIP).turn.judged
     value = checked(PAPER, STRIP, NAMES - {"rod_inertia", "large_displacement"}).value
     s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
     assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)
@@ -310,7 +319,7 @@ RESONANT = (
 )
 def test_inertia_that_changes_everything_lets_other_effects_change_more(scene, strip, sharp):
     truth = change_without(scene, strip, "friction_feedback")
-    assert 5.0 * Situation(scene, strip).without[first_order.FRICTION].max() < truth
+    assert 5.0 * Situation(scene, strip).without[FRICTION].max() < truth
     assert truth <= influence(scene, strip, "friction_feedback") <= sharp * truth
 
 
@@ -374,7 +383,7 @@ def test_effects_are_judged_beside_the_corrections(scene, strip, name):
 def test_large_displacement_that_leaves_half_lets_other_effects_change_more():
     scene, strip = replace(BENT[0], piston=replace(BENT[0].piston, reciprocating_mass=0.0105671952)), BENT[1]
     truth = change_without(scene, strip, "reciprocating_inertia")
-    assert 5.0 * Situation(scene, strip).without[first_order.MASS].max() < truth
+    assert 5.0 * Situation(scene, strip).without[MASS].max() < truth
     assert truth <= influence(scene, strip, "reciprocating_inertia") <= 2.0 * truth
 
 

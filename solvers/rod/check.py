@@ -41,7 +41,7 @@ _HALF, _GAIN = 0.5, 0.7
 to be reduced; a new tolerance above ``_GAIN`` of the previous one is not worth the time."""
 _COARSEST = 1e-2
 _NOTHING_KNOWN = 1.0
-"""Error of the corrections, relative to the strip's bending, from which on no digit of a stress is right."""
+"""Error of a check with corrections from which on some result has no right digit."""
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
 
@@ -105,7 +105,7 @@ def check(
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
     outcome = check_chosen(cycle, choice, accuracy, criterion)
-    if outcome.value.stresses is not None and cycle.refinement_error >= _NOTHING_KNOWN:
+    if cycle.composition.corrections and outcome.accuracy.estimated >= _NOTHING_KNOWN:
         if outcome.value.natural_frequency < scene.mechanism.speed:
             reason = "exceeds the strip's natural frequency by too much for its vibration to be found"
             raise InvalidInput("mechanism.speed", reason, "below the natural frequency, or no effect rod_inertia")

@@ -1,6 +1,6 @@
 """One revolution of the machine: axial force and bent strip at any crank angle and section.
 
-A cycle is composed of models: gas and the moving mass give the axial force, a beam model maps force and stroke to a bent
+A cycle is composed of models: gas and moving mass give the axial force, a beam model maps force and stroke to a bent
 strip, corrections refine its shape. Models outside the composition are not computed.
 """
 
@@ -137,8 +137,8 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
 
 @dataclass(frozen=True)
 class Composition:
-    """The models of a cycle: whether the reciprocating mass loads the strip by its inertia, bending, whether friction on
-    the piston acts back on the axial force, and corrections of the shape."""
+    """The models of a cycle: whether the reciprocating mass adds its inertia to the axial force, bending, whether
+    friction adds to that force, and corrections of the shape."""
 
     moves: bool = False
     beam: BeamModel = PLAIN_BENDING

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, largest, panel_error, rule_of
-from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, STROKE, Strip, fill_states, friction_corners
+from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, Strip, fill_states, friction_corners
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Load
 
@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
 MOST_PANELS = 6000
 CHECKED = 5
-"""Maximum number of rows that panels must resolve (``_checked``)."""
+"""Number of rows that panels must resolve (``_checked``)."""
 _GRID = TURN / 128 * np.arange(129)
 _MAX_WIDTH = TURN / 4
 _MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
@@ -80,12 +80,9 @@ def _within_turn(angle: Array) -> Array:
 
 
 @kernel
-def _checked(strip: Strip, states: Array) -> Array:
+def _checked(states: Array) -> Array:
     """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp
-    (without this, a strip as long as its rod would have a row of zeros). Without coupling, only the force and the
-    stroke need to be resolved: all others are proportional to the stroke."""
-    if strip.couples == 0.0:
-        return states[FORCE : STROKE + 1]
+    (without this, a strip as long as its rod would have a row of zeros)."""
     rows = np.empty((CHECKED, states.shape[1]))
     for j in range(states.shape[1]):
         rows[0, j], rows[1, j], rows[2, j] = states[FORCE, j], states[SIDE, j], states[MOMENT, j]
@@ -99,7 +96,7 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
     angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
-    rows = _checked(strip, states)
+    rows = _checked(states)
     for row in range(rows.shape[0]):
         scale[row] = max(scale[row], largest(rows[row]))
     return states
@@ -123,7 +120,7 @@ def sample(drive: Drive, strip: Strip, first: Array, rule: Rule, tolerance: floa
             return np.empty(0), np.empty((ROWS, 0))
         halve = False
         if right - left > _MIN_WIDTH and len(found) + len(waiting) + 2 <= MOST_PANELS:
-            rows = _checked(strip, states)
+            rows = _checked(states)
             for row in range(rows.shape[0]):
                 halve = halve or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)
         if halve:

@@ -25,7 +25,14 @@ from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING, STROKE, Strip, constants
 from solvers.rod.strip.shape import bend
-from solvers.rod.vibration.natural_frequencies import Polynomials, StripBasis, polynomials_of
+from solvers.rod.vibration.natural_frequencies import (
+    Polynomials,
+    StripBasis,
+    combined,
+    energies,
+    pinned,
+    polynomials_of,
+)
 
 Array = NDArray[np.float64]
 
@@ -97,43 +104,24 @@ class StripEquation(NamedTuple):
 
 
 @kernel
-def _combined(row: Array, blend: tuple[float, float], out: Array) -> None:
-    """What belongs to the basis (n - 1,) from what belongs to the polynomials (n,)."""
-    out[0] = blend[0] * row[0] + blend[1] * row[1]
-    for j in range(1, out.size):
-        out[j] = row[j + 1]
-
-
-@kernel
 def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Polynomials) -> StripEquation:
     """``StripEquation.of``; without modes where the mean force buckles the strip."""
     n, l, points = table.end.size - 1, strip.length, table.zeta.size
     lever, mean = strip.rod_length / l - 1.0, mean * strip.couples
-    # Of all polynomials the first two alone move the pin.
-    first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
-    size = math.hypot(first, second)
-    blend = (-second / size, first / size)
-    combination = np.zeros((n + 1, n))
+    blend, combination = pinned(table, lever), np.zeros((n + 1, n))
     combination[0, 0], combination[1, 0] = blend
     for j in range(1, n):
         combination[j + 1, j] = 1.0
-    # (mass, geometric): rows combined, then columns.
-    energy, rows = np.empty((2, n, n)), np.empty((n + 1, n))
-    tip, bent = np.empty(n), np.empty((2, n))
-    _combined(table.tip, blend, tip)
+    mass, geometric, tip = energies(table, lever, n)
+    bent, lower, rows = np.empty((2, n)), np.zeros((n, n)), np.empty((n, n))
     for k in range(2):
-        for i in range(n + 1):
-            _combined(table.geometric[i] if k else table.mass[i], blend, rows[i])
-        for j in range(n):
-            _combined(rows[:, j], blend, energy[k, :, j])
-        _combined(table.clamp[k], blend, bent[k])
+        combined(table.clamp[k], blend, bent[k])
         for j in range(n):
             bent[k, j] /= l ** (k + 2)
-    mass, geometric, lower = energy[0], energy[1], np.zeros((n, n))
     for i in range(n):
         for j in range(n):
             mass[i, j] *= inertia * l
-            geometric[i, j] = (geometric[i, j] + lever * tip[i] * tip[j]) / l
+            geometric[i, j] /= l
     stands = True
     for i in range(n):
         for j in range(i + 1):
@@ -185,7 +173,7 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
                 read[1, j] += inertia * l * weight * value[0] * table.values[i, j]
                 read[2, j] += inertia * l * weight * l * zeta * table.values[i, j]
     for k in range(3):
-        _combined(read[k], blend, loads[k])
+        combined(read[k], blend, loads[k])
     for j in range(n):
         loads[0, j] *= strip.couples
         loads[3, j] = strip.stiffness * tip[j] / l

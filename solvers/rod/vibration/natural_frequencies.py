@@ -14,7 +14,7 @@ Source: W. Ritz (1909); S. P. Timoshenko, Vibration Problems in Engineering.
 from __future__ import annotations
 
 import math
-from functools import cache, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -109,21 +109,9 @@ class StripBasis(NamedTuple):
         return _coefficients(self.polynomials, order) @ self.combination / self.length**order
 
 
-class Energies(NamedTuple):
-    """Of the polynomials over a strip of unit length: int psi_i psi_j dz and int psi_i' psi_j' dz, (n, n), value and
-    slope at the far end, (n,). The first so many of them are those of a smaller basis."""
-
-    mass: Array
-    geometric: Array
-    end: Array
-    slope: Array
-
-
-@cache
-def energies() -> Energies:
-    """Of as many polynomials as any force asks for."""
-    table = polynomials_of(_MOST_POLYNOMIALS)
-    return Energies(table.mass, table.geometric, table.end, table.tip)
+def all_polynomials() -> Polynomials:
+    """As many polynomials as any force asks for; the first so many of them are those of a smaller basis."""
+    return polynomials_of(_MOST_POLYNOMIALS)
 
 
 def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:
@@ -131,60 +119,67 @@ def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) 
     stiffness = scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
     line_mass = scene.material.density * dimensions.b * dimensions.h
     return frequency_under(
-        energies(), stiffness, line_mass, dimensions.l, scene.mechanism.rod_length, float(axial_force), POLYNOMIALS
+        all_polynomials(),
+        stiffness,
+        line_mass,
+        dimensions.l,
+        scene.mechanism.rod_length,
+        float(axial_force),
+        POLYNOMIALS,
     )
 
 
 @kernel
-def _reflected(matrix: Array, mirror: Array, scale: float) -> Array:
-    """(I - scale v v') A (I - scale v v') for symmetric A, without its first row and column."""
-    n = mirror.size
-    image, both = np.zeros(n), 0.0
+def pinned(table: Polynomials, lever: float) -> tuple[float, float]:
+    """The combination of the first two polynomials that leaves the pin where it is, (e/l = ``lever``); of all
+    polynomials these alone move it."""
+    first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
+    size = math.hypot(first, second)
+    return -second / size, first / size
+
+
+@kernel
+def combined(row: Array, blend: tuple[float, float], out: Array) -> None:
+    """What belongs to the basis (n - 1,) from what belongs to the polynomials (n,)."""
+    out[0] = blend[0] * row[0] + blend[1] * row[1]
+    for j in range(1, out.size):
+        out[j] = row[j + 1]
+
+
+@kernel
+def energies(table: Polynomials, lever: float, n: int) -> tuple[Array, Array, Array]:
+    """Of the basis made of the first n + 1 polynomials, over a strip of unit length with its head: int psi_i psi_j dz,
+    and int psi_i' psi_j' dz + e psi_i'(l) psi_j'(l), (n, n); psi_i'(l), (n,). The bending energy is the unit matrix."""
+    blend = pinned(table, lever)
+    mass, geometric, tip, rows = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty((n + 1, n))
+    combined(table.tip[: n + 1], blend, tip)
+    for k in range(2):
+        for i in range(n + 1):
+            combined(table.geometric[i, : n + 1] if k else table.mass[i, : n + 1], blend, rows[i])
+        for j in range(n):
+            combined(rows[:, j], blend, geometric[:, j] if k else mass[:, j])
     for i in range(n):
         for j in range(n):
-            image[i] += matrix[i, j] * mirror[j]
-        both += image[i] * mirror[i]
-    out = np.empty((n - 1, n - 1))
-    for i in range(1, n):
-        for j in range(1, n):
-            cross = image[i] * mirror[j] + mirror[i] * image[j]
-            out[i - 1, j - 1] = matrix[i, j] - scale * (cross - scale * both * mirror[i] * mirror[j])
-    return out
+            geometric[i, j] += lever * tip[i] * tip[j]
+    return mass, geometric, tip
 
 
 @kernel
 def frequency_under(
-    table: Energies, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float,
+    table: Polynomials, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float,
     polynomials: int,
 ) -> float:  # fmt: skip
     """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m], by so many
-    polynomials and, in tension, some more.
-
-    Householder's reflection of the constraint onto the first polynomial leaves the others free.
-    """
+    polynomials and, in tension, some more."""
     # Under tension the strip bends in layers at its ends, 1/decay of its length.
     decay = math.sqrt(max(axial_force, 0.0) / stiffness) * length
     n = int(min(polynomials + math.ceil(0.5 * decay), _MOST_POLYNOMIALS))
-    lever, mirror, size, tip = rod_length / length - 1.0, np.empty(n), 0.0, 0.0
-    for j in range(n):
-        mirror[j] = table.end[j] + lever * table.slope[j]
-        size += mirror[j] * mirror[j]
-    mirror[0] += math.copysign(math.sqrt(size), mirror[0])
-    square = 0.0
-    for j in range(n):
-        square += mirror[j] * mirror[j]
-        tip += mirror[j] * table.slope[j]
-    scale = 2.0 / square
-    mass = _reflected(table.mass[:n, :n], mirror, scale)
-    system = _reflected(table.geometric[:n, :n], mirror, scale)
-    bending = stiffness / length**3
+    mass, system, _ = energies(table, rod_length / length - 1.0, n - 1)
     for i in range(n - 1):
-        turned = table.slope[i + 1] - scale * tip * mirror[i + 1]
         for j in range(n - 1):
-            other = table.slope[j + 1] - scale * tip * mirror[j + 1]
-            system[i, j] = axial_force / length * (system[i, j] + lever * turned * other)
             mass[i, j] *= length
-        system[i, i] += bending
+            system[i, j] *= axial_force / length
+        system[i, i] += stiffness / length**3
     square = line_mass * greatest_ratio(mass, system)
     return 1.0 / (2.0 * math.pi * math.sqrt(square)) if square > 0.0 else 0.0
 

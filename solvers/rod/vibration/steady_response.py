@@ -60,9 +60,8 @@ _FALLS, _FALLS_BEHIND_JUMPS, _FALLS_UNDAMPED = 4.0, 10.0, 1.0
 greatest values suffer from it behind jumps of the force, with damping, which ends it the sooner, and without."""
 
 _MOST_TRIES, _MOST_VAIN = 8, 2
-_FAR, _WORST, _FINER = 30.0, 0.03, 0.75
-"""Times the error wanted beyond which polynomials are added by two rungs; of the worst element's error, from which on
-others are halved too; what that makes of the step."""
+_WORST, _FINER = 0.03, 0.75
+"""Of the worst element's error, from which on others are halved too; what that makes of the step."""
 
 _NARROW_LOOSELY, _NARROW_HALF, _CHANGING = 2.0, 9.0, 5.0
 """Radians of the slowest mode that follows without ringing: in the narrowest element behind many corners where few
@@ -200,10 +199,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
     best = _resolved(cycle, wanted)
     while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= FEW_CORNERS:
         wanted *= _LOOSER
-        other = _resolved(cycle, wanted)
-        if other.error >= best.error:
-            break
-        best = other
+        best = min(best, _resolved(cycle, wanted), key=lambda one: one.error)
     if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
         if best.motion.errors.excited > _UNKNOWN:
             raise unknown_vibration()
@@ -276,7 +272,7 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
                 damped = _FALLS_BEHIND_JUMPS if equation.loss else _FALLS_UNDAMPED
                 rung = _enough_polynomials(rung, errors, wanted, damped if excitation.jumps.size else _FALLS)
             else:
-                rung = _more_polynomials(rung, errors, wanted)
+                rung += 1
             if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):
                 break
             equation = _equation(cycle, excitation, rung)
@@ -290,11 +286,6 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
         else:
             slow, before = slow + 1, np.inf
     return best
-
-
-def _more_polynomials(rung: int, errors: Errors, wanted: float) -> int:
-    """The next rung of the ladder, or the one after it."""
-    return min(rung + (2 if errors.omitted > _FAR * wanted else 1), len(LADDER) - 1)
 
 
 def _enough_polynomials(rung: int, errors: Errors, wanted: float, falls: float) -> int:

@@ -27,7 +27,7 @@ import numpy as np
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
 from solvers.rod.cycle.composition import Array, Cycle
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.elastica_kernels import (
     Collocation,
     collocation,
@@ -36,7 +36,6 @@ from solvers.rod.strip.elastica_kernels import (
     scratch,
     third_order,
 )
-from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 _FEW = grid(64)
 
@@ -46,18 +45,9 @@ class LargeDisplacement:
     """Adds the third-order correction to any linear shape."""
 
     def prepare(self, cycle: Cycle) -> ElasticaExpansion:
-        stiffness = bending_stiffness(cycle.scene, cycle.dimensions)
-        beam = cycle.composition.beam
-        couples = beam.couples
-        q = couples * cycle.axial_force(_FEW) * cycle.dimensions.l**2 / stiffness
-        return ElasticaExpansion(
-            stiffness=stiffness,
-            length=cycle.dimensions.l,
-            head=cycle.scene.mechanism.rod_length - cycle.dimensions.l,
-            couples=couples,
-            compliance=stiffness / shear_stiffness(cycle.scene, cycle.dimensions) if beam.shears else 0.0,
-            nodes=nodes_for(float(q.min()), float(q.max())),
-        )
+        strip = cycle.strip
+        q = strip.couples * cycle.axial_force(_FEW) * strip.length**2 / strip.stiffness
+        return ElasticaExpansion(strip, nodes_for(float(q.min()), float(q.max())))
 
     def beside(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
         """Each strip by itself: the expansion has no resolution to be kept."""
@@ -66,17 +56,9 @@ class LargeDisplacement:
 
 @dataclass(frozen=True)
 class ElasticaExpansion:
-    """The expansion for one strip: EI, free length l, head length e, and whether the axial force contributes to
-    bending.
+    """The expansion for one strip. Its errors are those of the collocation, negligible within its validity."""
 
-    Its errors are those of the collocation, negligible within its validity.
-    """
-
-    stiffness: float
-    length: float
-    head: float
-    couples: float
-    compliance: float
+    strip: Strip
     nodes: int
     error: float = 0.0
     lasting_error: float = 0.0
@@ -102,42 +84,30 @@ class ElasticaExpansion:
         """Add the correction to the series of V'' and V at the states' angles; returns the additions to T [N], M0
         [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
-        add_third_order(
-            states,
-            self.stiffness,
-            self.length,
-            self.head,
-            self.couples,
-            self.compliance,
-            collocation(self.nodes),
-            bent,
-            sunk,
-            side,
-            moment,
-        )
+        add_third_order(states, self.strip, collocation(self.nodes), bent, sunk, side, moment)
         return side, moment
 
 
 @kernel
 def add_third_order(
-    states: Array, stiffness: float, l: float, head: float, couples: float, compliance: float,
-    tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array,
-) -> None:  # fmt: skip
+    states: Array, strip: Strip, tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array
+) -> None:
     """``ElasticaExpansion.add`` on arrays."""
-    n, per_force = tables.nodes.size - 1, l * l / stiffness
+    n, l, head = tables.nodes.size - 1, strip.length, strip.rod_length - strip.length
+    per_force = l * l / strip.stiffness
     slope, room, bend, rise = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
     for i in range(states.shape[1]):
         m = states[SOFTENING, i]
-        sheared = -compliance * states[SHEAR, i]
+        sheared = -strip.compliance * states[SHEAR, i]
         linear_slope(
             states[COUPLING, i], states[CLAMP, i], states[SHEAR, i], states[HEAD, i], l, tables.nodes, 1.0 / m, sheared,
             slope,
         )  # fmt: skip
-        q = couples * states[FORCE, i] * per_force
+        q = strip.couples * states[FORCE, i] * per_force
         third_side, third_clamp = third_order(
             q, -states[SIDE, i] * per_force, head / l, slope, tables, room, bend, rise
         )
         for k in range(n + 2):
             bent[k, i] += bend[k] / l
             sunk[k, i] += rise[k] * l
-        side[i], moment[i] = -third_side / per_force, stiffness / l * third_clamp
+        side[i], moment[i] = -third_side / per_force, strip.stiffness / l * third_clamp

@@ -37,9 +37,12 @@ FIBRES, DEFLECTION = (UPPER, LOWER + 1), (SUNK, SUNK + 1)
 STATIONS, FEW_STATIONS = 25, 9
 """Number of initial stations, and for low accuracy."""
 
-VALUE, ERROR, LAYER, SECTION, HIGH, LOW, HIGH_ANGLE, LOW_ANGLE, MOVED = range(9)
+VALUE, ERROR, LAYER, SECTION, HIGH, LOW, MOVED, PEAK_COLUMNS = range(8)
 """Columns of a table of peaks: severity and its error, layer, section z [m], maximum and minimum over the revolution
-there with their angles [rad], and the uncertainty of amplitude and mean due to that of the section."""
+there, and the uncertainty of amplitude and mean due to that of the section; and their number."""
+
+MOST, OF_MOST, LEAST, OF_LEAST = range(4)
+"""Columns of a table of extremes over the revolution: maximum and its error, minimum and its error."""
 
 _EPS = float(np.finfo(float).eps)
 _GREATEST = GREATEST.lines
@@ -142,8 +145,7 @@ def extremes_at(
 ) -> None:
     """Maximum and minimum over the revolution of the layers ``first`` … ``last`` - 1 at a section.
 
-    ``tolerance`` is relative to the maximum magnitude of the layer. ``room`` has shape (3, n); ``out`` (3, 6): maximum,
-    its error and angle, minimum likewise.
+    ``tolerance`` is relative to the maximum magnitude of the layer. ``room`` has shape (3, n), ``out`` (3, 4).
     """
     read_section(field, z, room)
     for layer in range(first, last):
@@ -151,16 +153,16 @@ def extremes_at(
         for side in range(2):
             sign = 1.0 - 2.0 * side
             if rings is None:
-                value, error, angle = greatest(field.edges, field.rule, room[layer], sign, wanted)
+                value, error, _ = greatest(field.edges, field.rule, room[layer], sign, wanted)
             else:
                 parts = _parts_at(rings.sunk if layer == SUNK else rings.bent, 2.0 * z / field.length - 1.0)
                 if layer != SUNK:
                     parts *= field.bending if layer == UPPER else -field.bending
-                value, error, angle = greatest_with_ripple(
+                value, error, _ = greatest_with_ripple(
                     field.edges, field.rule, room[layer], sign, wanted, rings.ripple, parts,
                     reaches(rings.ripple, parts),
                 )  # fmt: skip
-            out[layer, 3 * side], out[layer, 3 * side + 1], out[layer, 3 * side + 2] = sign * value, error, angle
+            out[layer, 2 * side], out[layer, 2 * side + 1] = sign * value, error
 
 
 @kernel
@@ -173,7 +175,7 @@ def read_along(
 
     ``lines`` and ``parabola`` are the fatigue diagram; ``mean`` [Pa] is a constant stress omitted from the field.
     """
-    table, room = np.empty((stations, 3, 6)), np.empty((3, field.side.size))
+    table, room = np.empty((stations, 3, 4)), np.empty((3, field.side.size))
     for j in range(stations):
         extremes_at(field, rings, field.length * j / (stations - 1), 0, 3, tolerance, room, table[j])
     error = 0.0
@@ -187,7 +189,7 @@ def read_along(
                     diagram[side, line, 2] += mean * diagram[side, line, 1]
             curve[2] += mean
         layers = DEFLECTION if asked == 2 else FIBRES
-        found = peaks(field, rings, room, table, layers[0], layers[1], diagram, curve, NEARLY, tolerance, asked == 0)
+        found = peaks(field, rings, room, table, layers[0], layers[1], diagram, curve, tolerance, asked == 0)
         best = 0
         for k in range(found.shape[0]):
             best = k if found[k, VALUE] > found[best, VALUE] else best
@@ -209,22 +211,22 @@ def read_along(
 @kernel
 def peaks(
     field: Field, rings: StripRipple | None, room: Array, table: Array, first: int, last: int, lines: Array,
-    parabola: Array, slack: float, tolerance: float, located: bool,
+    parabola: Array, tolerance: float, located: bool,
 ) -> Array:  # fmt: skip
     """Local maxima along the strip of a severity of the layers ``first`` … ``last`` - 1, one per row (see ``VALUE`` …).
 
-    ``table`` (stations, 3, 6) has the extrema at equally spaced stations from clamp to head. All peaks within the
-    relative distance ``slack`` of the maximum are refined to ``tolerance`` times that; with ``located`` the section of
-    a smooth peak is found to the precision of the severity.
+    ``table`` (stations, 3, 4) has the extrema at equally spaced stations from clamp to head. All peaks nearly as high
+    as the maximum are refined to ``tolerance`` times that; with ``located`` the section of a smooth peak is found to
+    the precision of the severity.
     """
     count = table.shape[0]
     severity = np.empty((last - first, count))
     top = 0.0
     for layer in range(first, last):
         for j in range(count):
-            severity[layer - first, j] = utilisation_of(table[j, layer, 0], table[j, layer, 3], lines, parabola)
+            severity[layer - first, j] = utilisation_of(table[j, layer, MOST], table[j, layer, LEAST], lines, parabola)
             top = max(top, severity[layer - first, j])
-    seen, found = np.empty((3, 6)), [np.empty(9) for _ in range(0)]
+    seen, found = np.empty((3, 4)), [np.empty(PEAK_COLUMNS) for _ in range(0)]
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
     length = field.length
     step = length / (count - 1)
@@ -239,7 +241,7 @@ def peaks(
             inner = min(max(j, 1), count - 2)
             reach = here + abs(row[inner - 1] - 2.0 * row[inner] + row[inner + 1])
             level = 8.0 * _EPS * top
-            if (j > 0 and here <= before + level) or here < after - level or reach < (1.0 - slack) * top:
+            if (j > 0 and here <= before + level) or here < after - level or reach < (1.0 - NEARLY) * top:
                 continue
             low, high = max(j - 1, 0), min(j + 1, count - 1)
             place[0], place[1], place[2] = step * low, step * j, step * high
@@ -252,15 +254,15 @@ def peaks(
                 trial_points(place, value, points)
                 for m in range(5):
                     extremes_at(field, rings, points[m], layer, layer + 1, 0.01 * tolerance, room, seen)
-                    heights[m] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
+                    heights[m] = utilisation_of(seen[layer, MOST], seen[layer, LEAST], lines, parabola)
                 error = narrow(place, value, points, heights)
                 top = max(top, value[1])
                 if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * length:
                     break
-                # Abandon a peak that cannot come within the slack.
-                if value[1] + error < (1.0 - slack) * top:
+                # Abandon a peak that cannot come that near.
+                if value[1] + error < (1.0 - NEARLY) * top:
                     break
-            if value[1] + error < (1.0 - slack) * top:
+            if value[1] + error < (1.0 - NEARLY) * top:
                 continue
             where, doubt = place[1], 0.0
             if located and 0.0 < where < length:
@@ -268,9 +270,9 @@ def peaks(
             found.append(
                 _peak_row(field, rings, layer, where, doubt, value[1], error, lines, parabola, tolerance, room, seen)
             )
-    out = np.empty((len(found), 9))
+    out = np.empty((len(found), PEAK_COLUMNS))
     for k in range(len(found)):
-        for column in range(9):
+        for column in range(PEAK_COLUMNS):
             out[k, column] = found[k][column]
     return out
 
@@ -281,20 +283,19 @@ def _peak_row(
     lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array,
 ) -> Array:  # fmt: skip
     """The row of one peak, with the effect of a section error ``doubt`` on amplitude and mean."""
-    out = np.empty(9)
+    out = np.empty(PEAK_COLUMNS)
     half, middle = np.empty(3), np.empty(3)
     for k in range(3 if doubt > 0.0 else 1):
         section = min(max(z + (0.0, -doubt, doubt)[k], 0.0), field.length)
         extremes_at(field, rings, section, layer, layer + 1, 0.01 * tolerance, room, seen)
-        high, low = seen[layer, 0], seen[layer, 3]
+        high, low = seen[layer, MOST], seen[layer, LEAST]
         half[k], middle[k] = 0.5 * (high - low), 0.5 * (high + low)
         if k == 0:
-            wrong = seen[layer, 1] + seen[layer, 4]
+            wrong = seen[layer, OF_MOST] + seen[layer, OF_LEAST]
             here = utilisation_of(high, low, lines, parabola)
-            above = utilisation_of(high + seen[layer, 1], low - seen[layer, 4], lines, parabola)
+            above = utilisation_of(high + seen[layer, OF_MOST], low - seen[layer, OF_LEAST], lines, parabola)
             out[VALUE], out[ERROR] = max(here, value), error + max(above - here, 0.0)
-            out[LAYER], out[SECTION], out[HIGH], out[LOW] = layer, section, high, low
-            out[HIGH_ANGLE], out[LOW_ANGLE], out[MOVED] = seen[layer, 2], seen[layer, 5], wrong
+            out[LAYER], out[SECTION], out[HIGH], out[LOW], out[MOVED] = layer, section, high, low, wrong
     if doubt > 0.0:
         out[MOVED] += max(abs(half[1] - half[0]), abs(half[2] - half[0]), abs(middle[1] - middle[0]))
         out[MOVED] = max(out[MOVED], abs(middle[2] - middle[0]) + wrong)
@@ -318,7 +319,7 @@ def _pinpoint(
         greatest_value = 0.0
         for k in range(values.size):
             extremes_at(field, rings, place + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, room, seen)
-            values[k] = utilisation_of(seen[layer, 0], seen[layer, 3], lines, parabola)
+            values[k] = utilisation_of(seen[layer, MOST], seen[layer, LEAST], lines, parabola)
             greatest_value = max(greatest_value, values[k])
         # Minus the middle value, which would otherwise dominate the rounding of the fit.
         middle, misfit = values[3], 0.0

@@ -20,7 +20,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.jit import inlined_kernel, kernel
+from solvers.numerics.jit import kernel
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.strip.beam_column import constants
@@ -134,28 +134,14 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
             if closed > far:
                 added, softer = (closed - force) / push, (1.0 - slope) / push
             force = closed
-        states[ANGLE, i] = angle[i]
+        states[ANGLE, i], states[FORCE, i], states[STROKE, i] = angle[i], force, stroke
         if strip.couples != 0.0:
             shape = constants(strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance)
-        _fill_state(strip, force, stroke, shape, states, i)
-
-
-@kernel
-def bend_state(strip: Strip, force: float, stroke: float, states: Array, i: int) -> None:
-    """Fill column i of a table for a given axial force and crank pin stroke."""
-    q = strip.couples / strip.stiffness * force
-    _fill_state(strip, force, stroke, constants(q, strip.length, strip.rod_length, strip.compliance), states, i)
-
-
-@inlined_kernel
-def _fill_state(
-    strip: Strip, force: float, stroke: float, shape: tuple[float, float, float, float, float], states: Array, i: int
-) -> None:
-    q, m, clamp, shear, head = shape
-    states[FORCE, i], states[STROKE, i], states[COUPLING, i], states[SOFTENING, i] = force, stroke, q, m
-    states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
-    states[SIDE, i] = -strip.stiffness * m * shear * stroke
-    states[MOMENT, i] = strip.stiffness * clamp * stroke
+        q, m, clamp, shear, head = shape
+        states[COUPLING, i], states[SOFTENING, i] = q, m
+        states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
+        states[SIDE, i] = -strip.stiffness * m * shear * stroke
+        states[MOMENT, i] = strip.stiffness * clamp * stroke
 
 
 @kernel

@@ -152,9 +152,7 @@ def _moved(j: Judging, sampling: Sampling, motion: Motion, rings: float) -> Adde
 @kernel
 def _in_large(strip: Strip, states: Array, tables: Collocation) -> Added:
     """What large displacement adds."""
-    n, terms, head = states.shape[1], tables.nodes.size + 1, strip.rod_length - strip.length
+    n, terms = states.shape[1], tables.nodes.size + 1
     bent, sunk, side, moment = np.zeros((terms, n)), np.zeros((terms, n)), np.empty(n), np.empty(n)
-    add_third_order(
-        states, strip.stiffness, strip.length, head, strip.couples, strip.compliance, tables, bent, sunk, side, moment
-    )
+    add_third_order(states, strip, tables, bent, sunk, side, moment)
     return Added(side, moment, bent, True)

@@ -90,18 +90,6 @@ class StripEquation(NamedTuple):
         last = modes - 1
         return np.sqrt(np.maximum(1.0 + swing * self.coupling[last, last], SOFTEST) / self.slowness[last])
 
-    def swing(self, states: Array) -> Array:
-        """P - mean [N] as far as it bends the strip, (angles,), from a table of states (rows, angles)."""
-        return self.strip.couples * states[FORCE] - self.mean
-
-    def still(self, states: Array) -> Array:
-        """c, the quasi-static amplitudes: (angles, modes)."""
-        return quasi_static(self, states)[1]
-
-    def right(self, states: Array) -> Array:
-        """f: (angles, modes)."""
-        return quasi_static(self, states)[2]
-
 
 @kernel
 def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Polynomials) -> StripEquation:

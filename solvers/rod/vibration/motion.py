@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
@@ -32,27 +31,12 @@ _ALGEBRAIC = 2.0
 """Times what the last terms along the strip tell: with damping mode by mode they fall like a power of their number."""
 _ROUNDING = 1e-15
 EXPONENT = 1.5
-_SMALLER, _DEARER = (radau(7), radau(5)), 1.5
-"""Rules of fewer points; how an element's time grows with its points."""
-_OSCILLATION = 8.0
-"""Times the error wanted: what may be left out of a mode's oscillation, which is not all of the bending."""
-_PHASE_SHARE = 0.1
+_OF_RINGING_IN_MANY = radau(5)
+"""Phases and shapes of what rings change with the force alone: in many narrow elements six points always have been
+enough."""
 _FALLS, _FALLS_BEHIND_JUMPS = 4.0, 2.0
 """Behind corners, and behind jumps of the force, shares of V''' fall about like this power of the modes' number."""
 _NONE_RINGS = np.empty((0, 0, 0))
-
-
-def _missed_by(rule: Radau) -> Array:
-    """What a polynomial through the values at a rule's points misses at those of ``RULE``, from values there."""
-    few, most = rule.points.size, RULE.points.size
-    through = legendre.legvander(2.0 * rule.points - 1.0, most - 1)
-    whole = legendre.legvander(2.0 * RULE.points - 1.0, most - 1)
-    known = np.linalg.solve(through[:, :few], through @ np.linalg.inv(whole))
-    return np.eye(most) - whole[:, :few] @ known
-
-
-_OF_RINGING = radau(3), radau(5), radau(7)
-_MISSED = np.stack([_missed_by(rule) for rule in _OF_RINGING])
 
 
 @dataclass(frozen=True)
@@ -98,14 +82,12 @@ class Errors:
 @dataclass(frozen=True)
 class Motion:
     """d, what inertia adds to the quasi-static shape: polynomials (elements, points, basis) on ``edges`` at the points
-    of a ``rule``, and ringing;
-    ``amplification`` is by which closing the turn enlarges what one turn misses. So many modes are ``slow``, the last
-    of them oscillating at up to ``pace`` [1/rad], and the phases of those that ring were to be as good as ``phases``
-    (ringing,) on every element."""
+    of ``RULE``, and ringing; ``amplification`` is by which closing the turn enlarges what one turn misses. So many
+    modes are ``slow``, the last of them oscillating at up to ``pace`` [1/rad], and the phases of those that ring were
+    to be as good as ``phases`` (ringing,) on every element."""
 
     strip: Strip
     basis: StripBasis
-    rule: Radau
     edges: Array
     samples: Array
     ringing: Ripple
@@ -118,27 +100,28 @@ class Motion:
     @property
     def quiet(self) -> Motion:
         """The same without what rings: it jumps at corners."""
-        return replace(self, ringing=no_ripple(self.samples.shape[2], self.rule))
+        return replace(self, ringing=no_ripple(self.samples.shape[2], RULE))
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        return amplitudes(self.edges, self.samples, self.rule, self.ringing, angle)
+        return amplitudes(self.edges, self.samples, RULE, self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float) -> Motion:
     """The periodic motion with so many slow modes, on elements in which the fastest of them turns by no more than
     ``step`` [rad]; series that could give more than ``wanted`` are not asked to."""
     m, modes, corners = slow, equation.slowness.size, excitation.corners.size > 0
-    rule, edges, pace = _elements(equation, excitation, m, step, wanted)
-    states = excitation.states_on(edges, rule)
-    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
+    edges, pace = _elements(equation, excitation, m, step)
+    states = excitation.states_on(edges, RULE)
+    turn = turn_of(equation, RULE, *quasi_static(equation, states), edges, excitation.panels(edges), m, wanted)
     begun, _, amplification = close(turn, _NONE_RINGS, _NONE_RINGS)
 
-    ringing, missed, enlarged, enough = no_ripple(modes, rule), 0.0, np.ones(modes - m), np.empty(0)
+    ringing, missed, enlarged, enough = no_ripple(modes, RULE), 0.0, np.ones(modes - m), np.empty(0)
     omitted = mean_omitted = 0.0
     if corners:
         static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-        coarse, few = excitation.edges, rule_of_ringing(equation, excitation, m, wanted)
+        coarse = excitation.edges
+        few = _OF_RINGING_IN_MANY if coarse.size > MANY else RULE
         states_of_few, panels = excitation.states_on(coarse, few), excitation.panels(coarse)
         forces = excitation.states[FORCE, panels * RULE.points.size]
         enlarged, rings, given = rung(equation, turn, begun, few, coarse, panels, states_of_few, forces, static)
@@ -154,10 +137,10 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
             share = np.max(np.abs(equation.clamp[:, m : m + count]) / static[:, None], axis=0)
             missed = float(np.abs(ringed).max(axis=0) * share @ free.missed) * max(amplification, 1.0)
 
-    samples, series, space, time = read(turn, equation, rule, states, begun, enlarged, corners)
+    samples, series, space, time = read(turn, equation, RULE, states, begun, enlarged, corners)
     if omitted > 0.5 * wanted and excitation.corners.size < MANY:
         omitted, mean_omitted = left_behind(
-            equation, excitation, rule, edges, states, samples, rings, static, m, falls, count
+            equation, excitation, RULE, edges, states, samples, rings, static, m, falls, count
         )
     errors = Errors(
         series=series,
@@ -170,76 +153,27 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         mean_time=float(time @ turn.widths) / TURN,
         closing=_ROUNDING * amplification,
     )
-    return Motion(equation.strip, equation.basis, rule, edges, samples, ringing, errors, amplification, m, pace, enough)
+    return Motion(equation.strip, equation.basis, edges, samples, ringing, errors, amplification, m, pace, enough)
 
 
-def _elements(
-    equation: StripEquation, excitation: Excitation, slow: int, step: float, wanted: float
-) -> tuple[Radau, Array, float]:
-    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], their rule - of many
-    narrow elements one of fewer points, and of smaller steps, where that takes less time -, and the highest natural
+def _elements(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> tuple[Array, float]:
+    """Edges of elements in which the fastest slow mode turns by no more than ``step`` [rad], and the highest natural
     frequency of that mode [1/rad]."""
-    count = excitation.edges.size - 1
-    if not slow and count < MANY:
-        return RULE, excitation.edges, 0.0
-    swing = equation.strip.couples * excitation.smoothness.greatest - equation.mean
-    pace = equation.fastest(slow, swing) if slow else np.full(count, 1e-300)
-    ways = [(RULE, split(excitation.edges, step / pace))]
-    for rule in _SMALLER if count >= MANY else ():
-        most = min(_longest_step(rule, _OSCILLATION * wanted / math.sqrt(count)), step)
-        ways.append((rule, split(excitation.edges, most / pace)))
-    return *min(ways, key=lambda way: way[1].size * way[0].points.size ** _DEARER), float(pace.max()) if slow else 0.0
-
-
-def _longest_step(rule: Radau, wanted: float) -> float:
-    """Radians of an oscillation in an element of s stages: interpolation leaves out 2 (x/4)^(s + 1)/(s + 1)! of it."""
-    order = rule.points.size
-    return 4.0 * (0.5 * math.factorial(order) * wanted) ** (1.0 / order)
-
-
-def rule_of_ringing(equation: StripEquation, excitation: Excitation, slow: int, wanted: float) -> Radau:
-    """For phases and shapes of what rings, which change with the force alone: of few points where it changes little.
-
-    What a polynomial through fewer points misses of the slowest such mode's frequency, times an element's width, is
-    what its phase misses there; a share of ``wanted`` of a radian in the turn is enough. In many narrow elements six
-    points always have been."""
-    many = excitation.edges.size > MANY
-    rules = tuple(rule for rule in _OF_RINGING if not many or rule.points.size < _SMALLER[-1].points.size)
-    missed = phases_missed(equation, excitation.edges, excitation.states, slow, _MISSED)
-    enough = (rule for rule, radians in zip(rules, missed.tolist(), strict=False) if radians <= _PHASE_SHARE * wanted)
-    return next(enough, _SMALLER[-1] if many else RULE)
-
-
-@kernel
-def phases_missed(equation: StripEquation, edges: Array, states: Array, slow: int, missed: Array) -> Array:
-    """What the phase of the first mode behind the ``slow`` ones misses in the turn [rad] by rules of which polynomials
-    miss so much (rules, points, points), from states at the points."""
-    n, (rules, p, _) = min(slow, equation.slowness.size - 1), missed.shape
-    out, pace = np.zeros(rules), np.empty(p)
-    for e in range(edges.size - 1):
-        for i in range(p):
-            swing = equation.strip.couples * states[FORCE, e * p + i] - equation.mean
-            pace[i] = math.sqrt(max(1.0 + swing * equation.coupling[n, n], 0.1) / equation.slowness[n])
-        for r in range(rules):
-            most = 0.0
-            for i in range(p):
-                total = 0.0
-                for k in range(p):
-                    total += missed[r, i, k] * pace[k]
-                most = max(most, abs(total))
-            out[r] += (edges[e + 1] - edges[e]) * most
-    return out
+    if not slow:
+        return excitation.edges, 0.0
+    pace = equation.fastest(slow, equation.strip.couples * excitation.smoothness.greatest - equation.mean)
+    return split(excitation.edges, step / pace), float(pace.max())
 
 
 def motion_beside(found: Motion, around: Excitation, beside: Excitation, loss: float, wanted: float) -> Motion:
     """The motion of a strip next to one that was ``found`` with the excitation ``around``, as well resolved: with as
     many modes, on elements that go with the corners (``Excitation.beside``). What it leaves unknown is taken to be the
     same."""
-    rule, m = found.rule, found.slow
+    m = found.slow
     equation = StripEquation.of(beside.strip, beside.inertia, beside.mean, found.basis.polynomials, loss)
     edges = np.interp(found.edges, around.anchors, beside.anchors)
-    states = beside.states_on(edges, rule)
-    turn = turn_of(equation, rule, *quasi_static(equation, states), edges, around.panels(found.edges), m, wanted)
+    states = beside.states_on(edges, RULE)
+    turn = turn_of(equation, RULE, *quasi_static(equation, states), edges, around.panels(found.edges), m, wanted)
     ringing, behind, before = found.ringing, _NONE_RINGS, _NONE_RINGS
     if found.phases.size:
         few, panels = radau(ringing.points.size - 1), around.panels(around.edges)

@@ -28,7 +28,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle, Rippling
 from solvers.rod.cycle.state import ANGLE
-from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
 from solvers.rod.vibration.motion import (
     EXPONENT,
@@ -165,7 +165,8 @@ class SteadyVibration:
         if within.any():
             sides = states_at(excitation.drive, excitation.strip, still_at[within])
             equation, inside = self._equation, np.ascontiguousarray(states[:, within])
-            found[:, within] += equation.modes @ (equation.still(sides) - equation.still(inside)).T
+            still, moved = (quasi_static(equation, states)[1] for states in (inside, sides))
+            found[:, within] += equation.modes @ (moved - still).T
         return found
 
     @cached_property
@@ -343,9 +344,9 @@ def _work_of(equation: StripEquation, excitation: Excitation, slow: int, step: f
 def _work_behind(found: Motion, rung: int) -> float:
     """What a motion behind many corners takes with so many polynomials, where much of it rings."""
     modes, slow, ringing = LADDER[rung] - 1, found.slow, found.ringing
-    followed = found.rule.points.size * (2 * slow + 1) * (found.edges.size - 1)
-    rung_by = ringing.points.size * max(ringing.modes, modes // 2 - 1 - slow) * (ringing.edges.size - 1)
-    return (followed + rung_by) / RULE.points.size * (modes + 5 * slow) ** 2
+    followed = (2 * slow + 1) * (found.edges.size - 1)
+    rung_by = max(ringing.modes, modes // 2 - 1 - slow) * (ringing.edges.size - 1)
+    return (followed + ringing.points.size / RULE.points.size * rung_by) * (modes + 5 * slow) ** 2
 
 
 def _work(elements: float, slow: int, modes: int) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import BeamModel, strip_of
-from solvers.rod.cycle.state import ROWS, bend_state
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, ROWS, SHEAR, SIDE, SOFTENING, STROKE, Strip
+from solvers.rod.strip.beam_column import constants
 
 PAPER = rod.Scene(
     rod.Mechanism(crank_radius=1.5e-3, rod_length=45.5e-3, speed=50.0),
@@ -44,6 +45,15 @@ def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1
     inertia = compression * rng.uniform(*stability) / (210e9 * -float(critical_coupling(free, length)))
     b = diameter * rng.uniform(0.2, 0.7)
     return scene, rod.Dimensions(b, (12 * inertia / b) ** (1 / 3), free)
+
+
+def bend_state(strip: Strip, force: float, stroke: float, states: np.ndarray, i: int) -> None:
+    """Fill column i of a table of states for a given axial force [N] and stroke [m] of the crank pin."""
+    coupling = strip.couples * force / strip.stiffness
+    q, m, clamp, shear, head = constants(coupling, strip.length, strip.rod_length, strip.compliance)
+    rows = [FORCE, STROKE, COUPLING, SOFTENING, CLAMP, SHEAR, HEAD]
+    states[rows, i] = force, stroke, q, m, clamp * stroke, shear * stroke, head * stroke
+    states[[SIDE, MOMENT], i] = -strip.stiffness * m * shear * stroke, strip.stiffness * clamp * stroke
 
 
 def bent(beam: BeamModel, scene: rod.Scene, strip: rod.Dimensions, force: np.ndarray, stroke: np.ndarray) -> BentStrip:

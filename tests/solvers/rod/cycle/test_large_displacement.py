@@ -71,7 +71,7 @@ def elastica(force, stroke):
 def corrected_of(linear):
     """The strip with its correction."""
     q = linear.states[FORCE] * STRIP.l**2 / EI
-    expansion = ElasticaExpansion(EI, STRIP.l, E, 1.0, 0.0, nodes_for(float(q.min()), float(q.max())))
+    expansion = ElasticaExpansion(linear.strip, nodes_for(float(q.min()), float(q.max())))
     bent, sunk = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
     return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
 

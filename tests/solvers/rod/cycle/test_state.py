@@ -9,6 +9,7 @@ import pytest
 from oracles.textbook import rod_beam_column
 from solvers.rod.cycle import state
 from solvers.rod.strip import beam_column, shape
+from tests.solvers.rod.machines import bend_state
 
 ROD = 2.0
 
@@ -75,7 +76,7 @@ def test_without_coupling_the_shape_is_a_cubic():
     strip = state.Strip(2.0, 1.0, ROD, 0.0, 0.0, 0.0, 1.0, 0.0, -1e9)
     states = np.empty((state.ROWS, 2))
     for i, force in enumerate((-7.0, 5.0)):
-        state.bend_state(strip, force, 1.0, states, i)
+        bend_state(strip, force, 1.0, states, i)
     # Clamped at 0, hinged at L: M = M0 (1 - z/L), V(1) + V'(1) = 1.
     assert states[state.CLAMP] == pytest.approx(np.full(2, 1.0 / (1 / 2 - 1 / 12 + 1 - 1 / 4)), rel=1e-14)
     assert states[state.SHEAR] == pytest.approx(-states[state.CLAMP] / ROD, rel=1e-14)

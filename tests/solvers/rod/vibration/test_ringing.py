@@ -18,7 +18,7 @@ from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.piston.friction import power_at
 from solvers.rod.vibration import motion as motions
-from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import RULE, Excitation, states_at
 from solvers.rod.vibration.free_modes import free_mode
 from solvers.rod.vibration.motion import motion
@@ -64,12 +64,13 @@ def integrated(equation, excitation, angles):
 
     def driven(x, state):
         states = states_at(excitation.drive, excitation.strip, np.array([x]))
-        swing, right = equation.swing(states)[0], equation.right(states)[0]
+        swing, _, right = (one[0] for one in quasi_static(equation, states))
         a = state.reshape(2 * count, -1)
         load = np.zeros_like(a[:count])
         load[:, -1] = right
         if equation.loss:
-            beside = equation.still(states_at(excitation.drive, excitation.strip, x + 1e-5 * np.array([-1.0, 1.0])))
+            around = states_at(excitation.drive, excitation.strip, x + 1e-5 * np.array([-1.0, 1.0]))
+            beside = quasi_static(equation, around)[1]
             load[:, -1] += equation.damping * (beside[1] - beside[0]) / 2e-5
         held = a[:count] + swing * (equation.coupling @ a[:count]) + equation.damping[:, None] * a[count:]
         return np.concatenate([a[count:], (load - held) / equation.slowness[:, None]]).ravel()
@@ -88,7 +89,7 @@ def integrated(equation, excitation, angles):
     for angle in angles:
         state, here = run(state, here, angle), angle
         states = states_at(excitation.drive, excitation.strip, np.array([angle]))
-        out.append(state[:count] - equation.still(states)[0])
+        out.append(state[:count] - quasi_static(equation, states)[1][0])
     return np.array(out).T
 
 

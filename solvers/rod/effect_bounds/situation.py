@@ -15,7 +15,7 @@ from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import BEAM_COLUMN, strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.effect_bounds.corrected import Corrected, change_beside, corrected
-from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, Inert
+from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, SIGNED, Inert
 from solvers.rod.effect_bounds.main_results import (
     MASS,
     SHEARING,
@@ -34,8 +34,11 @@ from solvers.rod.strip.shear import critical_coupling
 
 Array = NDArray[np.float64]
 
-_EVEN, _MAX_EVEN = 128, 1024
+_EVEN, _MAX_EVEN, _MAX_EVEN_IF_SHARP = 128, 1024, 4096
 """Initial and maximum number of uniform angles; doubled until the reactions are resolved."""
+
+_LEAST = 1e-3
+"""Change by inertia from which the motion is worth more angles where the load is sharp."""
 
 _APART, _APART_IF_SHARP = 1e-2, 1e-3
 """Change by corrections up to which they and other effects are judged one by one, for smooth and for sharp loads."""
@@ -105,6 +108,23 @@ class Turn:
     @property
     def stands(self) -> bool:
         return float(self.states[FORCE].min()) > -self.critical
+
+
+def _finer(turn: Turn, found: Corrected) -> int | None:
+    """How many uniform angles the first mode asks for, if more than there are; None where no number up to the greatest
+    is enough, or where that mode hardly moves.
+
+    Smooth loads hardly make it ring, so that its excitation is to be resolved. Corners and jumps do, and only where its
+    motion is resolved the phases count of what they excite; else its amplitudes are added up.
+    """
+    even, turns = turn.sampling.even, found.pace * TURN
+    if turn.smooth:
+        excited = FOLLOWED * even <= turns and found.pace <= _MAX_EXCITED * turn.sharpness
+        return 2 * even if excited and 2 * even <= _MAX_EVEN else None
+    wanted = turns / SIGNED
+    if not even < wanted <= _MAX_EVEN_IF_SHARP or found.by_inertia < _LEAST:
+        return None
+    return 2 ** math.ceil(math.log2(wanted))
 
 
 @dataclass(frozen=True)
@@ -194,16 +214,14 @@ class Situation:
         """They, and the revolution they belong to: at as many angles as resolve the first mode."""
         turn = self.upright
         while turn is not None:
-            even = turn.sampling.even
             found = corrected(
                 turn.judging, turn.strip, turn.states, turn.judged, turn.sampling, self.inert, collocation(NODES),
                 turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
-            pace = found.pace
-            coarse = FOLLOWED * even <= pace * TURN and pace <= _MAX_EXCITED * turn.sharpness and 2 * even <= _MAX_EVEN
-            if not (turn.smooth and coarse):
+            finer = _finer(turn, found)
+            if finer is None:
                 return turn, found
-            turn = self._resolved(turn.drive, turn.strip, 2 * even)
+            turn = self._resolved(turn.drive, turn.strip, finer)
         return None
 
     def changes_without(self, part: int) -> tuple[float, float]:

@@ -44,9 +44,8 @@ class Beside:
         demands = problem.requirements.demands() + problem.objective.demands()
         if not any(demand.effect in _CONTACT for demand in demands):
             selection = rod.EffectSelection(selection.include - _CONTACT, selection.exclude | _CONTACT)
-        b = problem.bounds
         # The selection fixes every effect, so the choice does not depend on the strip.
-        choice = choose_for(problem.scene, rod.Dimensions(b.b[1], b.h[1], b.l[0]), selection)
+        choice = choose_for(problem.scene, problem.bounds.stiffest, selection)
         return Beside(problem.scene, choice, accuracy)
 
     def __call__(self, sizes: Array) -> RodCheck | None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -24,9 +24,10 @@ from solvers.rod.optimum.answer.composition import Answers, RodDesign
 from solvers.rod.optimum.available_sizes import discrete_optimum
 from solvers.rod.optimum.core_cycle import core_cycle
 from solvers.rod.optimum.corrections import stands
+from solvers.rod.optimum.costly_limits import with_finer_checks
 from solvers.rod.optimum.feasibility import least_violating, least_violation
 from solvers.rod.optimum.full_model import FullModel, no_watch
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, continuous_optimum
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.local_search import Local, Task
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.requirement_as_objective import Reached, RequirementsAsObjectives
@@ -159,8 +160,7 @@ class _Design:
             return proof, 0.0, proof.best.dimensions
         b = p.bounds
         least = least_violation(self.cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length))))
-        stoutest = Dimensions(b.b[1], b.h[1], b.l[0])
-        return (proof, *least) if least is not None else (proof, math.inf, stoutest)
+        return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
 
     def choice_at(self, strip: Dimensions) -> Choice[RodEffect]:
         p = self.problem
@@ -192,7 +192,8 @@ class _Design:
     def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
-        composition = compose(choose_for(p.scene, _any_strip(p), settled, self.effect_tolerance))
+        # With settled effects any strip will do.
+        composition = compose(choose_for(p.scene, p.bounds.stiffest, settled, self.effect_tolerance))
         wanted = wanted_of(p.objective, self.limits)
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
@@ -219,21 +220,36 @@ class _Design:
         beyond = _beyond(chosen)
         if not beyond:
             return self.on_core(context, proof, strip)
+        influence = self.influence(strip, beyond)
         # Infeasible unless the effects changed the results by more than three times their bound.
-        hopeless = excess > max(_MAX_EXCESS, 3.0 * self.influence(strip, beyond))
+        hopeless = excess > max(_MAX_EXCESS, 3.0 * influence)
+        # Where effects may change results by as much as these are, the strip that vibrates least is a start, too.
+        starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
         quick = not context.model.rings and not self.sizes.discrete
         effects = context.model.effects
         alone = RequirementsAsObjectives(
             self.problem, partial(self.reached, effects), partial(self.led, effects), quick
         )
-        optimum = self.on_full_model(context, alone, excess, strip, hopeless)
+        optimum = self.on_full_model(context, alone, excess, starts, hopeless)
         if _found(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _End(best, True, partial(self.answers.of_full_model, context, proof, beyond, optimum))
+            return _End(best, True, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
             return _End(strip, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
         return _End(strip, False, partial(self.answers.infeasible, context, alone, proof, strip, beyond, optimum))
+
+    def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
+        """What is told of the best strip of the full model, whose limits are resolved as finely as they cost."""
+        best = optimum.local.best
+        if not self.out_of_time:
+            fixed = self.sizes.around(best.outcome.value.dimensions)
+            optimum.conditions = optimum.conditions or conditions_at(context, best, context.bounds, fixed)
+            try:
+                context, optimum = with_finer_checks(context, optimum, fixed)
+            except OutOfTime:
+                self.out_of_time = True
+        return self.answers.of_full_model(context, proof, beyond, optimum)
 
     def on_core(self, context: Context, proof: Proof, strip: Dimensions) -> _End:
         """The end if no effect goes beyond the core: the search's optimum, with the limits as a check evaluates
@@ -255,18 +271,19 @@ class _Design:
         return _End(strip, False, partial(self.answers.infeasible, context, nothing, proof, strip, (), None))
 
     def on_full_model(
-        self, context: Context, alone: RequirementsAsObjectives, excess: float, strip: Dimensions, hopeless: bool
-    ) -> Optimum | None:
+        self, context: Context, alone: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
+        hopeless: bool,
+    ) -> Optimum | None:  # fmt: skip
         """The best strip on the full model found within the time."""
         try:
-            optimum = None if excess > 0.0 else self.optimum_from(context, strip)
+            optimum = None if excess > 0.0 else self.optimum_from(context, starts)
             if _found(optimum) or not math.isfinite(excess):
                 return optimum
-            nearest = least_violating(context, strip, hopeless)
+            nearest = least_violating(context, starts[0], hopeless)
             if nearest is None:
                 return None
             for start in self.admissible(alone, nearest, hopeless):
-                optimum = self.optimum_from(context, start)
+                optimum = self.optimum_from(context, [start])
                 if _found(optimum):
                     return optimum
             return Optimum(nearest, starts=context.starts) if nearest.found is None else optimum
@@ -317,8 +334,8 @@ class _Design:
             return None
         return None if end is None or end.found is None else end.found.outcome
 
-    def optimum_from(self, context: Context, strip: Dimensions) -> Optimum | None:
-        return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, strip)
+    def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
+        return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
 
     @property
     def answers(self) -> Answers:
@@ -337,9 +354,3 @@ def _found(optimum: Optimum | None) -> bool:
 def _beyond(chosen: frozenset[str]) -> tuple[str, ...]:
     """Those effects that go beyond the core."""
     return tuple(sorted(chosen - _CORE))
-
-
-def _any_strip(problem: RodProblem) -> Dimensions:
-    """A strip within the bounds: with fixed effects any will do."""
-    b = problem.bounds
-    return Dimensions(b.b[1], b.h[1], b.l[0])

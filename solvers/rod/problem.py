@@ -11,7 +11,7 @@ from solvers.errors import InvalidInput, require_positive
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
 from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
-from solvers.rod.scene import Scene
+from solvers.rod.scene import Dimensions, Scene
 
 Range = tuple[float, float]
 
@@ -29,6 +29,11 @@ class Bounds:
             low, high = getattr(self, name)
             if not (math.isfinite(high) and 0 < low <= high):
                 raise InvalidInput(f"bounds.{name}", "is not a range of positive lengths", "0 < lower <= upper")
+
+    @property
+    def stiffest(self) -> Dimensions:
+        """The strip that buckles last and vibrates least."""
+        return Dimensions(self.b[1], self.h[1], self.l[0])
 
 
 @dataclass(frozen=True)

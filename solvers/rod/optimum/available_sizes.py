@@ -13,7 +13,7 @@ paths of sizes chosen at will if the thickness may be (``gaps``), by rows of len
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 
 import numpy as np
@@ -43,12 +43,12 @@ _STEPS = 2
 """So many steps to each side are next to a strip."""
 
 
-def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
+def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
     explored = context.explored()
     # The search for any admissible strip may have ended at sizes that are not to be had.
     explored.ends = [end for end in explored.ends if context.available(end.best.outcome.value.dimensions)]
-    optimum = _optimum(explored, start)
+    optimum = _optimum(explored, starts)
     if explored is context or optimum is None:
         return optimum
     context.ends = []
@@ -59,9 +59,11 @@ def discrete_optimum(context: Context, start: Dimensions) -> Optimum | None:
     return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.left, optimum.followed)
 
 
-def _optimum(context: Context, start: Dimensions) -> Optimum | None:
-    strip: Dimensions | None = start
+def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     tried: set[tuple[float, ...]] = set()
+    strip, *others = starts
+    for other in others:
+        _at(context, other, tried)
     for _ in range(_SHIFTS):
         found = _at(context, strip, tried)
         if found is None:

@@ -60,9 +60,7 @@ class CoreOptima:
 
     def stoutest(self) -> float:
         """Stability safety of the strip that buckles last: maximum width and thickness, minimum length."""
-        bounds = self.sizes.bounds
-        d = Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
-        size = self.sizes.around(d)
+        size = self.sizes.around(self.sizes.bounds.stiffest)
         b, h, l = size.b[1], size.h[1], size.l[0]
         modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
         return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression

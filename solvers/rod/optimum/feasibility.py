@@ -46,7 +46,7 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
 
 
 def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
-    yield Dimensions(bounds.b[1], bounds.h[1], bounds.l[0])
+    yield bounds.stiffest
     yield from _spread(cycle, limits, bounds)
 
 

@@ -123,13 +123,16 @@ class FullModel:
         beside peaks and the last digits count."""
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
+    def at_accuracy(self, accuracy: float) -> FullModel:
+        """The same at another accuracy; its checks are its own."""
+        return replace(self._anew(), accuracy=accuracy, _checks={})
+
     def rougher(self, accuracy: float) -> FullModel:
         """The same, less accurate, with corrections to second order; its checks are its own, without contact and
         friction power where nobody looks at them: to resolve these takes twice the time of the rest."""
         looks, chosen = self.wanted.reactions or self.wanted.power, self.effects
         effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        accuracy = max(self.accuracy, accuracy)
-        return replace(self._anew(), accuracy=accuracy, effects=effects, curved=True, _checks={})
+        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, curved=True)
 
     def finer(self, coarse: FullModel | None = None) -> FullModel:
         """The same with corrections to second order over short steps and rows as good as checks; its checks are the

@@ -10,7 +10,7 @@ come in steps: see ``available_sizes``.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -203,10 +203,10 @@ class Context:
         return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_BOXES)
 
 
-def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
+def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of sizes that may be chosen at will; its best iterate may be inadmissible, if none is found."""
     explored = context.explored()
-    _search_everywhere(explored, start)
+    _search_everywhere(explored, starts)
     local = explored.best()
     if local is None or local.found is None:
         return None if local is None else Optimum(local, starts=context.starts, ends=1)
@@ -227,10 +227,11 @@ def continuous_optimum(context: Context, start: Dimensions) -> Optimum | None:
     return Optimum(context.best(), conditions, second, context.starts, _different(context.ends))
 
 
-def _search_everywhere(context: Context, start: Dimensions) -> None:
-    """From the core's optimum, and from where the core has it with its limits shifted."""
+def _search_everywhere(context: Context, starts: Sequence[Dimensions]) -> None:
+    """From the starts, and from where the core has its optimum with its limits shifted."""
     rounds = _ROUGH_ROUNDS if context.model.rings else ROUNDS
-    context.search_from(start, context.bounds, rounds=rounds)
+    for start in starts:
+        context.search_from(start, context.bounds, rounds=rounds)
     for _ in range(_SHIFTS):
         other, known = _other_start(context), len(context.ends)
         if other is None:

@@ -15,7 +15,8 @@ from solvers.rod.optimum.answer.sensitivities import stationarity
 from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import Polished
 from solvers.rod.optimum.core_requirement import CoreOptima
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at
+from solvers.rod.optimum.costly_limits import error_of
+from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum
 from solvers.rod.optimum.full_strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
@@ -88,9 +89,6 @@ class Answers:
         """The best strip of the full model."""
         p, best = self.problem, optimum.local.best
         result, density = best.outcome.value, p.scene.material.density
-        narrow = self.sizes.around(result.dimensions)
-        if optimum.conditions is None and not self.out_of_time:
-            optimum.conditions = conditions_at(context, best, context.bounds, narrow)
         active = () if optimum.conditions is None else optimum.conditions.active
         widened, influence = certificate.widened_bound(
             self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
@@ -99,11 +97,7 @@ class Answers:
         told = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
         )
-        # Estimated error: the gain not worth a step, the predicted gain along the limits, and the distance from them.
-        short = max(optimum.local.gain, context.task.enough)
-        short += optimum.left + (0.0 if optimum.second_order is None else optimum.second_order.gain)
-        short += certificate.owed(dict.fromkeys(self.limits, context.task.guard), active)
-        estimated = best.outcome.accuracy.estimated + short
+        estimated = error_of(context, optimum)
         held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
         if context.model.ripples and not held:
             # Of narrow valleys side by side others may be deeper.

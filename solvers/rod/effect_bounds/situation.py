@@ -174,7 +174,9 @@ class Situation:
     def without(self) -> Array:
         """Maximum relative changes of the forces and of the shape without each part, (PARTS, 2), beside no
         corrections."""
-        turn, still = self.turn, self.drive._replace(mass=0.0)
+        # Half of the angles of a smooth load are mostly enough.
+        turn = self.turn if self.sharp.ends.size else self._resolved(self.drive, self.strip, _EVEN // 2)
+        still = turn.drive._replace(mass=0.0)
         return changes_without(turn.judging, turn.drive, still, turn.strip, turn.critical, self.critical, turn.judged)
 
     @cached_property

@@ -82,8 +82,8 @@ EFFECTS: tuple[RodEffect, ...] = (
     RodEffect(
         name="rod_inertia",
         summary="transverse inertia of the strip, with all harmonics of the axial force",
-        measure="greatest relative change of the main results by the motion that follows the load and by what the first "
-        "mode rings with, times a margin",
+        measure="greatest relative change of the main results by the motion that follows the load and by what "
+        "the first mode rings with, times a margin",
         influence=rod_inertia,
         join=partial(_corrected, RodInertia()),
     ),

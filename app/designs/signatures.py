@@ -73,7 +73,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.piston.friction._power", "f1 f1 f1 f f f f"),
         ("solvers.rod.piston.skirt.contact_load", "f f"),
         ("solvers.rod.strip.buckling._first_roots", "f1 f1"),
-        ("solvers.rod.strip.buckling.first_root", "f"),
         ("solvers.rod.strip.shear.critical_coupling", "f f f"),
         ("solvers.rod.vibration.equation._equation", "solvers.rod.cycle.state.Strip f f f solvers.rod.vibration.natural_frequencies.Polynomials"),
         ("solvers.rod.vibration.equation.quasi_static", "solvers.rod.vibration.equation.StripEquation f2"),

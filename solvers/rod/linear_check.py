@@ -1,7 +1,12 @@
 """Compiled check of strips without shape corrections: rows of inputs to rows of results.
 
 Gas and inertia, beam-column, shear and friction feedback are part of the states (``state``); the strip's own inertia
-and large displacement are corrections.
+and large displacement are corrections. Without coupling the strip's shape is proportional to the stroke,
+
+    sigma+- = P/(b h) +- (E h/2) kappa(z) s,    kappa = (L - z)/det,    V = (L z^2/2 - z^3/6 + g z)/det s
+
+(``strip.beam_column`` at q = 0). Then every severity that is convex in maximum and minimum stress is largest at the
+clamp, the deflection at the head, and side force, clamp moment and contact load at the maximum stroke r.
 """
 
 from __future__ import annotations
@@ -12,27 +17,40 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.guide_loads import (
+    CLAMP_MOMENT,
+    CONTACT_LOAD,
     GUIDE_READINGS,
+    SIDE_FORCE,
     Guide,
+    couple_of,
     friction_power,
     read_guide,
     relative,
 )
 from solvers.rod.cycle.sampling import first_edges, sample
 from solvers.rod.cycle.section import (
+    DEFLECTED,
     FEW_STATIONS,
+    FIBRE,
+    HIGH_STRESS,
+    LOW_STRESS,
+    PLACE,
     READINGS,
     STATIONS,
+    STRENGTH,
+    UTILISATION,
     Field,
     read_along,
 )
-from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
+from solvers.rod.cycle.state import CLAMP, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Dimensions, Load, Scene
+from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, first_root
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
@@ -99,6 +117,7 @@ ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOW_ACCURACY = 1e-4
 LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
+_CONVEX = 1e-12
 _ROUND = float(FIRST_ROOT_LIMITS[1])
 
 
@@ -209,22 +228,71 @@ def _read(
     """Write all results of an unbuckled strip to ``out``; returns the maximum relative error."""
     direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
     force, none, along = states[FORCE], np.empty((0, states.shape[1])), out[_ALONG : _ALONG + READINGS]
-    # A large constant force would mask a small amplitude: the criterion adds its stress separately.
-    level = force.min() == force.max()
-    mean = direct * force[0] if level else 0.0
-    field = Field(
-        edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, 0.0 if level else direct,
-        bending, False,
-    )  # fmt: skip
-    error = read_along(field, None, mean, lines, parabola, tolerance, stations, along)
+    level, straight, l = force.min() == force.max(), strip.couples == 0.0, strip.length
+    # Of a shape proportional to the stroke, at its maximum.
+    _, softening, clamp, shear, _ = constants(0.0, l, strip.rod_length, strip.compliance)
+    clamp, shear = clamp * drive.crank_radius, shear * drive.crank_radius
+    if straight and not level and _is_convex(lines, parabola):
+        error = _along_straight(edges, rule, states, direct, bending, lines, parabola, tolerance, along)
+        along[DEFLECTED] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
+    else:
+        # A large constant force would mask a small amplitude: the criterion adds its stress separately.
+        mean = direct * force[0] if level else 0.0
+        field = Field(
+            edges, rule, states, states[SIDE], none, none, l, strip.compliance, 0.0 if level else direct, bending, False
+        )
+        error = read_along(field, None, mean, lines, parabola, tolerance, stations, along)
     speed = drive.crank_radius * drive.angular_speed
     guide = Guide(
         states[SIDE], states[MOMENT], strip.lever, strip.offset, row[17] * (4.0 / math.pi) * speed,
         drive.crank_radius / drive.rod_length,
     )  # fmt: skip
     parts, told = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_READINGS]
-    error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
+    if straight:
+        side, moment = -strip.stiffness * softening * shear, strip.stiffness * clamp
+        told[SIDE_FORCE], told[CLAMP_MOMENT] = abs(side), abs(moment)
+        if contact:
+            told[CONTACT_LOAD] = abs(side) + abs(couple_of(side, moment, strip.lever, strip.offset))
+    else:
+        error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
     if contact:
         out[_POWER], missed = friction_power(edges, rule, guide, tolerance)
         error = max(error, missed)
     return error
+
+
+@kernel
+def _is_convex(lines: Array, parabola: Array) -> bool:
+    """Whether the utilisation is convex in both extreme stresses, and decreasing in the minimum."""
+    convex = parabola[0] == 0.0 and lines.shape[1] == 1
+    for c in range(lines.shape[0]):
+        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEX)
+    return convex
+
+
+@kernel
+def _along_straight(
+    edges: Array, rule: Rule, states: Array, direct: float, bending: float, lines: Array, parabola: Array,
+    tolerance: float, out: Array,
+) -> float:  # fmt: skip
+    """Write the clamp stresses of a shape proportional to the stroke to ``out`` (READINGS,); returns the maximum
+    relative error."""
+    best, most, of_best, of_most, amplitude_error, other = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    stress = np.empty(states.shape[1])
+    for layer in range(2):
+        bends = (1.0 - 2.0 * layer) * bending
+        for i in range(stress.size):
+            stress[i] = direct * states[FORCE, i] + bends * states[CLAMP, i]
+        low, high, of_low, of_high = _forces(edges, rule, stress, 0.01 * tolerance)
+        low = -low
+        used = utilisation_of(high, low, lines, parabola)
+        of_used = utilisation_of(high + of_high, low - of_low, lines, parabola) - used
+        other = max(other, used + of_used)
+        if used > best:
+            best, of_best = used, of_used
+            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS], out[PLACE], out[FIBRE] = used, high, low, 0.0, layer
+            amplitude_error = relative(of_high + of_low, 0.5 * (high - low))
+        if high > most or -low > most:
+            most, of_most = max(high, -low), max(of_high, of_low)
+    out[STRENGTH] = most
+    return max(relative(max(of_best, other - best), best), relative(of_most, most), amplitude_error)

@@ -67,26 +67,26 @@ class Corrected(NamedTuple):
 
 @kernel
 def corrected(
-    j: Judging, strip: Strip, states: Array, judged: Judged, sampling: Sampling, inert: Inert, tables: Collocation,
-    of_large: Collocation, apart: float,
+    j: Judging, strip: Strip, seen: Array, judged: Judged, states: Array, sampling: Sampling,
+    every: int, inert: Inert, tables: Collocation, of_large: Collocation, apart: float,
 ) -> Corrected:  # fmt: skip
-    """The corrections of a revolution from its states and results without them.
+    """The corrections of a revolution from its ``states`` at all angles, judged at those ``seen``.
 
     ``apart``: the change up to which the corrections and other effects are judged one by one.
     """
-    motion = motion_of(states, sampling, strip, inert, tables, _BY_ITSELF)
-    large = _in_large(strip, states, of_large)
-    in_large, loud, quiet = judge(j, strip, states, large, judged.critical), judged, judged
+    motion = motion_of(states, sampling, every, strip, inert, tables, _BY_ITSELF)
+    large = _in_large(strip, seen, of_large)
+    in_large, loud, quiet = judge(j, strip, seen, large, judged.critical), judged, judged
     by_large, by_inertia = change_of_shape(judged, in_large), 0.0
     for k in range(_ringings(motion.share)):
-        moved = judge(j, strip, states, _moved(j, sampling, motion, _ringing(motion, k)), judged.critical)
+        moved = judge(j, strip, seen, _moved(j, sampling, motion, _ringing(motion, k)), judged.critical)
         by_inertia = max(by_inertia, change_of_shape(judged, moved))
     interact = not max(by_large, by_inertia) <= apart
     if interact:
         for k in range(_ringings(motion.share)):
             by_motion = _moved(j, sampling, motion, _ringing(motion, k))
-            moved = judge(j, strip, states, by_motion, judged.critical)
-            quiet = judge(j, strip, states, both_added(by_motion, large), judged.critical)
+            moved = judge(j, strip, seen, by_motion, judged.critical)
+            quiet = judge(j, strip, seen, both_added(by_motion, large), judged.critical)
             if k == 0:
                 loud = quiet
             by_large = max(by_large, change_of_shape(moved, quiet))
@@ -98,24 +98,27 @@ def corrected(
 
 @kernel
 def change_beside(
-    j: Judging, sampling: Sampling, inert: Inert, tables: Collocation, of_large: Collocation, whole: Corrected,
-    left_drive: Drive, left: Strip, left_critical: float,
+    j: Judging, sampling: Sampling, every: int, inert: Inert, tables: Collocation, of_large: Collocation,
+    whole: Corrected, left_drive: Drive, left: Strip, left_critical: float,
 ) -> tuple[float, float]:  # fmt: skip
     """Relative changes of the forces and of the shape beside the corrections of the whole, of what is ``left`` without
     an effect: the drive, the strip, and P_cr [N]."""
-    states = np.empty((ROWS, sampling.angle.size))
+    states, seen = np.empty((ROWS, sampling.angle.size)), np.empty((ROWS, j.angle.size))
     fill_states(left_drive, left, sampling.angle, states)
     if not states[FORCE].min() > -left_critical:
         return np.inf, np.inf
-    motion = motion_of(states, sampling, left, inert, tables, whole.nearer)
-    large = _in_large(left, states, of_large)
+    for row in range(ROWS):
+        for i in range(seen.shape[1]):
+            seen[row, i] = states[row, i * every]
+    motion = motion_of(states, sampling, every, left, inert, tables, whole.nearer)
+    large = _in_large(left, seen, of_large)
     # A resonance that is neared without the effect may be one that is left: its side is as uncertain as the phase.
     detuned = min(motion.detuning * abs(motion.sine - whole.sine), 1.0)
     forces, shape, count = 0.0, 0.0, _ringings(whole.share)
     for k in range(count if count == 1 else 4):
         rings = _ringing(motion, 1) if k == 1 else 1.0 + detuned if k == 2 else 1.0 - detuned if k == 3 else 1.0
         by_motion = _moved(j, sampling, motion, rings)
-        found = judge(j, left, states, both_added(by_motion, large), left_critical)
+        found = judge(j, left, seen, both_added(by_motion, large), left_critical)
         exact = whole.quiet if k == 1 else whole.loud
         forces, shape = change_of_forces(j, found, exact), max(shape, change_of_shape(found, exact))
     return forces, shape

@@ -63,7 +63,7 @@ class Motion(NamedTuple):
                                 (terms, n), of the response that follows the load, at uniform angles
     mode_side, _moment, …       the same of a unit of the first mode's motion, the last of shape (terms,)
     rings, steeper              the mode's ringing, and what else it does where the load is sharper than between uniform
-                                angles, at all angles
+                                angles, at the judged angles
     either                      whether the ringing may have either sign at any angle
     share                       share of ringing in the first mode's maximum motion
     pace                        mean of Omega
@@ -90,9 +90,10 @@ class Motion(NamedTuple):
 
 @kernel
 def motion_of(
-    states: Array, sampling: Sampling, strip: Strip, inert: Inert, tables: Collocation, nearer: float
+    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation, nearer: float
 ) -> Motion:
-    """The motion over a revolution of an unbuckled strip from its states at the sampled angles.
+    """The motion over a revolution of an unbuckled strip from its states at the sampled angles, returned at every
+    ``every``-th uniform one.
 
     ``nearer`` is that of a strip to compare with, or negative: by the uncertainty of the phase.
     """
@@ -102,7 +103,7 @@ def motion_of(
     smooth, step = order.size == even, _TURN / even
     pace = paces(coupling, head, inertia, tables)
     rise = _quasi_static(states, strip.compliance, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, coupling, head, inertia, even, tables)
+    rows, shape, greatest = _first_iterate(rise, coupling, head, inertia, even, every, tables)
     share = _share_of(rise, shape)
     follows, fast = np.empty(even), pace.min() * step > SIGNED
     for i in range(even):
@@ -131,16 +132,18 @@ def motion_of(
             for i in range(even):
                 rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
     whole, most = np.abs(follows).max(), np.abs(rings).max()
-    for i in range(order.size):
+    count = order.size // every
+    for i in range(count):
         # The inertia of a mode's motion is proportional to the square of its frequency.
-        rate = (pace[i] / pace[greatest]) ** 2
+        k = i * every
+        rate = (pace[k] / pace[greatest * every]) ** 2
         # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
-        rings[i] = rate * (math.copysign(rings[i], states[STROKE, i]) if fast else rings[i])
-        steeper[i] *= rate
+        rings[i] = rate * (math.copysign(rings[k], states[STROKE, k]) if fast else rings[k])
+        steeper[i] = rate * steeper[k]
     sides, moments = -1.0 / per_force, strip.stiffness / l
     return Motion(
         sides * rows[0], moments * rows[1], rows[2:] / l, sides * rows[0, greatest], moments * rows[1, greatest],
-        rows[2:, greatest] / l, rings, steeper, fast, most / max(whole, most) if most > 0.0 else 0.0,
+        rows[2:, greatest] / l, rings[:count], steeper[:count], fast, most / max(whole, most) if most > 0.0 else 0.0,
         pace[:even].mean(), phase.sine, phase.nearer, phase.detuning,
     )  # fmt: skip
 
@@ -217,20 +220,21 @@ def _quasi_static(states: Array, compliance: float, l: float, head: float, table
 
 @kernel
 def _first_iterate(
-    rise: Array, coupling: Array, head: float, inertia: float, count: int, tables: Collocation
+    rise: Array, coupling: Array, head: float, inertia: float, count: int, every: int, tables: Collocation
 ) -> tuple[Array, Array, int]:
-    """d at the first ``count`` angles, which are uniform: (NODES + 4, count); the Legendre coefficients of its shape at
-    its maximum, (NODES + 2,), and that column's index.
+    """d at every ``every``-th of the first ``count`` angles, which are uniform: (NODES + 4, count/every); the Legendre
+    coefficients of its shape at its maximum, (NODES + 2,), and that column's index.
 
     Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``coupling`` is
     q_s l^2, ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
     room, load, none = scratch(n), np.zeros(n), np.zeros(n)
-    out, shape = np.empty((n + 4, count)), np.zeros(n + 2)
+    out, shape = np.empty((n + 4, count // every)), np.zeros(n + 2)
     bend, sunk, moved = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
     scale, greatest, where = inertia * (count / _TURN) ** 2, -1.0, 0
-    for i in range(count):
+    for j in range(count // every):
+        i = j * every
         before, after = rise[i - 1 if i > 0 else count - 1], rise[i + 1 if i < count - 1 else 0]
         for k in range(n + 2):
             moved[k] = scale * (before[k] - 2.0 * rise[i, k] + after[k])
@@ -238,12 +242,12 @@ def _first_iterate(
         for k in range(1, n):
             load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
         q, c = bent_by(coupling[i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
-        out[0, i], out[1, i] = q, c
+        out[0, j], out[1, j] = q, c
         for k in range(n + 2):
-            out[2 + k, i] = bend[k]
+            out[2 + k, j] = bend[k]
         if abs(sunk[0]) > greatest:
             greatest = abs(sunk[0])
-            where = i
+            where = j
             for k in range(sunk.size):
                 shape[k] = sunk[k]
     return out, shape, where

@@ -54,9 +54,9 @@ _MAX_SECOND_DIFFERENCE = 0.03
 
 
 @kernel
-def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float]:
-    """The states at the angles, |dx/dphi| [m], and the maximum second difference of the reactions at the uniform
-    angles, relative to their maxima."""
+def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float]:
+    """The states at the angles, |dx/dphi| [m], and the maximum second differences of the reactions at the uniform
+    angles and at every other one, relative to their maxima."""
     states, travel = np.empty((ROWS, angle.size)), np.empty(angle.size)
     fill_states(drive, strip, angle, states)
     ratio = drive.crank_radius / drive.rod_length
@@ -64,20 +64,22 @@ def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array,
         sine = math.sin(angle[i])
         lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
         travel[i] = abs(drive.crank_radius * sine * (1.0 + ratio * math.cos(angle[i]) / lean))
-    bent = 0.0
+    bent, thinned = 0.0, 0.0
     for row in (SIDE, MOMENT):
-        reaction, most, greatest = states[row], 0.0, 0.0
+        reaction, most, once, twice = states[row], 0.0, 0.0, 0.0
         for i in range(even):
-            second = reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]
-            most, greatest = max(most, abs(reaction[i])), max(greatest, abs(second))
+            most = max(most, abs(reaction[i]))
+            once = max(once, abs(reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]))
+            twice = max(twice, abs(reaction[(i - 2) % even] - 2.0 * reaction[i] + reaction[(i + 2) % even]))
         if most > 0.0:
-            bent = max(bent, greatest / most)
-    return states, travel, bent
+            bent, thinned = max(bent, once / most), max(thinned, twice / most)
+    return states, travel, bent, thinned
 
 
 @dataclass(frozen=True)
 class Turn:
-    """A sampled revolution of a strip: P_cr [N], the parameters of the results, and the states (``cycle.state``).
+    """A sampled revolution of a strip: P_cr [N], the states (``cycle.state``) at all angles, and at those ``seen`` by
+    the results, whose parameters are ``judging``: of a smooth load every ``step``-th one, if these resolve it.
 
     ``sharpness`` is the square root of the ratio of the reactions' maximum second derivative to their maximum.
     """
@@ -87,13 +89,15 @@ class Turn:
     strip: Strip
     critical: float
     sharpness: float
-    judging: Judging
     states: Array
+    step: int
+    seen: Array
+    judging: Judging
 
     @cached_property
     def judged(self) -> Judged:
         """The main results."""
-        return judge_turn(self.judging, self.drive, self.strip, self.states, self.critical)
+        return judge_turn(self.judging, self.drive, self.strip, self.seen, self.critical)
 
     @cached_property
     def tables(self) -> Collocation:
@@ -215,8 +219,8 @@ class Situation:
         turn = self.upright
         while turn is not None:
             found = corrected(
-                turn.judging, turn.strip, turn.states, turn.judged, turn.sampling, self.inert, collocation(NODES),
-                turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
+                turn.judging, turn.strip, turn.seen, turn.judged, turn.states, turn.sampling, turn.step, self.inert,
+                collocation(NODES), turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
             )  # fmt: skip
             finer = _finer(turn, found)
             if finer is None:
@@ -237,26 +241,30 @@ class Situation:
             return 0.0, 0.0
         critical = self.critical if part == SHEARING else turn.critical
         return change_beside(
-            turn.judging, turn.sampling, self.inert, collocation(NODES), turn.tables, found, drive, strip, critical
-        )
+            turn.judging, turn.sampling, turn.step, self.inert, collocation(NODES), turn.tables, found, drive, strip,
+            critical,
+        )  # fmt: skip
 
     def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
         sharp = self.sharp.ends.size > 0
         while True:
             sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
-            states, travel, bent = _states(drive, strip, sampling.angle, even)
-            judging, sharpness = self._judging(sampling, travel * sampling.share), math.sqrt(bent) * even / TURN
-            turn = Turn(sampling, drive, strip, self.critical_with_shear, sharpness, judging, states)
+            states, travel, bent, thinned = _states(drive, strip, sampling.angle, even)
+            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
+            judging, seen = self._judging(sampling, travel, step), np.ascontiguousarray(states[:, ::step])
+            sharpness = math.sqrt(bent) * even / TURN
+            turn = Turn(sampling, drive, strip, self.critical_with_shear, sharpness, states, step, seen, judging)
             if sharp or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
-    def _judging(self, sampling: Sampling, travel: Array) -> Judging:
+    def _judging(self, sampling: Sampling, travel: Array, step: int) -> Judging:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material
+        share = step * sampling.share[::step]
         return Judging(
-            sampling.angle,
-            sampling.share,
-            travel,
+            sampling.angle[::step].copy(),
+            share,
+            share * travel[::step],
             self.strip.lever,
             piston.clamp_offset,
             4.0 / math.pi * piston.friction_coefficient,

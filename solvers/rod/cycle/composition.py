@@ -10,13 +10,13 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple, Protocol
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.numerics.ripple import Ripple
 from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.section import Rippling
 from solvers.rod.cycle.state import (
     FORCE,
     ROWS,
@@ -30,19 +30,6 @@ from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
-
-
-class Rippling(NamedTuple):
-    """Ringing on top of a shape that is smooth between corners: a ripple with several parts, Legendre series over the
-    strip of their V'' [1/m] and V [m] (terms, parts), and their T [N] and M0 [N m] (parts,). ``begins`` is the number
-    of restarts per revolution."""
-
-    ripple: Ripple
-    bent: Array
-    sunk: Array
-    side: Array
-    moment: Array
-    begins: int
 
 
 class Refinement(Protocol):

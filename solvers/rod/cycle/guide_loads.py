@@ -23,6 +23,7 @@ from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
 from solvers.numerics.ripple import Ripple, reaches
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.sampling import TURN
+from solvers.rod.piston.friction import travel
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
 
@@ -160,10 +161,8 @@ def _power_by(edges: Array, rule: Rule, guide: Guide, left: float, right: float,
     for j in range(first, first + order):
         angle = middle + half * _GAUSS[0, j]
         side, moment = _both_at(edges, rule, guide, angle)
-        sine = math.sin(angle)
-        lean = math.sqrt((1.0 - guide.ratio * sine) * (1.0 + guide.ratio * sine))
         wall = both_walls(abs(side), guide.lever * abs(moment + side * guide.offset))
-        total += _GAUSS[1, j] * (wall * abs(sine * (1.0 + guide.ratio * math.cos(angle) / lean)))
+        total += _GAUSS[1, j] * (wall * travel(guide.ratio, angle))
     return guide.per_wall * half * total / TURN
 
 

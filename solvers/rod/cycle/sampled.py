@@ -18,10 +18,10 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Panels, Rule, inside, resolve, rule_of, split, tail_errors, values_at
 from solvers.numerics.radau import radau
 from solvers.numerics.ripple import no_ripple, reaches, ripple_at
-from solvers.rod.cycle.composition import Cycle, Rippling
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, read_guide
 from solvers.rod.cycle.sampling import CHECKED, MOST_PANELS, TURN, first_edges, rule_for
-from solvers.rod.cycle.section import Field, StripRipple, read_along
+from solvers.rod.cycle.section import Field, Rippling, read_along
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, fill_states
 
 Array = NDArray[np.float64]
@@ -86,11 +86,7 @@ class SampledCycle:
         if not field.inclined and force.max() == force.min():
             # A large constant force would mask a small amplitude: the criterion adds its stress separately.
             field, mean = field._replace(direct=0.0), field.direct * float(force[0])
-        along_strip = StripRipple(rings.ripple, rings.bent, rings.sunk)
-        error = _read(
-            field, along_strip, self.guide(), rings.side, rings.moment, contact, mean, lines, parabola, self.tolerance,
-            stations, along, told,
-        )  # fmt: skip
+        error = _read(field, rings, self.guide(), contact, mean, lines, parabola, self.tolerance, stations, along, told)
         if not contact:
             return np.nan, error
         power, missed = self.friction_power()
@@ -142,13 +138,13 @@ def _widest(cycle: Cycle, rule: Rule) -> float:
 
 @kernel
 def _read(
-    field: Field, rings: StripRipple, guide: Guide, of_side: Array, of_moment: Array, contact: bool, mean: float,
-    lines: Array, parabola: Array, tolerance: float, stations: int, along: Array, told: Array,
+    field: Field, rings: Rippling, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
+    tolerance: float, stations: int, along: Array, told: Array,
 ) -> float:  # fmt: skip
     """``SampledCycle.read`` without the friction power."""
     error = read_along(field, rings, mean, lines, parabola, tolerance, stations, along)
-    ripple, edges, rule = rings.ripple, field.edges, field.rule
-    return max(error, read_guide(edges, rule, guide, ripple, of_side, of_moment, contact, tolerance, told))
+    edges, rule, ripple = field.edges, field.rule, rings.ripple
+    return max(error, read_guide(edges, rule, guide, ripple, rings.side, rings.moment, contact, tolerance, told))
 
 
 @cache

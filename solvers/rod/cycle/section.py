@@ -85,13 +85,17 @@ class Field(NamedTuple):
     inclined: bool
 
 
-class StripRipple(NamedTuple):
-    """Ringing on top of a field, and Legendre series over the strip of V'' [1/m] and V [m] of its parts,
-    (terms, parts)."""
+class Rippling(NamedTuple):
+    """Ringing on top of a shape that is smooth between corners: a ripple with several parts, Legendre series over the
+    strip of their V'' [1/m] and V [m] (terms, parts), and their T [N] and M0 [N m] (parts,). ``begins`` is the number
+    of restarts per revolution."""
 
     ripple: Ripple
     bent: Array
     sunk: Array
+    side: Array
+    moment: Array
+    begins: int
 
 
 @kernel
@@ -141,7 +145,7 @@ def _parts_at(series: Array, x: float) -> Array:
 
 @kernel
 def extremes_at(
-    field: Field, rings: StripRipple | None, z: float, first: int, last: int, tolerance: float, room: Array, out: Array
+    field: Field, rings: Rippling | None, z: float, first: int, last: int, tolerance: float, room: Array, out: Array
 ) -> None:
     """Maximum and minimum over the revolution of the layers ``first`` … ``last`` - 1 at a section.
 
@@ -167,7 +171,7 @@ def extremes_at(
 
 @kernel
 def read_along(
-    field: Field, rings: StripRipple | None, mean: float, lines: Array, parabola: Array, tolerance: float,
+    field: Field, rings: Rippling | None, mean: float, lines: Array, parabola: Array, tolerance: float,
     stations: int, out: Array,
 ) -> float:  # fmt: skip
     """Write fatigue, strength and deflection to ``out`` (READINGS,); returns the maximum relative error of these and of
@@ -210,7 +214,7 @@ def read_along(
 
 @kernel
 def peaks(
-    field: Field, rings: StripRipple | None, room: Array, table: Array, first: int, last: int, lines: Array,
+    field: Field, rings: Rippling | None, room: Array, table: Array, first: int, last: int, lines: Array,
     parabola: Array, tolerance: float, located: bool,
 ) -> Array:  # fmt: skip
     """Local maxima along the strip of a severity of the layers ``first`` … ``last`` - 1, one per row (see ``VALUE`` …).
@@ -279,7 +283,7 @@ def peaks(
 
 @kernel
 def _peak_row(
-    field: Field, rings: StripRipple | None, layer: int, z: float, doubt: float, value: float, error: float,
+    field: Field, rings: Rippling | None, layer: int, z: float, doubt: float, value: float, error: float,
     lines: Array, parabola: Array, tolerance: float, room: Array, seen: Array,
 ) -> Array:  # fmt: skip
     """The row of one peak, with the effect of a section error ``doubt`` on amplitude and mean."""
@@ -304,7 +308,7 @@ def _peak_row(
 
 @kernel
 def _pinpoint(
-    field: Field, rings: StripRipple | None, layer: int, place: float, lines: Array, parabola: Array,
+    field: Field, rings: Rippling | None, layer: int, place: float, lines: Array, parabola: Array,
     tolerance: float, room: Array, seen: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """The section of a smooth peak and its uncertainty.

@@ -27,6 +27,7 @@ from solvers.rod.effect_bounds.main_results import (
 )
 from solvers.rod.effect_bounds.sampling import Sampling, Sharp, even_angles, sharp_angles, with_sharp
 from solvers.rod.load.axial_force import Drive, drive_of
+from solvers.rod.piston.friction import travel
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
@@ -57,13 +58,10 @@ _MAX_SECOND_DIFFERENCE = 0.03
 def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float]:
     """The states at the angles, |dx/dphi| [m], and the maximum second differences of the reactions at the uniform
     angles and at every other one, relative to their maxima."""
-    states, travel = np.empty((ROWS, angle.size)), np.empty(angle.size)
+    states, moved = np.empty((ROWS, angle.size)), np.empty(angle.size)
     fill_states(drive, strip, angle, states)
-    ratio = drive.crank_radius / drive.rod_length
     for i in range(angle.size):
-        sine = math.sin(angle[i])
-        lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
-        travel[i] = abs(drive.crank_radius * sine * (1.0 + ratio * math.cos(angle[i]) / lean))
+        moved[i] = drive.crank_radius * travel(drive.crank_radius / drive.rod_length, angle[i])
     bent, thinned = 0.0, 0.0
     for row in (SIDE, MOMENT):
         reaction, most, once, twice = states[row], 0.0, 0.0, 0.0
@@ -73,7 +71,7 @@ def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array,
             twice = max(twice, abs(reaction[(i - 2) % even] - 2.0 * reaction[i] + reaction[(i + 2) % even]))
         if most > 0.0:
             bent, thinned = max(bent, once / most), max(thinned, twice / most)
-    return states, travel, bent, thinned
+    return states, moved, bent, thinned
 
 
 @dataclass(frozen=True)
@@ -249,22 +247,22 @@ class Situation:
         sharp = self.sharp.ends.size > 0
         while True:
             sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
-            states, travel, bent, thinned = _states(drive, strip, sampling.angle, even)
+            states, moved, bent, thinned = _states(drive, strip, sampling.angle, even)
             step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
-            judging, seen = self._judging(sampling, travel, step), np.ascontiguousarray(states[:, ::step])
+            judging, seen = self._judging(sampling, moved, step), np.ascontiguousarray(states[:, ::step])
             sharpness = math.sqrt(bent) * even / TURN
             turn = Turn(sampling, drive, strip, self.critical_with_shear, sharpness, states, step, seen, judging)
             if sharp or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
                 return turn
             even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
-    def _judging(self, sampling: Sampling, travel: Array, step: int) -> Judging:
+    def _judging(self, sampling: Sampling, moved: Array, step: int) -> Judging:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material
         share = step * sampling.share[::step]
         return Judging(
             sampling.angle[::step].copy(),
             share,
-            share * travel[::step],
+            share * moved[::step],
             self.strip.lever,
             piston.clamp_offset,
             4.0 / math.pi * piston.friction_coefficient,

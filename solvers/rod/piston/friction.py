@@ -35,7 +35,13 @@ def _power(
     out = np.empty(angle.size)
     for i in range(angle.size):
         wall = both_walls(abs(side[i]), lever * abs(moment[i] + side[i] * offset))
-        sine = math.sin(angle[i])
-        lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
-        out[i] = per_wall * wall * abs(sine * (1.0 + ratio * math.cos(angle[i]) / lean))
+        out[i] = per_wall * wall * travel(ratio, angle[i])
     return out
+
+
+@kernel
+def travel(ratio: float, angle: float) -> float:
+    """|dx/dphi|/r at a crank angle, from r/L."""
+    sine = math.sin(angle)
+    lean = math.sqrt((1.0 - ratio * sine) * (1.0 + ratio * sine))
+    return abs(sine * (1.0 + ratio * math.cos(angle) / lean))

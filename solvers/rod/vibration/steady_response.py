@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
-from solvers.rod.cycle.composition import Array, Cycle, Rippling
+from solvers.rod.cycle.composition import Array, Cycle
+from solvers.rod.cycle.section import Rippling
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at

@@ -18,7 +18,7 @@ from solvers.rod.effect_bounds.situation import Situation
 _EXACT_MARGIN = 1.02
 """Margin on a change of the axial force and of P_cr, which no correction changes: only their sampling is inexact."""
 
-_ALONE_MARGIN, _APART = 1.15, 0.01
+_ALONE_MARGIN, _APART = 1.17, 0.01
 """Margin on a change of the shape if inertia has no influence; the change by inertia at which it has reached 0.1 more,
 and from which the shape is judged beside inertia (``situation``)."""
 

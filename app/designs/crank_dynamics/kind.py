@@ -164,9 +164,9 @@ def _series(found: crank.CrankDynamics, accuracy: float) -> dict[str, Any]:
 def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any] | None:
     if scene.cylinder.strokes != 2:
         return None
-    curve = found.curve
-    if curve.points is not None:
-        angle, pressure = curve.points
+    curve = found.cycle.curve
+    if isinstance(scene.pressure, crank.TablePressure):
+        angle, pressure = scene.pressure.open_cycle(scene.cylinder.period)
     else:
         angle = np.unique(np.concatenate([np.mod(curve.breaks, scene.cylinder.period), found.angle]))
         pressure = curve.pressure(angle)

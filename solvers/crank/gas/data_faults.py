@@ -264,15 +264,11 @@ def require_sound_table(points: Points) -> None:
     # Such data has no fault; testing each fault separately takes ten times as long.
     one_cycle = max(0.5 * span, 1.001 * TURN if span > 1.5 * TURN else 0.0) < reach < (1.0 - 1e-9) * span
     if not (one_cycle and steps.min() > 1e-12 * span and steps.max() <= 0.5 * span):
-        _require_sound(points, TABLE_FAULTS, "pressure.angle")
+        require_sound(points, TABLE_FAULTS, "pressure.angle")
 
 
-def require_sound_stroke(points: Points, field: str) -> None:
-    """Raise InvalidInput, naming the field's first offending point, for a faulty stroke."""
-    _require_sound(points, STROKE_FAULTS, field)
-
-
-def _require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
+def require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
+    """Raise InvalidInput, naming the field's first offending point, for data with one of these faults."""
     found = first_fault(points, faults)
     if found is not None:
         raise InvalidInput(f"{field}.{found[1]}", found[0].reason, found[0].allowed)

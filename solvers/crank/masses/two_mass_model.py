@@ -64,30 +64,6 @@ class RodMass:
 
 
 @dataclass(frozen=True)
-class ThreeParticles:
-    """Masses at wrist pin, centre of mass and crank pin with the rod's mass, centre of mass and moment of inertia."""
-
-    at_wrist_pin: float
-    at_centre: float
-    at_crank_pin: float
-
-
-def three_particles(rod: RodMass) -> ThreeParticles:
-    """Return the equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg].
-
-    The middle mass is Delta J/(l_A l_B): negative if the two-mass model has too little inertia. Raises InvalidInput
-    if the centre of mass lies in a pin or J_0 is not given.
-    """
-    before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
-    require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
-    require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
-    inertia = rod.inertia or 0.0
-    return ThreeParticles(
-        inertia / (before * rod.length), rod.inertia_defect / (before * behind), inertia / (behind * rod.length)
-    )
-
-
-@dataclass(frozen=True)
 class CrankThrow:
     """Crank pin, two webs of ``web`` each with centre of mass at ``web_radius``, and the throw's counterweights.
 

@@ -17,7 +17,7 @@ import numpy as np
 from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
 from solvers.crank.gas.unrolled_pressure import Unrolled, within
 from solvers.crank.scene import Scene
-from solvers.effects import AUTO, Choice, EffectSelection, choose
+from solvers.effects import AUTO, Choice, Effect, EffectSelection, choose
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -150,15 +150,8 @@ class Situation:
         return math.sqrt(1.0 / self.least_rod_cosine**2 - 1.0)
 
 
-class CrankEffect(Protocol):
-    """An effect: its description, the bound of its influence, and its contribution to the composition."""
-
-    name: str
-    summary: str
-    measure: str
-
-    def influence(self, situation: Situation) -> float:
-        """See ``solvers.effects.Effect``."""
+class CrankEffect(Effect[Situation], Protocol):
+    """An effect, and its contribution to the composition."""
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         """Return the composition with this effect added."""

@@ -37,7 +37,6 @@ _DESCRIPTIONS = {
     "crank": "length of the crank",
     "created_at": "when the run was requested, UTC",
     "criteria": "every requirement, limit and strength criterion",
-    "cycle": "the pressures as used, over one cycle",
     "cylinder": "bore, clearance, crankcase and strokes",
     "cylinders": "number of cylinders",
     "dead_centre_jumps": "where the pressure jumps",

@@ -87,8 +87,13 @@ def _succeeded_dynamics(run: Run) -> Mapping[str, Any]:
 
 
 def cycle_of(run: Run) -> Mapping[str, Any]:
-    """Pressures of a crank-dynamics run: strokes, angle_deg, pressure_mpa, crankcase_pressure_mpa. Raises UnfitRun."""
+    """Pressures of a crank-dynamics run of two strokes: angle_deg, pressure_mpa. Raises UnfitRun."""
     result = _succeeded_dynamics(run)
+    if run["spec"]["cylinder"]["strokes"] != 2:
+        raise UnfitRun(
+            "has a cycle of four strokes; a flexible rod's cycle is one turn",
+            "a run of two strokes, or load.instant",
+        )
     if "cycle" not in result:
         raise UnfitRun("was stored without its curves", "a run of its own, or an item of a batch with detail full")
     return result["cycle"]

@@ -29,7 +29,6 @@ _SUBMODULE_OF = {
     "weigh": "masses.weighing",
     "CrankThrow": "masses.two_mass_model",
     "RodMass": "masses.two_mass_model",
-    "three_particles": "masses.two_mass_model",
     "ExactMotion": "motion.slider_crank",
     "TablePressure": "gas.pressure_table",
     "Repair": "gas.data_repair",

@@ -16,7 +16,6 @@ from solvers.crank.effects import choose_for, compose
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
 from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
 from solvers.crank.engine.unbalance import Balance, balance
-from solvers.crank.gas.unrolled_pressure import Curve
 from solvers.crank.scene import SINGLE, Scene
 from solvers.crank.whole_cycle import whole_cycle
 from solvers.effects import AUTO, EffectSelection
@@ -64,7 +63,7 @@ class CrankDynamics:
     @cached_property
     def brix_pressure(self) -> Array | None:
         """p [Pa] by Brix's construction; None for table pressures, or with an offset."""
-        return self.curve.brix_pressure(self.angle)
+        return self.cycle.curve.brix_pressure(self.angle)
 
     @cached_property
     def tiers(self) -> TierErrors:
@@ -72,14 +71,9 @@ class CrankDynamics:
         return tier_errors(self.cycle, self.tier_tolerance)
 
     @property
-    def curve(self) -> Curve:
-        """Pressures over the crank angle."""
-        return self.cycle.curve
-
-    @property
     def jumps(self) -> tuple[tuple[float, float], ...]:
         """Pressure jumps at the dead centres: (angle [rad], p after minus p before [Pa])."""
-        return self.curve.jumps
+        return self.cycle.curve.jumps
 
     @property
     def stroke(self) -> float:
@@ -115,7 +109,7 @@ def analyse(
         curve = scene.pressure.unroll(scene.mechanism.motion_in_line, scene.cylinder)
     cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
-    found = whole_cycle(cycle.machine, curve.unrolled, cycle.sharp_angles, np.array(engine.phases), tolerance)
+    found = whole_cycle(cycle.machine, curve, cycle.sharp_angles, np.array(engine.phases), tolerance)
     torque_mean, swing = found.shaft.whole / scene.cylinder.period, speed_swing(cycle, engine, found.shaft)
     value = CrankDynamics(
         cycle=cycle,

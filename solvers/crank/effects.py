@@ -15,9 +15,9 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
-from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, within
+from solvers.crank.gas.unrolled_pressure import Unrolled, within
 from solvers.crank.scene import Scene
-from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.effects import AUTO, Choice, Effect, EffectSelection, choose
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -91,7 +91,7 @@ class Situation:
     """
 
     scene: Scene
-    curve: Curve
+    curve: Unrolled
 
     @cached_property
     def gas(self) -> Background:
@@ -120,7 +120,7 @@ class Situation:
         composition = ReciprocatingInertia().join(composition, scene) if inertia else composition
         machine = Cycle(scene, composition, self.curve).machine
         count = _ANGLES_PER_TURN * scene.cylinder.strokes // 2
-        return _background(machine, self.curve.unrolled, np.array(scene.engine.phases), count)
+        return _background(machine, self.curve, np.array(scene.engine.phases), count)
 
     @property
     def cylinders(self) -> int:
@@ -150,15 +150,8 @@ class Situation:
         return math.sqrt(1.0 / self.least_rod_cosine**2 - 1.0)
 
 
-class CrankEffect(Protocol):
-    """An effect: its description, the bound of its influence, and its contribution to the composition."""
-
-    name: str
-    summary: str
-    measure: str
-
-    def influence(self, situation: Situation) -> float:
-        """See ``solvers.effects.Effect``."""
+class CrankEffect(Effect[Situation], Protocol):
+    """An effect, and its contribution to the composition."""
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         """Return the composition with this effect added."""
@@ -263,13 +256,12 @@ EFFECTS: tuple[CrankEffect, ...] = (PinOffset(), ReciprocatingInertia(), RodIner
 
 def choose_for(
     scene: Scene,
-    curve: Curve,
+    curve: Unrolled,
     selection: EffectSelection = AUTO,
     tolerance: float = 1e-2,
-    demands: tuple[Demand, ...] = (),
 ) -> Choice[CrankEffect]:
     """Select the effects for a scene (see ``solvers.effects.choose``)."""
-    return choose(EFFECTS, Situation(scene, curve), selection, tolerance, demands)
+    return choose(EFFECTS, Situation(scene, curve), selection, tolerance)
 
 
 def compose(choice: Choice[CrankEffect], scene: Scene) -> Composition:

@@ -76,13 +76,9 @@ class Masses:
         """m_j = m_p + m_A [kg]."""
         return self.piston + self.rod.at_wrist_pin
 
-    def crank(self, crank_radius: float) -> float:
-        """m_k [kg]: the throw reduced to the crank pin; negative if overbalanced by the counterweights."""
-        return self.throw.at_crank_pin(crank_radius)
-
     def rotating(self, crank_radius: float) -> float:
         """m_rot = m_k + m_B for each rod on the crank pin [kg]."""
-        return self.crank(crank_radius) + self.rods_per_pin * self.rod.at_crank_pin
+        return self.throw.at_crank_pin(crank_radius) + self.rods_per_pin * self.rod.at_crank_pin
 
 
 @dataclass(frozen=True)

@@ -146,17 +146,9 @@ def motion_values(case):
             }
         if "position" in x:
             found["crank_angle"] = m.angle_of(x["position"])
-            if not x["offset"]:
-                found["brix_crank_angle"] = brix_angle(x["position"] / m.r, m.r / m.length)
         return found
 
     return _conditioned(values, inputs)
-
-
-def brix_angle(x, lam):
-    """From lam c^2/2 + c - (1 + lam/2 - x) = 0, c = cos phi."""
-    c = (mp.sqrt(1 + 2 * lam * (1 + lam / 2 - x)) - 1) / lam if lam else 1 - x
-    return mp.acos(c)
 
 
 def pendulum_values(case):

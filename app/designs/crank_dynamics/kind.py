@@ -27,7 +27,7 @@ from solvers.outcome import Outcome
 
 
 class Series(Strict):
-    """Results over the angle, one list per quantity, each rounded to a thousandth of the accuracy asked, relative to
+    """Results over the angle, one list per quantity, each rounded to a hundredth of the accuracy asked, relative to
     its greatest value. Rod compression is positive; the radial force points to the shaft."""
 
     angle_deg: list[float]
@@ -58,10 +58,8 @@ class WorstInstant(Strict):
 class CyclePoints(Strict):
     """The pressures used, for rod designs that reference this run as their load."""
 
-    strokes: int
     angle_deg: list[float]
     pressure_mpa: list[float]
-    crankcase_pressure_mpa: float
 
 
 class Jump(Strict):
@@ -121,7 +119,7 @@ class DynamicsResult(Strict):
     engine: EngineResult | None
     dead_centre_jumps: list[Jump]
     repairs: list[RepairDone]
-    cycle: CyclePoints
+    cycle: CyclePoints | None = Field(description="pressures of two strokes; null: four strokes, the load of no rod")
     series: Series
     warnings: list[str]
 
@@ -129,7 +127,7 @@ class DynamicsResult(Strict):
 _FEEDS = {"wrist_pin_load_max": "pin-profile", "rod_compression_max": "flexible-rod", "rod_tension_max": "flexible-rod"}
 
 
-_ROUNDED = 1e-3
+_ROUNDED = 1e-2
 """Step of the series' numbers in units of the accuracy asked and of each column's greatest value."""
 
 
@@ -163,19 +161,16 @@ def _series(found: crank.CrankDynamics, accuracy: float) -> dict[str, Any]:
     return {**columns, **dict(zip(given, _rounded(list(given.values()), accuracy), strict=True))}
 
 
-def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
-    curve = found.curve
-    if curve.points is not None:
-        angle, pressure = curve.points
+def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any] | None:
+    if scene.cylinder.strokes != 2:
+        return None
+    curve = found.cycle.curve
+    if isinstance(scene.pressure, crank.TablePressure):
+        angle, pressure = scene.pressure.open_cycle(scene.cylinder.period)
     else:
         angle = np.unique(np.concatenate([np.mod(curve.breaks, scene.cylinder.period), found.angle]))
         pressure = curve.pressure(angle)
-    return {
-        "strokes": scene.cylinder.strokes,
-        "angle_deg": np.degrees(angle).tolist(),
-        "pressure_mpa": (pressure / MEGA).tolist(),
-        "crankcase_pressure_mpa": scene.cylinder.crankcase_pressure / MEGA,
-    }
+    return {"angle_deg": np.degrees(angle).tolist(), "pressure_mpa": (pressure / MEGA).tolist()}
 
 
 def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None:

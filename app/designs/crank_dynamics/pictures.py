@@ -35,7 +35,7 @@ def _closed(values: Sequence[float]) -> list[float]:
 
 
 def _angles(run: dict[str, Any]) -> tuple[list[float], float]:
-    angles, period = run["result"]["series"]["angle_deg"], 180.0 * run["result"]["cycle"]["strokes"]
+    angles, period = run["result"]["series"]["angle_deg"], 180.0 * run["spec"]["cylinder"]["strokes"]
     return [*angles, period], period
 
 
@@ -65,7 +65,7 @@ def indicator_diagram(run: dict[str, Any], say: Say = str) -> str:
     area = 0.25 * np.pi * cylinder["bore_mm"] ** 2
     volume = (cylinder["clearance_volume_cm3"] + 1e-3 * area * moved).tolist()
     pressure = _closed(series["pressure_mpa"])
-    crankcase = run["result"]["cycle"]["crankcase_pressure_mpa"]
+    crankcase = cylinder["crankcase_pressure_mpa"]
     x, y = around([0.0, *volume]), around([*pressure, crankcase])
     chart = Chart(say("Indicator diagram"), x, y, say("volume, cm³"), say("pressure, MPa"))
     chart.line([x.low, x.high], [crankcase, crankcase], GREY, dashes="6 4")

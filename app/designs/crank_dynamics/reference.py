@@ -67,7 +67,7 @@ def _case(scene: crank.Scene, effects: frozenset[str]) -> dict[str, Any]:
             "rod": w.rod.mass,
             "rod_cg": w.rod.cg_from_pin,
             "rod_inertia": w.rod.inertia or 0.0,
-            "crank_pin": w.crank(m.crank_radius),
+            "crank_pin": w.throw.at_crank_pin(m.crank_radius),
         },
         "rods_per_pin": w.rods_per_pin,
         "pressure": source,

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import ConfigDict, Field
 
 from app.designs.crank_dynamics.request import CUBIC_CENTI, Diagram, Volume
-from app.designs.references import Instant, Run, RunReference, UnfitRun, cycle_of, source_of, worst_of
+from app.designs.references import Instant, Run, RunReference, cycle_of, source_of, worst_of
 from app.designs.schema import (
     GIGA,
     MEGA,
@@ -126,19 +126,18 @@ class RunLoad(RunReference, _Load):
     taken_from: str | None = Field(default=None, description="filled in: kind and hash of the run's own request")
 
     def filled(self, run: Run) -> Self:
-        cycle = cycle_of(run)
-        if self.instant is None and cycle["strokes"] != 2:
-            raise UnfitRun(
-                "has a cycle of four strokes; a flexible rod's cycle is one turn",
-                "a run of two strokes, or load.instant",
-            )
-        worst = None if self.instant is None else worst_of(run, self.instant)
-        back = cycle["crankcase_pressure_mpa"] if self.back_pressure_mpa is None else self.back_pressure_mpa
+        if self.instant is None:
+            cycle = cycle_of(run)
+            angle, pressure = cycle["angle_deg"], cycle["pressure_mpa"]
+        else:
+            worst = worst_of(run, self.instant)
+            angle, pressure = [worst["angle_deg"]], [worst["pressure_mpa"]]
+        back = self.back_pressure_mpa
         return self.model_copy(
             update={
-                "back_pressure_mpa": back,
-                "angle_deg": cycle["angle_deg"] if worst is None else [worst["angle_deg"]],
-                "pressure_mpa": cycle["pressure_mpa"] if worst is None else [worst["pressure_mpa"]],
+                "back_pressure_mpa": run["spec"]["cylinder"]["crankcase_pressure_mpa"] if back is None else back,
+                "angle_deg": angle,
+                "pressure_mpa": pressure,
                 "taken_from": source_of(run),
             }
         )

@@ -398,14 +398,10 @@ class CustomMaterial(TypedDict):
 class CyclePoints(TypedDict):
     """The pressures used, for rod designs that reference this run as their load."""
 
-    strokes: int
-    """strokes of a cycle"""
     angle_deg: list[float]
     """angle, in °"""
     pressure_mpa: list[float]
     """pressure, in MPa"""
-    crankcase_pressure_mpa: float
-    """crankcase pressure, in MPa"""
 
 
 class Cylinder(TypedDict):
@@ -527,8 +523,8 @@ class DynamicsResult(TypedDict):
     """where the pressure jumps"""
     repairs: list[RepairDone]
     """changes to the points; empty unless requested"""
-    cycle: CyclePoints
-    """the pressures as used, over one cycle"""
+    cycle: CyclePoints | None
+    """pressures of two strokes; null: four strokes, the load of no rod"""
     series: Series
     """forces over the crank angle"""
     warnings: list[str]
@@ -2610,7 +2606,7 @@ class Section(TypedDict):
 
 
 class Series(TypedDict):
-    """Results over the angle, one list per quantity, each rounded to a thousandth of the accuracy asked, relative to
+    """Results over the angle, one list per quantity, each rounded to a hundredth of the accuracy asked, relative to
     its greatest value. Rod compression is positive; the radial force points to the shaft."""
 
     angle_deg: list[float]

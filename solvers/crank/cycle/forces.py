@@ -19,7 +19,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.crank.gas.unrolled_pressure import Curve, Unrolled, piece_of, pressure_at, pressure_of, within
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, pressure_of, within
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, acceleration_of, stand_at, turning_of
 from solvers.crank.scene import Engine, Scene
 from solvers.numerics.arrays import Array
@@ -149,7 +149,7 @@ class Cycle:
 
     scene: Scene
     composition: Composition
-    curve: Curve
+    curve: Unrolled
 
     @property
     def motion(self) -> ExactMotion:
@@ -185,4 +185,4 @@ class Cycle:
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""
-        return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.curve.unrolled))
+        return Forces(*_forces(np.ascontiguousarray(angle, dtype=float), self.machine, self.curve))

@@ -40,7 +40,7 @@ def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
     upright = math.sqrt((1.0 - ratio) * (1.0 + ratio))
     pressure = None
     if cycle.curve.has_brix:
-        found = greatest(cycle.machine, cycle.curve.unrolled, cycle.sharp_angles, _ALONE, BRIX, 1, tolerance)
+        found = greatest(cycle.machine, cycle.curve, cycle.sharp_angles, _ALONE, BRIX, 1, tolerance)
         pressure = float(found.value[0])
     return TierErrors(
         ratio**3 / (2.0 * (1.0 + upright) ** 2), ratio**3 / (upright * (1.0 + upright) * (1.0 + ratio)), pressure

@@ -49,5 +49,5 @@ def shared_pin(cycle: Cycle, engine: Engine, tolerance: float) -> SharedPin | No
     # rods.
     machine = cycle.machine._replace(big_end=masses.rods_per_pin * cycle.machine.big_end)
     pair = np.array(engine.phases[:2])
-    found = greatest(machine, cycle.curve.unrolled, cycle.sharp_angles, pair, CRANK_PIN, 2, tolerance).value
+    found = greatest(machine, cycle.curve, cycle.sharp_angles, pair, CRANK_PIN, 2, tolerance).value
     return SharedPin(float(found[0]), float(found[1]))

@@ -67,9 +67,16 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     ones = [1.0] * len(engine.phases)
 
     def resultant(weights: Sequence[float], order: int) -> float:
-        return _resultant(
-            weights, [axis + order * phase for axis, phase in zip(engine.axes, engine.phases, strict=True)]
-        )
+        """|sum w exp(i(alpha + order psi))|; exactly zero where no more than the rounding of the angles is left of it.
+
+        In plain Python: an array operation on a few cylinders takes as long as the whole sum.
+        """
+        total, size = 0j, 0.0
+        for weight, axis, phase in zip(weights, engine.axes, engine.phases, strict=True):
+            angle = axis + order * phase
+            total += cmath.rect(weight, angle)
+            size += abs(weight) * (1.0 + abs(angle))
+        return abs(total) if abs(total) > _ROUNDING * size else 0.0
 
     def greatest(order: int, weights: Sequence[float]) -> float:
         both = resultant(weights, -order) + resultant(weights, order)
@@ -82,15 +89,3 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     sharing = masses.rods_per_pin if len(engine.phases) > 1 else 1
     turning = abs(cycle.machine.turning / sharing)
     return Balance(found, resultant(ones, -1) * turning, resultant(arms, -1) * turning if arms else None)
-
-
-def _resultant(weights: Sequence[float], angles: Sequence[float]) -> float:
-    """|sum w exp(i angle)|; exactly zero where no more than the rounding of the angles is left of it.
-
-    In plain Python: an array operation on a few cylinders takes as long as the whole sum.
-    """
-    total, size = 0j, 0.0
-    for weight, angle in zip(weights, angles, strict=True):
-        total += cmath.rect(weight, angle)
-        size += abs(weight) * (1.0 + abs(angle))
-    return abs(total) if abs(total) > _ROUNDING * size else 0.0

@@ -5,12 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
+
+Offending = NDArray[np.bool_]
 
 TURN = 2.0 * math.pi
 END_GAP = 5e-3
@@ -38,79 +40,78 @@ class Points:
         return replace(self, x=self.x[kept], pressure=self.pressure[kept])
 
 
-class Fault(Protocol):
-    """A kind of data fault."""
+class Fault:
+    """A kind of data fault; without a ``repair`` it is irreparable."""
 
     reason: str
     allowed: str
-    repair: str
+    repair: str = ""
 
-    def find(self, points: Points) -> int | None:
-        """Return the index of the first offending point; None for valid data."""
+    def offending(self, points: Points) -> Offending:
+        """Return which points have the fault, (n,)."""
+        raise NotImplementedError
 
     def mend(self, points: Points) -> Points:
-        """Return the points with the fault repaired."""
+        """Return the points with the fault repaired; by default without those that have it."""
+        return points.taking(~self.offending(points))
 
 
-def _first(condition: Array) -> int | None:
-    found = np.flatnonzero(condition)
-    return int(found[0]) if found.size else None
+def _last(points: Points, offends: bool) -> Offending:
+    """The last point, if it offends."""
+    return np.append(np.zeros(points.x.size - 1, bool), offends)
 
 
-class Radians:
+class Radians(Fault):
     reason = "the angles span 2 pi or 4 pi degrees: they look like radians"
     allowed = "degrees over the whole cycle"
     repair = "angles taken as radians"
 
-    def find(self, points: Points) -> int | None:
-        reach = np.ptp(points.x) / _DEGREE
-        return points.x.size - 1 if 0.8 * TURN <= reach <= 1.001 * points.span else None
+    def offending(self, points: Points) -> Offending:
+        return _last(points, 0.8 * TURN <= np.ptp(points.x) / _DEGREE <= 1.001 * points.span)
 
     def mend(self, points: Points) -> Points:
         return replace(points, x=points.x / _DEGREE)
 
 
-class Relabelled:
+class Relabelled(Fault):
     """The second turn of a four-stroke cycle restarts at zero."""
 
     reason = "the angle starts again: the second turn of the cycle is labelled like the first"
     allowed = "rising angles over two turns"
     repair = "a turn added to the angles from this point on"
 
-    def find(self, points: Points) -> int | None:
-        falls = np.flatnonzero(np.diff(points.x) < 0)
-        if points.span < 1.5 * TURN or falls.size != 1 or np.ptp(points.x) > 1.01 * TURN:
-            return None
-        return int(falls[0]) + 1 if points.x[falls[0]] - points.x[falls[0] + 1] > 0.75 * TURN else None
+    def offending(self, points: Points) -> Offending:
+        """Return the points of the second turn."""
+        steps = np.diff(points.x, prepend=points.x[0])
+        two_turns = points.span >= 1.5 * TURN and np.ptp(points.x) <= 1.01 * TURN
+        again = two_turns and np.sum(steps < 0) == 1 and steps.min() < -0.75 * TURN
+        return np.logical_or.accumulate(steps < 0) & again
 
     def mend(self, points: Points) -> Points:
-        start = self.find(points)
-        return replace(points, x=points.x + np.where(np.arange(points.x.size) >= start, TURN, 0.0))
+        return replace(points, x=points.x + np.where(self.offending(points), TURN, 0.0))
 
 
-class Squeezed:
+class Squeezed(Fault):
     """Two turns labelled as one."""
 
     reason = "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data"
     allowed = "angles over two turns, or strokes 2"
     repair = "all angles doubled"
 
-    def find(self, points: Points) -> int | None:
-        short = points.span > 1.5 * TURN and 0.8 * TURN <= np.ptp(points.x) <= 1.001 * TURN
-        return points.x.size - 1 if short else None
+    def offending(self, points: Points) -> Offending:
+        return _last(points, points.span > 1.5 * TURN and 0.8 * TURN <= np.ptp(points.x) <= 1.001 * TURN)
 
     def mend(self, points: Points) -> Points:
         return replace(points, x=points.x[0] + 2.0 * (points.x - points.x[0]))
 
 
-class Unsorted:
+class Unsorted(Fault):
     reason = "does not follow the point before it"
     allowed = "points in order"
     repair = "points sorted"
 
-    def find(self, points: Points) -> int | None:
-        found = _first(np.diff(points.x) < 0)
-        return None if found is None else found + 1
+    def offending(self, points: Points) -> Offending:
+        return np.diff(points.x, prepend=points.x[0]) < 0
 
     def mend(self, points: Points) -> Points:
         return points.taking(np.argsort(points.x, kind="stable"))
@@ -123,21 +124,18 @@ class NotMonotone(Unsorted):
     allowed = "volumes that only rise or only fall"
     repair = "points sorted by volume"
 
-    def find(self, points: Points) -> int | None:
-        steps = np.diff(points.x)
-        rising = np.sum(steps > 0) >= np.sum(steps < 0)
-        found = _first(steps < 0 if rising else steps > 0)
-        return None if found is None else found + 1
+    def offending(self, points: Points) -> Offending:
+        steps = np.diff(points.x, prepend=points.x[0])
+        return steps < 0 if np.sum(steps > 0) >= np.sum(steps < 0) else steps > 0
 
 
-class Repeated:
+class Repeated(Fault):
     reason = "repeats an earlier point"
     allowed = "one pressure for each place"
     repair = "repeated points replaced by their mean"
 
-    def find(self, points: Points) -> int | None:
-        found = _first(np.abs(np.diff(points.x)) <= 1e-12 * points.span)
-        return None if found is None else found + 1
+    def offending(self, points: Points) -> Offending:
+        return np.abs(np.diff(points.x, prepend=-np.inf)) <= 1e-12 * points.span
 
     def mend(self, points: Points) -> Points:
         order = np.argsort(points.x, kind="stable")
@@ -147,15 +145,15 @@ class Repeated:
         return replace(points, x=x[first], pressure=np.bincount(group, pressure) / np.bincount(group))
 
 
-class NotClosed:
+class NotClosed(Fault):
     reason = "lies one cycle after the first point, with another pressure: the cycle is not closed"
     allowed = "the first point's pressure, or no such point"
     repair = "first and last point replaced by their mean"
 
-    def find(self, points: Points) -> int | None:
+    def offending(self, points: Points) -> Offending:
         apart = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
         gap = abs(points.pressure[-1] - points.pressure[0])
-        return points.x.size - 1 if apart and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure) else None
+        return _last(points, apart and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
 
     def mend(self, points: Points) -> Points:
         closed = points.pressure.copy()
@@ -163,49 +161,36 @@ class NotClosed:
         return replace(points, pressure=closed)
 
 
-class TooLong:
+class TooLong(Fault):
     reason = "lies more than one cycle after the first"
     allowed = "one cycle: one turn for two strokes, two turns for four"
     repair = "points beyond one cycle left out"
 
-    def find(self, points: Points) -> int | None:
-        return _first(points.x - points.x[0] > points.span * (1.0 + 1e-9))
-
-    def mend(self, points: Points) -> Points:
-        return points.taking(points.x - points.x[0] <= points.span * (1.0 + 1e-9))
+    def offending(self, points: Points) -> Offending:
+        return points.x - points.x[0] > points.span * (1.0 + 1e-9)
 
 
-class Gaping:
+class Gaping(Fault):
     """More than half a cycle without a point, which cannot be interpolated or repaired."""
 
     reason = "more than half of the cycle after this point holds no other"
     allowed = "points all over the cycle"
-    repair = ""
 
-    def find(self, points: Points) -> int | None:
-        return _first(np.diff(np.append(points.x, points.x[0] + points.span)) > 0.5 * points.span)
-
-    def mend(self, points: Points) -> Points:
-        return points
+    def offending(self, points: Points) -> Offending:
+        return np.diff(points.x, append=points.x[0] + points.span) > 0.5 * points.span
 
 
-class Outside:
+class Outside(Fault):
     reason = "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)"
     allowed = "between the clearance volume and it plus the swept volume"
     repair = "points outside the cylinder's volumes left out"
 
-    def _beyond(self, points: Points) -> Array:
+    def offending(self, points: Points) -> Offending:
         room = END_GAP * points.span
         return (points.x < points.low - room) | (points.x > points.high + room)
 
-    def find(self, points: Points) -> int | None:
-        return _first(self._beyond(points))
 
-    def mend(self, points: Points) -> Points:
-        return points.taking(~self._beyond(points))
-
-
-class Short:
+class Short(Fault):
     reason = "is the last before a dead centre that the points do not reach"
     allowed = "points from the clearance volume to it plus the swept volume"
     repair = "pressure held to the dead centre"
@@ -216,8 +201,8 @@ class Short:
         found = [(low, points.low)] if points.x[low] > points.low + room else []
         return [*found, (high, points.high)] if points.x[high] < points.high - room else found
 
-    def find(self, points: Points) -> int | None:
-        return next((last for last, _ in self._ends(points)), None)
+    def offending(self, points: Points) -> Offending:
+        return np.isin(np.arange(points.x.size), [last for last, _ in self._ends(points)])
 
     def mend(self, points: Points) -> Points:
         for last, end in self._ends(points):
@@ -243,9 +228,9 @@ STROKE_FAULTS: tuple[Fault, ...] = (Outside(), NotMonotone(), Repeated(), Short(
 def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | None:
     """Return the first fault of data and the index of the offending point."""
     for fault in faults:
-        index = fault.find(points)
-        if index is not None:
-            return fault, index
+        found = np.flatnonzero(fault.offending(points))
+        if found.size:
+            return fault, int(found[0])
     return None
 
 
@@ -264,15 +249,11 @@ def require_sound_table(points: Points) -> None:
     # Such data has no fault; testing each fault separately takes ten times as long.
     one_cycle = max(0.5 * span, 1.001 * TURN if span > 1.5 * TURN else 0.0) < reach < (1.0 - 1e-9) * span
     if not (one_cycle and steps.min() > 1e-12 * span and steps.max() <= 0.5 * span):
-        _require_sound(points, TABLE_FAULTS, "pressure.angle")
+        require_sound(points, TABLE_FAULTS, "pressure.angle")
 
 
-def require_sound_stroke(points: Points, field: str) -> None:
-    """Raise InvalidInput, naming the field's first offending point, for a faulty stroke."""
-    _require_sound(points, STROKE_FAULTS, field)
-
-
-def _require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
+def require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
+    """Raise InvalidInput, naming the field's first offending point, for data with one of these faults."""
     found = first_fault(points, faults)
     if found is not None:
         raise InvalidInput(f"{field}.{found[1]}", found[0].reason, found[0].allowed)

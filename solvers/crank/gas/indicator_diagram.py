@@ -14,8 +14,8 @@ from itertools import accumulate
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import END_GAP, Points, require_finite, require_sound_stroke
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Curve, Unrolled
+from solvers.crank.gas.data_faults import END_GAP, STROKE_FAULTS, Points, require_finite, require_sound
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index
@@ -62,7 +62,7 @@ class IndicatorPressure:
         steps[first[1:-1] - 1] = math.inf  # from one stroke to the next
         return points, first, (min(least), max(least), min(greatest), max(greatest), float(steps.min()))
 
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
         """Return the diagram over the crank angle.
 
         Raises InvalidInput, naming the point, for points out of order, repeated, outside the cylinder's volumes, or
@@ -78,12 +78,12 @@ class IndicatorPressure:
         if not (low - room < a <= b < low + room and high - room < c <= d < high + room and step > 1e-12 * swept):
             for index, stroke in enumerate(self.strokes):
                 points = Points(np.array(stroke.volume), np.array(stroke.pressure), low, high)
-                require_sound_stroke(points, f"pressure.strokes.{index}.volume")
+                require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")
         top, bottom = motion.dead_centres
         ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
         frame = motion.frame
         breaks, begin, cubic, stroke_of = _unrolled(volume, pressure, first, ends, frame, cylinder.area, low)
-        return Curve(Unrolled(breaks, begin, cubic, stroke_of, True, frame, cylinder.area, low))
+        return Unrolled(breaks, begin, cubic, stroke_of, True, frame, cylinder.area, low)
 
 
 @kernel

@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Curve, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index
@@ -36,19 +36,20 @@ class TablePressure:
             raise InvalidInput("pressure.pressure", "needs one pressure per angle", f"{count} pressures")
         require_finite("pressure", angle=self.angle, pressure=self.pressure)
 
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
-        """Return the table as a curve. Raises InvalidInput, naming the point, unless it is one ascending, open
-        cycle."""
-        angle, values, period = np.array(self.angle), np.array(self.pressure), cylinder.period
-        require_sound_table(Points(angle, values, 0.0, period))
-        # A last point one cycle after the first is redundant.
-        last = angle.size - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
-        angle, values = angle[:last], values[:last]
+    def open_cycle(self, period: float) -> tuple[Array, Array]:
+        """Angles and pressures without a last point one cycle after the first, which repeats it."""
+        last = len(self.angle) - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
+        return np.array(self.angle[:last]), np.array(self.pressure[:last])
+
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
+        """Return the table over the crank angle. Raises InvalidInput, naming the point, unless it ascends."""
+        period = cylinder.period
+        require_sound_table(Points(np.array(self.angle), np.array(self.pressure), 0.0, period))
+        angle, values = self.open_cycle(period)
         centres = motion.dead_centres
         ends = np.array([centre + 2.0 * math.pi * n for n in range(cylinder.strokes // 2) for centre in centres])
         breaks, begin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
-        gas = Unrolled(breaks, begin, cubic, stroke, False, motion.frame, cylinder.area, cylinder.clearance_volume)
-        return Curve(gas, (angle, values))
+        return Unrolled(breaks, begin, cubic, stroke, False, motion.frame, cylinder.area, cylinder.clearance_volume)
 
 
 @kernel

@@ -7,8 +7,6 @@ diagram). At a break it may jump; the piece index selects the side.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
@@ -23,7 +21,7 @@ MOST_POINTS = 20_000
 
 
 class Unrolled(NamedTuple):
-    """Pieces of one period.
+    """A pressure cycle over the crank angle: the pieces of one period.
 
     ``breaks`` (n + 1,) [rad]; the origin of each piece's cubic, in rad or m3 (n,); its coefficients, highest power
     first (n, 4); the stroke it belongs to (n,), even ones downward; and, for cubics of the volume, the motion that
@@ -38,6 +36,28 @@ class Unrolled(NamedTuple):
     frame: Frame
     area: float
     clearance: float
+
+    @property
+    def jumps(self) -> tuple[tuple[float, float], ...]:
+        """The dead centres [rad] and the pressure after minus that before [Pa]; a table has no jumps."""
+        return tuple(zip(*map(np.ndarray.tolist, _jumps(self)), strict=True))
+
+    def pressure(self, angle: ArrayLike) -> Array:
+        """p(phi) [Pa], same shape as the angles; periodic."""
+        return self._over(angle, False)
+
+    @property
+    def has_brix(self) -> bool:
+        """Whether Brix's construction applies: to a diagram, without an offset."""
+        return self.by_volume and self.frame.offset == 0.0
+
+    def brix_pressure(self, angle: ArrayLike) -> Array | None:
+        """The pressure of the diagram unrolled by Brix's construction [Pa]; None unless ``has_brix``."""
+        return self._over(angle, True) if self.has_brix else None
+
+    def _over(self, angle: ArrayLike, brix: bool) -> Array:
+        phi = np.asarray(angle, dtype=float)
+        return _pressures(np.ascontiguousarray(phi).ravel(), self, brix).reshape(phi.shape)
 
 
 @inlined_kernel
@@ -166,43 +186,8 @@ def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
     return Unrolled(breaks, begin, cubic, stroke, gas.by_volume, gas.frame, gas.area, gas.clearance)
 
 
-@dataclass(frozen=True)
-class Curve:
-    """A pressure cycle over the crank angle, with the ``points`` (angles [rad], pressures [Pa]) of a table."""
-
-    unrolled: Unrolled
-    points: tuple[Array, Array] | None = None
-
-    @cached_property
-    def jumps(self) -> tuple[tuple[float, float], ...]:
-        """The dead centres [rad] and the pressure after minus that before [Pa]; a table has no jumps."""
-        return tuple(zip(*map(np.ndarray.tolist, _jumps(self.unrolled)), strict=True))
-
-    @property
-    def breaks(self) -> Array:
-        """Angles [rad] of one period, from its start to its end, between which the pressure is smooth."""
-        return self.unrolled.breaks
-
-    def pressure(self, angle: ArrayLike) -> Array:
-        """Return p(phi) [Pa], same shape as the angles; periodic."""
-        return self._over(angle, False)
-
-    def brix_pressure(self, angle: ArrayLike) -> Array | None:
-        """Return the pressure of the diagram unrolled by Brix's construction [Pa]; None for a table, or with an
-        offset."""
-        return self._over(angle, True) if self.has_brix else None
-
-    @property
-    def has_brix(self) -> bool:
-        return self.unrolled.by_volume and self.unrolled.frame.offset == 0.0
-
-    def _over(self, angle: ArrayLike, brix: bool) -> Array:
-        phi = np.asarray(angle, dtype=float)
-        return _pressures(np.ascontiguousarray(phi).ravel(), self.unrolled, brix).reshape(phi.shape)
-
-
 class Pressure(Protocol):
     """Pressure data of any kind."""
 
-    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Curve:
-        """Return the curve over the crank angle."""
+    def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
+        """Return the pressures over the crank angle."""

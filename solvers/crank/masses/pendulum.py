@@ -65,16 +65,8 @@ class Pendulum:
         require_known(self, self.uncertainty)
 
 
-_INPUTS = (
-    "pivot_distance",
-    "period_small_end",
-    "period_big_end",
-    "rod_mass",
-    "amplitude",
-    "gravity",
-    "small_end_bore_radius",
-    "big_end_bore_radius",
-)
+_INPUTS = {field.name: field.default for field in fields(Pendulum) if field.name != "uncertainty"}
+"""The quantities of a pendulum, and their defaults."""
 
 
 def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
@@ -147,10 +139,9 @@ def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
     are keyed as ``RodMasses.values``, NaN where ``swing`` would raise. Raises InvalidInput for an unknown or missing
     column.
     """
-    known = {field.name: field.default for field in fields(Pendulum) if field.name in _INPUTS}
-    for name in columns.keys() - known.keys():
-        raise InvalidInput(name, "is no quantity of a pendulum", ", ".join(known))
-    given = {name: columns.get(name, default) for name, default in known.items()}
+    for name in columns.keys() - _INPUTS.keys():
+        raise InvalidInput(name, "is no quantity of a pendulum", ", ".join(_INPUTS))
+    given = {name: columns.get(name, default) for name, default in _INPUTS.items()}
     for name, column in given.items():
         require(column is not MISSING, name, "is missing", "a number, or one for each rod")
     arrays = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in given.values()))
@@ -159,8 +150,8 @@ def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
     with np.errstate(all="ignore"):
         found = _swung(values)
         sound = np.isfinite(sum(values.values())) & (length > 0) & (values["amplitude"] < math.pi / 2)
-        for name in _INPUTS:
-            sound &= values[name] >= 0 if known[name] == 0.0 else values[name] > 0
+        for name, default in _INPUTS.items():
+            sound &= values[name] >= 0 if default == 0.0 else values[name] > 0
         spread = np.zeros_like(length)
         for name in ("period_small_end", "period_big_end", "pivot_distance"):
             moved = _swung({**values, name: values[name] * (1.0 + 1j * COMPLEX_STEP)})["rod_cg_from_pin"]

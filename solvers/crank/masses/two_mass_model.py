@@ -1,7 +1,7 @@
 """Reduction of the crank mechanism's masses to its two pins, and the error of that model.
 
 The rod is replaced by two masses with its mass and its centre of mass; the third condition, an equal moment of
-inertia, is violated by the defect Delta J = m_r l_A l_B - J_0. Three masses are an exact alternative.
+inertia, is violated by the defect Delta J = m_r l_A l_B - J_0.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -53,38 +53,11 @@ class RodMass:
         return self.mass * self.cg_from_pin / self.length
 
     @property
-    def inertia_of_two_masses(self) -> float:
-        """m_r l_A l_B [kg m2], about the centre of mass."""
-        return self.mass * self.cg_from_pin * (self.length - self.cg_from_pin)
-
-    @property
     def inertia_defect(self) -> float:
         """Delta J = m_r l_A l_B - J_0 [kg m2]; 0 if J_0 is not known."""
-        return 0.0 if self.inertia is None else self.inertia_of_two_masses - self.inertia
-
-
-@dataclass(frozen=True)
-class ThreeParticles:
-    """Masses at wrist pin, centre of mass and crank pin with the rod's mass, centre of mass and moment of inertia."""
-
-    at_wrist_pin: float
-    at_centre: float
-    at_crank_pin: float
-
-
-def three_particles(rod: RodMass) -> ThreeParticles:
-    """Return the equimomental system J_0/(l_A L), m_r - J_0/(l_A l_B), J_0/(l_B L) [kg].
-
-    The middle mass is Delta J/(l_A l_B): negative if the two-mass model has too little inertia. Raises InvalidInput
-    if the centre of mass lies in a pin or J_0 is not given.
-    """
-    before, behind = rod.cg_from_pin, rod.length - rod.cg_from_pin
-    require(rod.inertia is not None, "masses.rod_inertia", "the three masses need the moment of inertia", "a number")
-    require(before > 0 < behind, "masses.rod_cg_from_pin", "the centre of mass lies in a pin", "inside the rod")
-    inertia = rod.inertia or 0.0
-    return ThreeParticles(
-        inertia / (before * rod.length), rod.inertia_defect / (before * behind), inertia / (behind * rod.length)
-    )
+        if self.inertia is None:
+            return 0.0
+        return self.mass * self.cg_from_pin * (self.length - self.cg_from_pin) - self.inertia
 
 
 @dataclass(frozen=True)
@@ -105,7 +78,7 @@ class CrankThrow:
         require_not_negative(self, "masses", *names)
 
     def at_crank_pin(self, crank_radius: float) -> float:
-        """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]."""
+        """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]; negative if the counterweights prevail."""
         static = 2.0 * self.web * self.web_radius - self.counterweight * self.counterweight_radius
         return self.crank_pin + static / crank_radius
 

@@ -31,17 +31,3 @@ def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) 
     """x = r [(1 - cos phi) + (lambda/4)(1 - cos 2 phi)] [m]: Brix's construction; the differences as squared sines."""
     lam = crank_radius / rod_length
     return crank_radius * (2.0 * np.sin(0.5 * np.asarray(angle)) ** 2 + 0.5 * lam * np.sin(angle) ** 2)
-
-
-def brix_crank_angle(displacement: ArrayLike, crank_radius: float, rod_length: float) -> NDArray[np.float64]:
-    """The inverse of ``brix_displacement`` on the downward stroke [rad].
-
-    With s = sin^2(phi/2) the position is x = 2 r s (1 + lambda (1 - s)), a quadratic whose small root is
-    s = x/r/(1 + lambda + sqrt((1 + lambda)^2 - 2 lambda x/r)); 1 - s follows from the distance to the lower dead centre
-    in the same way, so neither end cancels.
-    """
-    lam = crank_radius / rod_length
-    x = np.clip(np.asarray(displacement, dtype=float) / crank_radius, 0.0, 2.0)
-    root = np.sqrt((1.0 - lam) ** 2 + 2.0 * lam * (2.0 - x))
-    below, above = x / (1.0 + lam + root), (2.0 - x) / (1.0 - lam + root)
-    return 2.0 * np.arctan2(np.sqrt(below), np.sqrt(above))

@@ -23,9 +23,10 @@ from solvers.numerics.jit import inlined_kernel, kernel
 
 
 class Posture(NamedTuple):
-    """State of a mechanism at some angles, each of their shape: sin phi, cos phi, tan beta, d2x/dphi2 [m] and
-    d2beta/dphi2."""
+    """State of a mechanism at some angles, each of their shape: displacement x [m], sin phi, cos phi, tan beta,
+    d2x/dphi2 [m] and d2beta/dphi2."""
 
+    displacement: Array
     sine: Array
     cosine: Array
     tangent: Array
@@ -42,12 +43,6 @@ class Frame(NamedTuple):
     top: float
     top_sine: float
     top_cosine: float
-
-
-def derivative(motion: ExactMotion, angle: ArrayLike) -> Array:
-    """dx/dphi = r (sin phi + cos phi tan beta) [m]; multiplied by omega the velocity."""
-    at = motion.posture(angle)
-    return motion.crank_radius * (at.sine + at.cosine * at.tangent)
 
 
 @dataclass(frozen=True)
@@ -84,14 +79,13 @@ class ExactMotion:
 
     def displacement(self, angle: ArrayLike) -> Array:
         """x [m] from the upper dead centre toward the crank."""
-        phi = np.asarray(angle, dtype=float)
-        return displacements(phi.ravel(), self.frame).reshape(phi.shape)
+        return self.posture(angle).displacement
 
     def posture(self, angle: ArrayLike) -> Posture:
         """tan beta = sin beta/cos beta; d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
         d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
         phi = np.asarray(angle, dtype=float)
-        return Posture(*_postures(phi.ravel(), self.frame).reshape(5, *phi.shape))
+        return Posture(*_postures(phi.ravel(), self.frame).reshape(6, *phi.shape))
 
 
 class Stand(NamedTuple):
@@ -154,21 +148,12 @@ def turning_of(at: Stand, frame: Frame) -> float:
 
 
 @kernel
-def displacements(phi: Array, frame: Frame) -> Array:
-    """``ExactMotion.displacement`` at angles (n,)."""
-    out = np.empty(phi.size)
-    for i in range(phi.size):
-        out[i] = displacement_of(stand_at(phi[i], frame), frame)
-    return out
-
-
-@kernel
 def _postures(phi: Array, frame: Frame) -> Array:
-    out = np.empty((5, phi.size))
+    out = np.empty((6, phi.size))
     for i in range(phi.size):
         at = stand_at(phi[i], frame)
-        out[0, i], out[1, i], out[2, i] = at.sine, at.cosine, at.tangent
-        out[3, i], out[4, i] = acceleration_of(at, frame), turning_of(at, frame)
+        out[0, i], out[1, i], out[2, i] = displacement_of(at, frame), at.sine, at.cosine
+        out[3, i], out[4, i], out[5, i] = at.tangent, acceleration_of(at, frame), turning_of(at, frame)
     return out
 
 

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_repair import Repair, repaired_indicator
 from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure
-from solvers.crank.gas.unrolled_pressure import Curve
+from solvers.crank.gas.unrolled_pressure import Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.panels import split
@@ -52,7 +52,7 @@ class IndicatorLoad:
         _ = self.unrolled
 
     @cached_property
-    def unrolled(self) -> Curve:
+    def unrolled(self) -> Unrolled:
         """The diagram over the crank angle."""
         with fields_of_load():
             motion, cylinder = _machine(self.clearance_volume, self.mechanism, self.piston)

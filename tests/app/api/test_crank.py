@@ -61,6 +61,7 @@ def test_crank_dynamics_in_the_contracts_names(client, dynamics_request):
     assert {e["name"] for e in run["effects"]} == {
         "reciprocating_inertia", "rod_inertia_couple", "pin_offset", "engine",
     }  # fmt: skip
+    assert result["cycle"] is None  # four strokes are the load of no rod
     assert client.get(answer.headers["location"]).content == answer.content
 
 
@@ -75,10 +76,10 @@ def test_a_series_is_rounded_far_below_the_accuracy_asked(dynamics_request, accu
         ("pressure_mpa", forces.pressure / 1e6),
     ):
         told, greatest = np.array(series[name]), np.abs(exact).max()
-        assert np.abs(told - exact).max() <= max(0.5e-3 * accuracy, 4e-16) * greatest * (1 + 1e-6), name
+        assert np.abs(told - exact).max() <= max(0.5e-2 * accuracy, 4e-16) * greatest * (1 + 1e-6), name
         assert np.abs(np.abs(told).max() / greatest - 1.0) <= accuracy
     if accuracy == 1e-6:
-        assert max(len(repr(number)) for number in series["torque_nm"]) <= 12
+        assert max(len(repr(number)) for number in series["torque_nm"]) <= 11
 
 
 @pytest.mark.parametrize("plot", list(KINDS["crank-dynamics"].plots))
@@ -181,6 +182,7 @@ def test_a_rods_load_may_be_a_stored_run(client, check_request):
     run = client.post(RODS, json=named).json()
     assert run["status"] == "succeeded", run
     load = run["spec"]["load"]
+    assert {name: load[name] for name in ("angle_deg", "pressure_mpa")} == source["result"]["cycle"]
     assert load["run_id"] == source["id"]
     assert load["taken_from"] == f"crank-dynamics {source['spec_hash']}"
     assert load["back_pressure_mpa"] == 1.8

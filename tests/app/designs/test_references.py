@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from pydantic import Field, create_model
 
+from app.designs.flexible_rod.request import RunLoad
 from app.designs.kind import Mode
 from app.designs.references import RunForce, RunReference, UnfitRun, references, replaced
 from app.designs.registry import KINDS, job_of
@@ -29,7 +30,8 @@ def run() -> dict:
     kind = KINDS["crank-dynamics"]
     job = job_of(kind, Mode.ANALYSIS)
     answer = job.run(job.request.model_validate(kind.example(Mode.ANALYSIS)))
-    return {"kind": kind.slug, "status": answer.status, "spec_hash": "abc", "result": answer.result}
+    spec = kind.example(Mode.ANALYSIS)
+    return {"kind": kind.slug, "status": answer.status, "spec": spec, "spec_hash": "abc", "result": answer.result}
 
 
 def force_of(run: dict, name: str) -> float:
@@ -61,3 +63,23 @@ def test_an_unsuitable_run_is_refused(run):
         asked.filled({**run, "result": never})
     with pytest.raises(NotImplementedError):
         RunReference(kind="run", run_id="one").filled(run)
+
+
+def test_a_rods_load_needs_the_curves_of_a_run_only_for_a_whole_cycle_of_two_strokes(run):
+    whole = RunLoad(kind="run", run_id="one")
+    instant = whole.model_copy(update={"instant": "gas_force_max"})
+    bare = {**run, "result": {name: value for name, value in run["result"].items() if name not in ("cycle", "series")}}
+    worst = next(worst for worst in run["result"]["worst"] if worst["name"] == "gas_force_max")
+    filled = instant.filled(bare)
+    assert (filled.angle_deg, filled.pressure_mpa) == ([worst["angle_deg"]], [worst["pressure_mpa"]])
+    assert filled.back_pressure_mpa == run["spec"]["cylinder"]["crankcase_pressure_mpa"]
+    with pytest.raises(UnfitRun, match="four strokes"):
+        whole.filled(bare)
+    two = {**bare, "spec": {**run["spec"], "cylinder": {**run["spec"]["cylinder"], "strokes": 2}}}
+    with pytest.raises(UnfitRun, match="without its curves"):
+        whole.filled(two)
+    # As earlier versions stored it.
+    points = {"angle_deg": [0.0, 90.0, 180.0], "pressure_mpa": [0.1, 0.2, 0.1]}
+    cycle = {"strokes": 2, **points, "crankcase_pressure_mpa": 0.1}
+    filled = whole.filled({**two, "result": {**bare["result"], "cycle": cycle}})
+    assert {name: getattr(filled, name) for name in points} == points

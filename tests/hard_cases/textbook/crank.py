@@ -33,10 +33,6 @@ def motion(inputs):
             x = np.float64(inputs["position"])
             d = np.sqrt((height - x) ** 2 + e**2)
             found["crank_angle"] = np.arctan(e / (height - x)) + np.arccos((r**2 + d**2 - length**2) / (2 * r * d))
-            if not e:
-                lam = r / length
-                cosine = (np.sqrt(1 + 2 * lam * (1 + lam / 2 - x / r)) - 1) / lam
-                found["brix_crank_angle"] = np.arccos(cosine)
     return {name: float(value) for name, value in found.items()}
 
 

@@ -12,7 +12,6 @@ from scipy.integrate import quad
 
 from solvers import crank
 from solvers.crank.masses.pendulum import amplitude_factor
-from solvers.crank.masses.two_mass_model import three_particles
 from solvers.errors import InvalidInput
 from solvers.numerics.uncertainty import linear, sensitivities
 
@@ -24,13 +23,6 @@ def test_two_masses_keep_mass_and_centre_and_break_the_third_condition():
     assert ROD.at_wrist_pin * 0.115 == pytest.approx(ROD.at_crank_pin * 0.045)
     assert ROD.inertia_defect == pytest.approx(0.62 * 0.115 * 0.045 - 0.0030)
     assert crank.RodMass(0.16, 0.62, 0.115).inertia_defect == 0.0
-
-
-def test_three_masses_keep_all_three_conditions():
-    m = three_particles(ROD)
-    assert m.at_wrist_pin + m.at_centre + m.at_crank_pin == pytest.approx(0.62, rel=1e-14)
-    assert m.at_wrist_pin * 0.115 == pytest.approx(m.at_crank_pin * 0.045, rel=1e-14)
-    assert m.at_wrist_pin * 0.115**2 + m.at_crank_pin * 0.045**2 == pytest.approx(0.0030, rel=1e-14)
 
 
 def test_the_crank_throw_reduced_to_its_pin():

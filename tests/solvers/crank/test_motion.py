@@ -9,10 +9,16 @@ import numpy as np
 import pytest
 
 from solvers.crank.motion import in_line as kinematics
-from solvers.crank.motion.slider_crank import ExactMotion, crank_angle_at, derivative
+from solvers.crank.motion.slider_crank import ExactMotion, crank_angle_at
 
 EPS = np.finfo(float).eps
 CASES = [(0.04, 0.16, 0.0), (0.04, 0.14, 0.006), (0.04, 0.14, -0.006), (1.5e-3, 45.5e-3, 0.0), (0.04, 0.041, 0.0005)]
+
+
+def derivative(motion, angle):
+    """dx/dphi as the kernels have it where they multiply it with forces."""
+    at = motion.posture(angle)
+    return motion.crank_radius * (at.sine + at.cosine * at.tangent)
 
 
 def position(r, length, e):
@@ -99,17 +105,11 @@ def test_in_line_motion_against_fifty_digit_derivatives(ratio):
 
 
 @pytest.mark.parametrize("ratio", [0.05, 0.25, 0.6, 0.95])
-def test_brix_and_its_inverse(ratio):
+def test_brixs_displacement(ratio):
     r, length = 0.04, 0.04 / ratio
     angle = np.linspace(0.0, math.pi, 200)
     textbook = r * ((1 - np.cos(angle)) + ratio / 4 * (1 - np.cos(2 * angle)))
-    x = kinematics.brix_displacement(angle, r, length)
-    assert x == pytest.approx(textbook, abs=1e-16)
-    back = kinematics.brix_crank_angle(x, r, length)
-    assert kinematics.brix_displacement(back, r, length) == pytest.approx(x, abs=1e-15 * r)
-    assert kinematics.brix_crank_angle(1e-300, r, length) == pytest.approx(
-        math.sqrt(2e-300 / r / (1 + ratio)), rel=4 * EPS
-    )
+    assert kinematics.brix_displacement(angle, r, length) == pytest.approx(textbook, abs=1e-16)
 
 
 def test_the_two_harmonic_acceleration_is_that_of_brixs_displacement():

@@ -66,7 +66,7 @@ def by_newton_and_euler(scene, gas):
     tip = m.crank_radius * omega**2
     big_end, others = (
         rod.at_crank_pin * tip,
-        masses.crank(m.crank_radius) + (masses.rods_per_pin - 1) * rod.at_crank_pin,
+        masses.throw.at_crank_pin(m.crank_radius) + (masses.rods_per_pin - 1) * rod.at_crank_pin,
     )
     tangential, outward = (pin * forward).sum(axis=0), (pin * out).sum(axis=0)
     small_end = wrist - rod.at_wrist_pin * np.array([0.0 * lift, lift])

@@ -400,7 +400,7 @@ def test_the_shape_that_inertia_follows_is_the_beam_columns_own(scene, strip):
 
 @pytest.mark.parametrize("points", [24, 72, 360])
 def test_under_a_table_of_a_smooth_law_inertia_is_not_overestimated(points):
-    """Every point of a table is a corner of the pressure's curve; what corners excite has phases, and mostly cancels."""
+    """Every point of a table is a corner of the pressure; what corners excite has phases, and mostly cancels."""
     scene = replace(PAPER, material=replace(PAPER.material, loss_factor=0.01))
     angles = np.arange(points) * 2.0 * math.pi / points
     measured = replace(scene, load=rod.TableLoad(tuple(angles), tuple(scene.load.pressure(angles))))

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from solvers.linkage.optimum.branch_and_bound import search_all
+from solvers.linkage.optimum.branch_and_bound import search
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.problem import (
     EnclosingRadius,
@@ -123,11 +123,14 @@ def _best(
     problem: LinkageProblem, limits: Limits, objective: Objective, boxed: bool = True
 ) -> tuple[float, str] | None:
     """(minimum cost, type) among the mechanisms within the limits."""
-    families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
     free_motion = problem.objective.settles_motion
     subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed, free_motion=free_motion)
-    found = zip(search_all(subproblem, families, _GAP), families, strict=True)
-    return min(((best.cost, family.kind.name) for best, family in found if math.isfinite(best.cost)), default=None)
+    best, name = math.inf, ""
+    for kind in problem.kinds:
+        found = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP, best)
+        if found.cost < best:
+            best, name = found.cost, kind.name
+    return (best, name) if name else None
 
 
 def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:

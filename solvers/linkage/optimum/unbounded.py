@@ -17,7 +17,7 @@ from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem, Subproblem
 
 _VANISHING = 1e-3
-"""|u31(2 pi)| below which the base is taken to grow without bound: it is a million cranks long there."""
+"""|u31(2 pi)| below which the base is taken to grow without bound: it is thousands of cranks long there."""
 
 
 def refuse_endless(problem: LinkageProblem) -> None:
@@ -40,10 +40,6 @@ def refuse_endless(problem: LinkageProblem) -> None:
 
 
 def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
-    """Whether members far out in a tail, in which the links grow without end, are feasible at their own scales."""
-    (nearest, low), (high, farthest) = (tail.range for tail in family.tails)
-    for end, within in ((nearest, low), (farthest, high)):
-        distant = MemberQuantities(subproblem, family, np.array([end, 0.5 * (end + within)]), 1e-9)
-        if distant.end_low.max() < _VANISHING:
-            return bool(np.all(np.less(*distant.scale)))
-    return False
+    """Whether the member farthest out, where the links grow without end, is feasible at its own scale."""
+    far = MemberQuantities(subproblem, family, np.array(family.whole))
+    return bool(np.any((far.end_low < _VANISHING) & np.less(*far.scale)))

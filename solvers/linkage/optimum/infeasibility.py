@@ -92,9 +92,8 @@ def _infeasible_limits(
         if not required or not _judged(problem, limit, company(limit)):
             continue
         found = _best(problem, company(limit), limit.objective)
-        if found is None or not limit.met(asked, limit.objective.value(found[0])):
-            reached = None if found is None else (limit.objective.value(found[0]), found[1])
-            out.append(_entry(limit.name, required, reached, why, limit.advice))
+        if found is None or not limit.met(asked, found[0]):
+            out.append(_entry(limit.name, required, found, why, limit.advice))
     return tuple(out) + _sides(problem, boxes, why)
 
 
@@ -107,7 +106,7 @@ def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
 def _best(
     problem: LinkageProblem, limits: Limits, objective: Objective, boxed: bool = True
 ) -> tuple[float, str] | None:
-    """(minimum cost, type) among the mechanisms within the limits."""
+    """The best value of the objective among the mechanisms within the limits, and its type."""
     free_motion = problem.objective.settles is not None
     subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed, free_motion=free_motion)
     best, name = math.inf, ""
@@ -115,7 +114,7 @@ def _best(
         found = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP, best)
         if found.cost < best:
             best, name = found.cost, kind.name
-    return (best, name) if name else None
+    return (objective.value(best), name) if name else None
 
 
 def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:

@@ -14,10 +14,10 @@ import numpy as np
 from solvers.errors import InvalidInput
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
-from solvers.linkage.problem import LinkageProblem, Subproblem
+from solvers.linkage.problem import LinkageProblem
 
 _VANISHING = 1e-3
-"""|u31(2 pi)| below which the base is taken to grow without bound: it is thousands of cranks long there."""
+"""|u31(2 pi)| at an end of the family below which the base is taken to grow without bound toward it."""
 
 
 def refuse_endless(problem: LinkageProblem) -> None:
@@ -30,16 +30,12 @@ def refuse_endless(problem: LinkageProblem) -> None:
     if limits.width is not None and limits.height is not None:
         return
     for kind in problem.kinds:
-        if _far_allowed(problem, Family(kind, problem.scene.restitution.gain)):
+        family = Family(kind, problem.scene.restitution.gain)
+        ends = MemberQuantities(problem, family, np.array(family.whole))
+        if np.any((ends.end_low < _VANISHING) & np.less(*ends.scale)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "
                 "radius, without end",
                 "a limit on the longest link, the enclosing radius, or both width and height",
             )
-
-
-def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
-    """Whether the member farthest out, where the links grow without end, is feasible at its own scale."""
-    far = MemberQuantities(subproblem, family, np.array(family.whole))
-    return bool(np.any((far.end_low < _VANISHING) & np.less(*far.scale)))

@@ -24,21 +24,24 @@ from solvers.linkage.problem import Quantities, Subproblem
 from solvers.numerics.arrays import Array
 
 _CELLS, _TAIL_CELLS, _PARTS = 24, 8, 6
+"""Initial numbers of subintervals in the design range and in each tail, and of the parts into which one is divided."""
 _TRIALS = 12
+"""Members tried in a round: as many of the cheapest subintervals, and of others."""
 _MAX_CELLS = 160_000
 _MIN_WIDTH, _TAIL_WIDTH = 1e-11, 0.01
 """Widths below which subintervals are not divided further; the latter in tails that hardly gain anything."""
 _ROUNDING = 1e-9
+"""Minimum relative gain for which a trial is refined."""
 _BEYOND = 1e-8
 """Beyond the ends of the tails no relevant quantity changes by more than this, relative."""
 _MIN_TAIL_GAIN = 5e-3
 """Minimum relative gain for which a design outside the design range is returned."""
 _OTHER_TYPES_GAP = 1e-3
 """Maximum gap of the proof for types other than the best one."""
-_EVEN = np.arange(1, 8) / 8.0
+_EVEN, _ASIDE = np.arange(1, 8) / 8.0, 1e-3
+"""Trials of a refinement, in widths of the bracket: evenly spaced ones, and the distance of an estimate's neighbours."""
 _FLAT = 1e-11
 """Refinement ends where the best cost and its neighbours agree to this relative difference."""
-_ASIDE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -66,7 +69,7 @@ def search(
 
     Another family has a member of cost ``known``: this one is proven to be best to the relative ``gap`` if it is
     cheaper, otherwise to ``_OTHER_TYPES_GAP``, and the bound is that of both families. Designs are searched for in the
-    tails too if these contain the only feasible members or considerably better ones; slightly better ones only lower
+    tails too if feasible members are found there first, or considerably better ones; slightly better ones only lower
     the bound.
     """
     if subproblem.fixed_end is not None:

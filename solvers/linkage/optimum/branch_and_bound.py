@@ -39,7 +39,7 @@ _MIN_TAIL_GAIN = 5e-3
 _OTHER_TYPES_GAP = 1e-3
 """Maximum gap of the proof for types other than the best one."""
 _EVEN, _ASIDE = np.arange(1, 8) / 8.0, 1e-3
-"""Trials of a refinement, in widths of the bracket: evenly spaced ones, and the distance of an estimate's neighbours."""
+"""Trials of a refinement in widths of the bracket: evenly spaced ones, and the distance of an estimate's neighbours."""
 _FLAT = 1e-11
 """Refinement ends where the best cost and its neighbours agree to this relative difference."""
 

@@ -23,6 +23,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
+from solvers.linkage.mechanism.change_point import Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family, lengths_per_stroke
 from solvers.linkage.optimum.load_bounds import least_loads
@@ -69,7 +70,8 @@ class RangeBounds:
     def _outlines(self) -> Array:
         """Swept outlines per V of the midpoints."""
         bar = self._members
-        return self._three(outlines(bar.kind, bar.ratios, self._lengths[..., 0].ravel(), bar.swing))[2]
+        ratios = Ratios(*(self._three(values)[2] for values in vars(bar.ratios).values()))
+        return outlines(bar.kind, ratios, self._lengths[2, :, 0], self._three(bar.swing)[2])
 
     @cached_property
     def _moves(self) -> tuple[Array, Array, Array]:

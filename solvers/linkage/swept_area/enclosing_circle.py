@@ -56,34 +56,73 @@ def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, floa
 
 
 @kernel
-def _required(outline: Array, tips: tuple[float, float, float, float], x: float, y: float) -> float:
-    """Radius of the smallest circle about a centre that contains the outline."""
+def _reach(circles: Array, count: int, x: float, y: float) -> float:
+    """Radius of the smallest circle about a given centre that contains the first ``count`` circles."""
+    found = 0.0
+    for m in range(count):
+        found = max(found, math.hypot(circles[m, 0] - x, circles[m, 1] - y) + circles[m, 2])
+    return found
+
+
+@kernel
+def _enclosing(outline: Array) -> float:
+    """Radius of the smallest circle around the outline.
+
+    A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
+    and the smallest circle of these four found by enumeration, until nothing protrudes. The radius increases
+    monotonically.
+    """
     r, base, rocker, _, _, _, first, last = outline
-    far = max(math.hypot(x, y) + r, math.hypot(x - base, y))
-    far = max(far, math.hypot(x - tips[0], y - tips[1]), math.hypot(x - tips[2], y - tips[3]))
-    away = math.atan2(-y, base - x)
-    if (away - first) % (2.0 * math.pi) <= last - first:
-        far = max(far, math.hypot(x - base, y) + rocker)
-    return far
+    tips = tips_of(outline)
+    parts = np.zeros((4, 3))
+    parts[0, 2] = r
+    parts[1, 0], parts[1, 1] = tips[2], tips[3]
+    count = 2
+    x, y, radius = _through(parts, 0, 1, -1)
+    for _ in range(200):
+        # The part farthest from the centre.
+        far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
+        if math.hypot(x - base, y) > far:
+            far, fx, fy, fr = math.hypot(x - base, y), base, 0.0, 0.0
+        for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
+            if math.hypot(px - x, py - y) > far:
+                far, fx, fy, fr = math.hypot(px - x, py - y), px, py, 0.0
+        away = math.atan2(-y, base - x)
+        if (away - first) % (2.0 * math.pi) <= last - first and math.hypot(x - base, y) + rocker > far:
+            far = math.hypot(x - base, y) + rocker
+            fx, fy, fr = base + rocker * math.cos(away), rocker * math.sin(away), 0.0
+        if far <= radius * (1.0 + 1e-13):
+            break
+        parts[count, 0], parts[count, 1], parts[count, 2] = fx, fy, fr
+        count += 1
+        best, bx, by, bi, bj, bk = math.inf, x, y, 0, 0, -1
+        for i in range(count):
+            for j in range(i + 1, count):
+                for k in range(j, count):
+                    third = -1 if k == j else k
+                    cx, cy, size = _through(parts, i, j, third)
+                    if size == math.inf:
+                        continue
+                    # The radius required at this centre, not a containment test, which rounding could fail for all.
+                    size = _reach(parts, count, cx, cy)
+                    if size < best:
+                        best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
+        if best <= radius:
+            # Only rounding remains.
+            radius = max(radius, far)
+            break
+        x, y, radius = bx, by, best
+        count = 3 if bk >= 0 else 2
+        # In place: bi < bj < bk.
+        for k in range(3):
+            parts[0, k], parts[1, k], parts[2, k] = parts[bi, k], parts[bj, k], parts[max(bk, 2), k]
+    return radius
 
 
 @kernel
 def enclosing_radii(outlines: Array) -> Array:
-    """Smallest enclosing radius of every outline.
-
-    Two or three parts determine the circle: crank circle, rocker's pivot, either end of the joint's arc, and the circle
-    of the arc. The centre of every such combination is tried.
-    """
-    out, parts = np.full(outlines.shape[0], np.inf), np.zeros((5, 3))
-    for n in range(out.size):
-        r, base, rocker, _, _, _, _, _ = outlines[n]
-        tips = tips_of(outlines[n])
-        parts[0, 2], parts[1, 0], parts[4, 0], parts[4, 2] = r, base, base, rocker
-        parts[2, 0], parts[2, 1], parts[3, 0], parts[3, 1] = tips
-        for i in range(5):
-            for j in range(i + 1, 5):
-                for k in range(j, 5):
-                    x, y, size = _through(parts, i, j, -1 if k == j else k)
-                    if size < out[n]:
-                        out[n] = min(out[n], _required(outlines[n], tips, x, y))
+    """Smallest enclosing radius of every outline."""
+    out = np.empty(outlines.shape[0])
+    for i in range(out.size):
+        out[i] = _enclosing(outlines[i])
     return out

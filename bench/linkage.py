@@ -156,12 +156,11 @@ def swarm() -> float:
         low, high = family.range[0] / 2, math.log(8.0)
 
         def sized(q: float, family: Family = family) -> tuple[FourBar, float] | None:
-            members = family.members(np.array([q]))
-            scale = SCENE.impact_speed / SCENE.crank_speed
-            nu = float(members.transmission[0])
-            met = members.lengths.min() * scale >= LIMITS.min_link
-            inside = LIMITS.transmission_angle[0] <= nu <= LIMITS.transmission_angle[1]
-            return (family.member(q), float(members.lengths[0, 0] * scale)) if met and inside else None
+            bar = family.member(q)
+            crank = SCENE.impact_speed / (SCENE.crank_speed * bar.ratios.rocker * bar.end)
+            met = crank * min(1.0, bar.ratios.base, bar.ratios.coupler, bar.ratios.rocker) >= LIMITS.min_link
+            inside = LIMITS.transmission_angle[0] <= bar.middle_transmission_angle <= LIMITS.transmission_angle[1]
+            return (bar, crank) if met and inside else None
 
         def score(_linkage: object, values: list[float], _places: object, sized: Callable = sized) -> float:
             found = sized(values[0])

@@ -141,7 +141,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.closed_form.kernel.evaluate", "solvers.pin.closed_form.kernel.Pins f2 f2 solvers.pin.closed_form.kernel.Results"),
     ),
     ("impact-linkage", "design"): (
-        ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i f"),
+        ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
         ("solvers.linkage.swept_area.bounding_box.least_boxes", "f2 f1 f1 f1 f f f f f"),

@@ -95,7 +95,7 @@ def ways(problem: linkage.LinkageProblem, scale: float) -> Iterator[Way]:
         if problem.fixed_scale is not None:
             yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), problem.fixed_scale))
         elif problem.fixed_end is not None:
-            at = family.margin_where(lambda members: members.end, problem.fixed_end)
+            at = family.where(lambda bar: bar.end, problem.fixed_end, *family.range)
             if at is not None:
                 bar = family.member(at)
                 yield _way(family, (sizes,), lambda p, bar=bar: (bar, float(p[0])))
@@ -151,7 +151,8 @@ def rivals(
 def _told(problem: linkage.LinkageProblem, way: Way, bar: FourBar, scale: float) -> Array:
     """The answer's parameters."""
     kind, gain = way.family.kind, way.family.gain
-    beyond = math.log(kind.beyond_least(gain, float(getattr(bar.ratios, _RATIO[kind.parameter]))))
+    ratio = float(getattr(bar.ratios, _RATIO[kind.parameter]))
+    beyond = math.log(max(ratio / kind.least_parameter(gain) - 1.0, way.space.lower[0]))
     if problem.fixed_scale is not None:
         return np.array([beyond])
     return np.array([math.log(scale)] if problem.fixed_end is not None else [beyond, math.log(scale)])

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
 from solvers.linkage.check import Case, check_case, peak_rows
-from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.result import LinkageCheck
@@ -89,7 +89,7 @@ def check_family(
     require(bool(np.all(reach > 0.0)), f"ratios.{kind.parameter}", "gives no mechanism of this type", "above g²")
     rows, none, full = bar.coefficients, np.full(parameter.size, np.nan), np.flatnonzero(bar.rotatable)
     own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(bar.end[full])
-    loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3, SHARP), full.size, threads)
+    loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
     most[full] = np.maximum(loads[:, 4], np.maximum(bar.start, bar.end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]

@@ -16,7 +16,7 @@ from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
-from solvers.linkage.loads.torque_and_pin_force import SHARP, TORQUE, Peaks, peaks_of, unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, Peaks, peaks_of, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
@@ -101,7 +101,7 @@ def peak_rows(mechanisms: Sequence[Mechanism]) -> list[tuple[float, ...] | None]
     rows = iter(())
     if bars:
         ends = np.array([bar.end for bar in bars])
-        rows = map(tuple, unit_peaks(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3, SHARP).tolist())
+        rows = map(tuple, unit_peaks(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3).tolist())
     return [next(rows) if strikes else None for strikes in striking]
 
 

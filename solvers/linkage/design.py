@@ -14,7 +14,7 @@ from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.mechanism.change_point import LONGEST, NEAREST, ChangePoint
 from solvers.linkage.mechanism.closure import Closure
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.optimum.branch_and_bound import Proven, search_all
+from solvers.linkage.optimum.branch_and_bound import Proven, search
 from solvers.linkage.optimum.family import FURTHER, GREATEST_MARGIN, Family
 from solvers.linkage.optimum.infeasibility import diagnose
 from solvers.linkage.optimum.unbounded import refuse_endless
@@ -67,8 +67,11 @@ def design(
     require_accuracy(accuracy)
     gap = max(accuracy, LEAST_GAP)
     refuse_endless(problem)
-    families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
-    found = list(zip(families, search_all(problem, families, gap), strict=True))
+    found: list[tuple[Family, Proven]] = []
+    for kind in problem.kinds:
+        family = Family(kind, problem.scene.restitution.gain)
+        known = min((proven.cost for _, proven in found), default=math.inf)
+        found.append((family, search(problem, family, gap, known)))
     feasible = [(family, proven) for family, proven in found if proven.q is not None]
     settings: dict[str, float | int | str] = {"gap": gap}
     if not feasible:
@@ -140,7 +143,7 @@ def _warned(value: LinkageCheck, family: Family, best: Proven, excluded_to: floa
     said = []
     low, high = family.range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
-        kept = 1.0 / (1.0 - min(best.gap, 0.5)) - 1.0
+        kept = 1.0 / (1.0 - min(excluded_to, 0.5)) - 1.0
         endless = best.q > low or family.kind.least_margin(family.gain) != NEAREST
         where = "links without end" if endless else "the parallelogram"
         told = (

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.effects import AUTO, Choice, Demand, Effect, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.linkage.loads.coupler_elasticity import worst_elastic_peak
 from solvers.linkage.loads.torque_and_pin_force import Peaks
@@ -47,15 +47,10 @@ class Situation:
     peaks: Peaks | None
 
 
-class LinkageEffect(Protocol):
+class LinkageEffect(Effect[Situation], Protocol):
     """An effect; ``needs`` names the scene field without which it cannot run."""
 
-    name: str
-    summary: str
-    measure: str
     needs: str | None
-
-    def influence(self, situation: Situation) -> float: ...
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
         """Add this effect's results for a situation."""

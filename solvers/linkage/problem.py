@@ -8,8 +8,9 @@ If the speed or the frequency is the objective, both are free.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
@@ -83,129 +84,80 @@ class Quantities(Protocol):
 class Objective:
     """The objective, as a positive cost to be minimised.
 
-    ``sign`` is -1 for maximisation, ``effect`` the effect required for its value. ``settles_motion``: it determines the
-    speed or the frequency of the blow; ``grows``: it decreases with V; ``slows``: with a tool at its own radius it
-    decreases with |u31(2 pi)|.
+    cost      cost of members, or its lower bound over ranges of members
+    read      the objective [SI] of a checked linkage in its scene
+    sign      -1 for maximisation: the cost is then the reciprocal
+    effect    the effect required for its value
+    settles   the scene with the optimised speed or frequency, from the stroke v/omega [m]; None if they are given
+    grows     it improves with V
+    slows     with a tool at its own radius it improves as |u31(2 pi)| decreases
     """
 
-    name: ClassVar[str]
-    sign: ClassVar[int] = 1
-    effect: ClassVar[str | None] = None
-    settles_motion: ClassVar[bool] = False
-    grows: ClassVar[bool] = False
-    slows: ClassVar[bool] = False
-
-    def cost(self, quantities: Quantities) -> Array:
-        """Cost of members, or its lower bound over ranges of members."""
-        raise NotImplementedError
+    name: str
+    cost: Callable[[Quantities], Array]
+    read: Callable[[LinkageCheck, Scene], float]
+    sign: int = 1
+    effect: str | None = None
+    settles: Callable[[Scene, float], Scene] | None = None
+    grows: bool = False
+    slows: bool = False
 
     def value(self, cost: float) -> float:
         """The objective [SI] from a cost, and vice versa."""
         return cost if self.sign > 0 else 1.0 / cost
 
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        """The objective [SI] of a checked linkage in this scene."""
-        raise NotImplementedError
 
-    def settled(self, scene: Scene, stroke: float) -> Scene:
-        """The scene with the optimised speed or frequency, if any, from the stroke v/omega [m]."""
-        return scene
+def _cost_of_speed(quantities: Quantities) -> Array:
+    stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.end_high)
+    return 1.0 / (quantities.subproblem.scene.crank_speed * stroke)
 
 
-class BoxArea(Objective):
-    name = "box_area"
-    effect = "envelope"
-
-    def cost(self, quantities: Quantities) -> Array:
-        return quantities.area(quantities.scale[0])
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return check.box.area
+def _cost_of_frequency(quantities: Quantities) -> Array:
+    stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.end_low)
+    return 2.0 * math.pi * stroke / quantities.subproblem.scene.impact_speed
 
 
-class LongestLink(Objective):
-    name = "longest_link"
-
-    def cost(self, quantities: Quantities) -> Array:
-        return quantities.scale[0] * quantities.longest
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return check.mechanism.crank * check.mechanism.bar.longest
-
-
-class EnclosingRadius(Objective):
-    name = "enclosing_radius"
-    effect = "envelope"
-
-    def cost(self, quantities: Quantities) -> Array:
-        return quantities.scale[0] * quantities.radius + quantities.subproblem.limits.joint_radius
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return check.enclosing_radius
-
-
-class PeakTorque(Objective):
-    name = "peak_torque"
-
-    def cost(self, quantities: Quantities) -> Array:
-        return quantities.subproblem.scene.impact_energy * quantities.torque
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return check.strike.peaks.torque
-
-
-class PinForce(Objective):
-    name = "pin_force"
-    grows = True
-
-    def cost(self, quantities: Quantities) -> Array:
-        energy = quantities.subproblem.scene.impact_energy
-        return energy * quantities.force / quantities.scale[1]
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return check.strike.peaks.force
-
-
-class ImpactSpeed(Objective):
-    name = "impact_speed"
-    sign = -1
-    settles_motion = True
-    grows = True
-
-    def cost(self, quantities: Quantities) -> Array:
-        stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.end_high)
-        return 1.0 / (quantities.subproblem.scene.crank_speed * stroke)
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return scene.impact_speed
-
-    def settled(self, scene: Scene, stroke: float) -> Scene:
-        return replace(scene, impact_speed=scene.crank_speed * stroke)
-
-
-class BlowFrequency(Objective):
-    name = "blow_frequency"
-    sign = -1
-    settles_motion = True
-    slows = True
-
-    def cost(self, quantities: Quantities) -> Array:
-        stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.end_low)
-        return 2.0 * math.pi * stroke / quantities.subproblem.scene.impact_speed
-
-    def read(self, check: LinkageCheck, scene: Scene) -> float:
-        return scene.blow_frequency
-
-    def settled(self, scene: Scene, stroke: float) -> Scene:
-        return replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke))
-
-
+BOX_AREA = Objective("box_area", lambda q: q.area(q.scale[0]), lambda check, scene: check.box.area, effect="envelope")
+LONGEST_LINK = Objective(
+    "longest_link", lambda q: q.scale[0] * q.longest, lambda check, scene: max(check.mechanism.links)
+)
+ENCLOSING_RADIUS = Objective(
+    "enclosing_radius",
+    lambda q: q.scale[0] * q.radius + q.subproblem.limits.joint_radius,
+    lambda check, scene: check.enclosing_radius,
+    effect="envelope",
+)
+PEAK_TORQUE = Objective(
+    "peak_torque",
+    lambda q: q.subproblem.scene.impact_energy * q.torque,
+    lambda check, scene: check.strike.peaks.torque,
+)
+PIN_FORCE = Objective(
+    "pin_force",
+    lambda q: q.subproblem.scene.impact_energy * q.force / q.scale[1],
+    lambda check, scene: check.strike.peaks.force,
+    grows=True,
+)
+IMPACT_SPEED = Objective(
+    "impact_speed",
+    _cost_of_speed,
+    lambda check, scene: scene.impact_speed,
+    sign=-1,
+    settles=lambda scene, stroke: replace(scene, impact_speed=scene.crank_speed * stroke),
+    grows=True,
+)
+BLOW_FREQUENCY = Objective(
+    "blow_frequency",
+    _cost_of_frequency,
+    lambda check, scene: scene.blow_frequency,
+    sign=-1,
+    settles=lambda scene, stroke: replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke)),
+    slows=True,
+)
 OBJECTIVES: dict[str, Objective] = {
     objective.name: objective
-    for objective in (
-        BoxArea(), LongestLink(), EnclosingRadius(), PeakTorque(), PinForce(), ImpactSpeed(), BlowFrequency(),
-    )
-}  # fmt: skip
+    for objective in (BOX_AREA, LONGEST_LINK, ENCLOSING_RADIUS, PEAK_TORQUE, PIN_FORCE, IMPACT_SPEED, BLOW_FREQUENCY)
+}
 """The objectives by name."""
 
 
@@ -223,7 +175,7 @@ class Subproblem:
 
     @property
     def _open_motion(self) -> bool:
-        return self.free_motion or self.objective.settles_motion
+        return self.free_motion or self.objective.settles is not None
 
     @property
     def fixed_scale(self) -> float | None:
@@ -247,7 +199,8 @@ class Subproblem:
 
     def settled(self, scale: float, end: float) -> Scene:
         """The scene with the speed or the frequency of a member with this scale V and |u31(2 pi)|."""
-        return self.objective.settled(self.scene, self.stroke(scale, end))
+        settles = self.objective.settles
+        return self.scene if settles is None else settles(self.scene, self.stroke(scale, end))
 
     def stroke(self, scale: Array | float, end: Array | float) -> Array | float:
         """Impact speed over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""

@@ -34,7 +34,7 @@ _SAMPLING_DEFICIT = 0.05
 TORQUE, FORCE, RATIO = 0, 1, 2
 """Indices of the quantities whose peaks are computed: torque/E, force l1/E and u31."""
 
-SHARP = 1e-14
+_SHARP = 1e-14
 """Relative tolerance of a peak value."""
 
 
@@ -50,7 +50,7 @@ class Peaks:
 
 def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
     """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
-    row = unit_peaks(bar.coefficients[None], np.array([bar.end]), TORQUE, 2, SHARP)[0]
+    row = unit_peaks(bar.coefficients[None], np.array([bar.end]), TORQUE, 2)[0]
     return peaks_of(tuple(row.tolist()), crank, energy)
 
 
@@ -136,23 +136,21 @@ def angle_of(cotangent: float) -> float:
 
 
 @kernel
-def unit_peaks(coefficients: Array, end: Array, first: int, count: int, tolerance: float) -> Array:
+def unit_peaks(coefficients: Array, end: Array, first: int, count: int) -> Array:
     """Maximum magnitude and its crank angle of ``count`` quantities from the ``first`` among torque/E, force l1/E and
-    u31, for every row: shape (n, 2 count). Values are converged to the relative ``tolerance``."""
+    u31, for every row: shape (n, 2 count)."""
     out = np.empty((coefficients.shape[0], 2 * count))
     for i in range(coefficients.shape[0]):
         cotangents, samples = sampled(coefficients[i], end[i])
         for k in range(count):
             which = first + k
-            peak, at = highest(coefficients[i], end[i], cotangents, samples[which], which, tolerance)
+            peak, at = highest(coefficients[i], end[i], cotangents, samples[which], which)
             out[i, 2 * k], out[i, 2 * k + 1] = peak, at + 2.0 * math.pi
     return out
 
 
 @kernel
-def highest(
-    row: Array, end: float, cotangents: Array, samples: Array, which: int, tolerance: float
-) -> tuple[float, float]:
+def highest(row: Array, end: float, cotangents: Array, samples: Array, which: int) -> tuple[float, float]:
     """Maximum of a quantity and its phi - 2 pi; all local maxima within the sampling error of the highest sample are
     refined."""
     need, last = (1.0 - _SAMPLING_DEFICIT) * largest(samples), cotangents.size - 1
@@ -169,7 +167,7 @@ def highest(
             trial_points(place, value, points)
             for m in range(5):
                 heights[m] = abs(_loads(row, end, points[m])[which])
-            if narrow(place, value, points, heights) <= tolerance * value[1]:
+            if narrow(place, value, points, heights) <= _SHARP * value[1]:
                 break
         if value[1] > best:
             best, at = value[1], place[1]

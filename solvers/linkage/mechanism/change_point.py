@@ -18,7 +18,6 @@ docs/theory/impact-linkage.md); the families in this form are derived there.
 
 from __future__ import annotations
 
-import math
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
@@ -37,17 +36,13 @@ LONGEST = 1e-3
 
 @dataclass(frozen=True)
 class Gain:
-    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g - 1 and g^2 - 1 to full precision."""
+    """g = (1 + R)/(1 - R) of a restitution R in [0, 1), with g^2 - 1 to full precision."""
 
     restitution: float
 
     @property
     def value(self) -> float:
         return (1.0 + self.restitution) / (1.0 - self.restitution)
-
-    @property
-    def less_one(self) -> float:
-        return 2.0 * self.restitution / (1.0 - self.restitution)
 
     @property
     def square(self) -> float:
@@ -124,18 +119,6 @@ class ChangePoint(ABC):
         """No mechanism exists for free ratios up to this."""
         return 0.0
 
-    def of_transmission(self, gain: Gain, angle: float) -> float:
-        """The free ratio, here lambda2, with nu(pi) = 2 asin(g/lambda2) = ``angle`` [rad]; inf if there is none."""
-        return gain.value / math.sin(0.5 * angle)
-
-    @abstractmethod
-    def of_crank(self, gain: Gain, crank: float) -> float:
-        """The free ratio with this crank over V (see ``optimum.family``); inf if there is none."""
-
-    def beyond_least(self, gain: Gain, parameter: float) -> float:
-        """Relative distance of a free ratio above its least value."""
-        return gain.below(parameter) / gain.value
-
     def least_margin(self, gain: Gain) -> float:
         """Minimum relative distance of a design's free ratio above its least value."""
         return NEAREST
@@ -194,9 +177,6 @@ class LargestCoupler(ChangePoint):
             rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
         )
 
-    def of_crank(self, gain: Gain, crank: float) -> float:
-        return gain.less_one / crank - 1.0
-
 
 @dataclass(frozen=True)
 class LargestRocker(ChangePoint):
@@ -225,12 +205,6 @@ class LargestRocker(ChangePoint):
     def pole(self, gain: Gain) -> float:
         return gain.square
 
-    def of_crank(self, gain: Gain, crank: float) -> float:
-        return gain.less_one / crank + 1.0
-
-    def beyond_least(self, gain: Gain, parameter: float) -> float:
-        return gain.square_below(parameter) / gain.square
-
     def least_margin(self, gain: Gain) -> float:
         # The base is then about 1000 g^2 cranks long.
         return LONGEST * gain.square_less_one / gain.square
@@ -247,16 +221,6 @@ class LargestBase(ChangePoint):
         # Closure and restitution are those of the largest coupler with base and coupler exchanged.
         r = LARGEST_COUPLER.family(gain, parameter)
         return Ratios(r.coupler, r.base, r.rocker, r.coupler_less_one, r.base_less_one, r.rocker_less_one)
-
-    def of_transmission(self, gain: Gain, angle: float) -> float:
-        # g (g - sin(nu/2))/(g sin(nu/2) - 1), with 1 - sin(nu/2) = 2 sin^2((pi - nu)/4).
-        short = 2.0 * math.sin(0.25 * (math.pi - angle)) ** 2
-        down = gain.less_one * (1.0 - short) - short
-        return gain.value * (gain.less_one + short) / down if down > 0 else math.inf
-
-    def of_crank(self, gain: Gain, crank: float) -> float:
-        more = crank * (gain.value + 1.0) - 1.0
-        return gain.square / more if more > 0 else math.inf
 
 
 LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()

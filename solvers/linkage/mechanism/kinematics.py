@@ -28,10 +28,10 @@ class FourBar:
         kind, r = self.kind, self.ratios
         numerator = kind.half_angle_coefficient(r)
         kappa, margin = abs(numerator) * kind.pin_to_pivot(r), kind.rotatability_margin(r)
-        parts = [r.base, r.coupler, r.rocker, numerator, margin, kappa, kind.rocker_sign]
-        if all(isinstance(part, float) for part in parts):
-            return np.array(parts)
-        return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+        out = np.empty((*np.shape(numerator), 7))
+        for k, part in enumerate((r.base, r.coupler, r.rocker, numerator, margin, kappa, kind.rocker_sign)):
+            out[..., k] = part
+        return out
 
     @cached_property
     def gain(self) -> Number:

@@ -1,10 +1,10 @@
 """Global optimum of a one-parameter family of linkages, with a certified lower bound.
 
-The free ratio is sampled and the best sample refined without derivatives (the cost may have kinks). Branch and bound
-over the whole range of the free ratio then proves that no member is better by more than the gap: a subinterval is
-discarded if its bounds (``range_bounds``) show that it contains no feasible member, or none cheaper than the incumbent.
+Branch and bound over the free ratio: a subinterval is discarded if its bounds (``range_bounds``) show that it contains
+no feasible member, or none cheaper than the best known one by more than the gap. Members are tried at midpoints of the
+subintervals that remain, and the best is refined without derivatives (the cost may have kinks).
 
-A design stays away from the ends of the family (the parallelogram, infinitely long links); the proof does not. It
+A design stays away from the ends of the family (the parallelogram, infinitely long links); the bound does not. It
 covers both tails up to where every quantity has converged to a relative 1e-8, except those that grow without bound, as
 sizes do, and are then costly. (Costs that decrease with them indefinitely are rejected beforehand: ``unbounded``.)
 """
@@ -12,8 +12,8 @@ sizes do, and are then costly. (Costs that decrease with them indefinitely are r
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from operator import itemgetter
 
 import numpy as np
 
@@ -23,32 +23,30 @@ from solvers.linkage.optimum.range_bounds import RangeBounds
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.numerics.arrays import Array
 
-_SAMPLES = 57
-_CELLS = 24
-_POINTS = 25
-_PARTS = 6
-_ROUNDS = 24
+_CELLS, _TAIL_CELLS, _PARTS = 24, 8, 6
+"""Initial numbers of subintervals in the design range and in each tail, and of the parts into which one is divided."""
+_TRIALS = 12
+"""Members tried in a round: as many of the cheapest subintervals, and of others."""
 _MAX_CELLS = 160_000
-_TAIL_CELLS, _TAIL_GAP = 8, 1e-4
-"""Initial number of subintervals in the tails beyond the design range, and the gap to which a tail optimum is
-proven."""
-_TAIL_TOLERANCE = 1e-8
+_MIN_WIDTH, _TAIL_WIDTH = 1e-11, 0.01
+"""Widths below which subintervals are not divided further; the latter in tails that hardly gain anything."""
+_ROUNDING = 1e-9
+"""Minimum relative gain for which a trial is refined."""
+_BEYOND = 1e-8
+"""Beyond the ends of the tails no relevant quantity changes by more than this, relative."""
 _MIN_TAIL_GAIN = 5e-3
 """Minimum relative gain for which a design outside the design range is returned."""
-_MIN_WIDTH = 1e-11
 _OTHER_TYPES_GAP = 1e-3
 """Maximum gap of the proof for types other than the best one."""
-_COARSE, _FINE = 1e-4, 1e-13
-_MAX_ITERATIONS, _SHARE = 40, 1e-5
-"""Refinement stops when the minimiser's displacement, or the decrease of the cost over two iterations, is below this
-fraction of the gap."""
-_ASIDE, _SLOW = 0.02, 0.2
-_TRIALS = 24
+_EVEN, _ASIDE = np.arange(1, 8) / 8.0, 1e-3
+"""Trials of a refinement in widths of the bracket: evenly spaced ones, and the distance of an estimate's neighbours."""
+_FLAT = 1e-11
+"""Refinement ends where the best cost and its neighbours agree to this relative difference."""
 
 
 @dataclass(frozen=True)
 class Proven:
-    """Best member: q, V [m], cost, certified lower bound of the cost (inf: infeasible), and the search statistics.
+    """Best member: q, V [m], cost, certified lower bound of the cost (inf: infeasible), and number of subintervals.
 
     ``q`` is None if no member is feasible. The bound also covers members outside the design range.
     """
@@ -59,133 +57,91 @@ class Proven:
     bound: float = math.inf
     cells: int = 0
 
-    @property
-    def gap(self) -> float:
-        """Relative gap between cost and lower bound."""
-        return max(1.0 - self.bound / self.cost, 0.0) if self.q is not None else 0.0
 
+def search(
+    subproblem: Subproblem,
+    family: Family,
+    gap: float,
+    known: float = math.inf,
+    ends: tuple[float, float] | None = None,
+) -> Proven:
+    """Best member of a family between two ends of q (``Family.range``), and a lower bound of the cost of all.
 
-def search_all(subproblem: Subproblem, families: Sequence[Family], gap: float) -> list[Proven]:
-    """Best member of every family; the minimum of their bounds is valid for all families together.
-
-    The best of all is proven to ``gap``, the best of every other family to at least ``_OTHER_TYPES_GAP``. The tails
-    outside the design range are searched, as far as any quantity still changes, for members cheaper than the best
-    within any range. They lower the bound, and the best of them is the family's answer if the design range has no
-    feasible member or only considerably worse ones.
+    Another family has a member of cost ``known``: this one is proven to be best to the relative ``gap`` if it is
+    cheaper, otherwise to ``_OTHER_TYPES_GAP``, and the bound is that of both families. Designs are searched for in the
+    tails too if feasible members are found there first, or considerably better ones; slightly better ones only lower
+    the bound.
     """
     if subproblem.fixed_end is not None:
-        return [_only_member(subproblem, family) for family in families]
-    ranges = [_allowed_range(subproblem, family) for family in families]
-    bests = [_best_of_samples(subproblem, *each, gap) for each in zip(families, ranges, strict=True)]
-    least, found = min((cost for _, cost in filter(None, bests)), default=math.inf), []
-    for family, limits, best in zip(families, ranges, bests, strict=True):
-        found.append(_proven(subproblem, family, limits, best, least, math.inf, gap))
-        least = min(least, found[-1].cost)
-    for k, family in enumerate(families):
-        for tail in family.tails:
-            own, limits = found[k], _allowed_range(subproblem, tail)
-            known, best = min(proven.cost for proven in found), None
-            if own.q is None:
-                known, best = math.inf, _best_of_samples(subproblem, tail, limits, gap, _TAIL_CELLS)
-            beyond = _proven(subproblem, tail, limits, best, known, known, gap - 1.1 * _TAIL_TOLERANCE, _TAIL_CELLS)
-            # Beyond the end of the tail no relevant quantity changes by more than this.
-            bound, cells = min(own.bound, beyond.bound * (1.0 - _TAIL_TOLERANCE)), own.cells + beyond.cells
-            within = own.q is not None and not beyond.cost < own.cost * (1.0 - _MIN_TAIL_GAIN)
-            found[k] = replace(own if within else beyond, bound=bound, cells=cells)
-    return found
-
-
-def _best_of_samples(
-    subproblem: Subproblem, family: Family, limits: tuple[float, float], gap: float, parts: int = _CELLS
-) -> tuple[float, float] | None:
-    """Refine the best of equally spaced samples: (q, cost), None if no sample is feasible."""
-    if limits[0] > limits[1]:
-        return None
-    samples = np.linspace(*limits, _SAMPLES * parts // _CELLS)
-    costs = _costs(subproblem, family, samples, _COARSE)
-    top = int(np.argmin(costs))
-    if not math.isfinite(costs[top]):
-        return None
-    return _refined(subproblem, family, samples[max(top - 1, 0) : top + 2], gap)
-
-
-def _proven(
-    subproblem: Subproblem, family: Family, limits: tuple[float, float], best: tuple[float, float] | None,
-    known: float, sought: float, gap: float, parts: int = _CELLS,
-) -> Proven:  # fmt: skip
-    """Best member within limits of q and a lower bound, given the incumbent there and the best cost ``known`` overall.
-
-    Without an incumbent, only costs below ``sought`` by more than the gap are searched for, and the bound is at most
-    that.
-    """
-    low, high = limits
-    if low > high:
+        return _only_member(subproblem, family)
+    low, high = _allowed_range(subproblem, family)
+    first, last = np.clip((low, high), *(ends or family.range))
+    if low > high or (first == last and ends):
         return Proven()
-    edges = np.linspace(low, high, parts + 1)
-    lows, highs, cells, bound = edges[:-1], edges[1:], 0, math.inf
-    for turn in range(_ROUNDS):
-        least = sought if best is None else best[1]
-        if best is None or not math.isfinite(sought):
-            enough = max(min(known, least) * (1.0 - gap), least * (1.0 - max(gap, _OTHER_TYPES_GAP)))
-        else:
-            enough = least * (1.0 - max(gap, _TAIL_GAP))
+    tails = np.linspace(low, first, _TAIL_CELLS + 1), np.linspace(last, high, _TAIL_CELLS + 1)
+    edges = np.unique(np.concatenate([*tails, np.linspace(first, last, _CELLS + 1)]))
+    lows, highs, bounds = edges[:-1], edges[1:], np.zeros(edges.size - 1)
+    q, cost, bound, cells = math.nan, math.inf, math.inf, 0
+    while lows.size:
+        # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well.
+        spread = np.arange(_TRIALS) * (lows.size - 1) // (_TRIALS - 1)
+        tried = np.append(np.argsort(bounds)[:_TRIALS], spread)
+        middles, widths = 0.5 * (lows + highs)[tried], highs - lows
+        costs = _costs(subproblem, family, middles)
+        inside = np.where((middles >= first) & (middles <= last), costs, np.inf)
+        k = int(np.argmin(inside))
+        if inside[k] < cost * (1.0 - _ROUNDING):
+            near = np.clip(middles[k] + widths[tried[k]] * np.array([-1.0, 0.0, 1.0]), first, last)
+            q, cost = min((q, cost), _refined(subproblem, family, np.unique(near)), key=itemgetter(1))
+        rival = min(known, cost) if math.isfinite(cost) else cost
+        if np.min(costs) < rival * (1.0 - _MIN_TAIL_GAIN) and ends is None:
+            return search(subproblem, family, gap, known, family.whole)
+        sought = rival * (1.0 - gap) * (1.0 + _BEYOND)
+        enough = max(sought, cost * (1.0 - max(gap, _OTHER_TYPES_GAP)))
         bounds = _cost(RangeBounds(subproblem, family, lows, highs, enough))
         cells += lows.size
-        alive = bounds < enough
-        lows, highs, bounds = lows[alive], highs[alive], bounds[alive]
-        if not lows.size:
-            break
-        if highs[0] - lows[0] < _MIN_WIDTH or cells + _PARTS * lows.size > _MAX_CELLS:
-            # Subintervals this narrow that are neither feasible nor excluded differ from excluded ones by rounding
-            # only.
-            bound = min(bound, float(bounds.min())) if math.isfinite(least) else math.inf
-            break
-        if best is None or turn > 0:
-            # The cheapest subintervals may all lie just outside a narrow feasible range: try the others as well.
-            spread = np.linspace(0, lows.size - 1, _TRIALS).astype(int)
-            tried = 0.5 * (lows + highs)[np.union1d(np.argsort(bounds)[:_TRIALS], spread)]
-            width = float(highs[0] - lows[0])
-            best = _refined_near(subproblem, family, limits, tried, width, least, gap) or best
+        outside = (highs <= first) | (lows >= last)
+        alive = bounds < np.where(outside, sought, enough)
+        slight = outside & (widths < _TAIL_WIDTH) & (bounds >= rival * (1.0 - _MIN_TAIL_GAIN))
+        # Subintervals this narrow that are neither feasible nor excluded differ from excluded ones by rounding only.
+        done = alive & (slight | (widths < _MIN_WIDTH))
+        if cells + _PARTS * np.count_nonzero(alive) > _MAX_CELLS:
+            done = alive
+        bound = np.min(bounds[done], initial=bound)
+        alive &= ~done
+        lows, widths, bounds = lows[alive], widths[alive], bounds[alive]
         # Subdivide into several equal parts: a few large batches cost less than many small ones.
-        edges = lows[:, None] + (highs - lows)[:, None] * np.linspace(0.0, 1.0, _PARTS + 1)
-        edges[:, -1] = highs
-        lows, highs = edges[:, :-1].ravel(), edges[:, 1:].ravel()
-    bound = min(bound, enough)
-    if best is None:
-        return Proven(bound=bound, cells=cells)
-    return Proven(best[0], _scale(subproblem, family, best[0]), best[1], bound, cells)
+        edges = lows[:, None] + widths[:, None] * np.arange(_PARTS + 1) / _PARTS
+        edges[:, -1] = highs[alive]
+        lows, highs, bounds = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(bounds, _PARTS)
+    if not math.isfinite(cost):
+        return Proven(cells=cells)
+    return Proven(q, _scale(subproblem, family, q), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
 
 
 def _only_member(subproblem: Subproblem, family: Family) -> Proven:
     """Given speed, frequency and tool radius there is at most one member."""
-    q = family.margin_where(lambda members: members.end, subproblem.fixed_end)
+    q = family.where(lambda bar: bar.end, subproblem.fixed_end, *family.range)
     if q is None:
         return Proven()
-    cost = float(_costs(subproblem, family, np.array([q]), _FINE)[0])
-    if not math.isfinite(cost):
-        return Proven(cells=1)
-    return Proven(q, _scale(subproblem, family, q), cost, cost, 1)
+    cost = float(_costs(subproblem, family, np.array([q]))[0])
+    return Proven(q, _scale(subproblem, family, q), cost, cost, 1) if math.isfinite(cost) else Proven(cells=1)
 
 
 def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float]:
     """Range of q by the limits that are monotone in it: nu(pi) and the crank per V decrease with q."""
-    low, high = family.range
-    ends = family.members(np.array([low, high]))
+    low, high = family.whole
     if subproblem.limits.transmission_angle is not None:
-        least, greatest = subproblem.limits.transmission_angle
-        if ends.transmission[1] > greatest or ends.transmission[0] < least:
-            return math.inf, -math.inf
-        low, high = family.margin_of_transmission(greatest, low), family.margin_of_transmission(least, high)
+        low, high = family.part(lambda bar: bar.middle_transmission_angle, *subproblem.limits.transmission_angle)
     if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
         crank = subproblem.limits.min_link / subproblem.fixed_scale
-        if ends.lengths[0, 0] < crank:
-            return math.inf, -math.inf
-        high = min(family.margin_of_crank(crank, high), high)
+        first, last = family.part(lambda bar: 1.0 / (bar.ratios.rocker * bar.end), crank, math.inf)
+        low, high = max(low, first), min(high, last)
     return low, high
 
 
 def _scale(subproblem: Subproblem, family: Family, q: float) -> float:
-    low, high = MemberQuantities(subproblem, family, np.array([q]), _FINE).scale
+    low, high = MemberQuantities(subproblem, family, np.array([q])).scale
     return float(high[0] if subproblem.objective.grows else low[0])
 
 
@@ -195,66 +151,39 @@ def _cost(quantities: Quantities) -> Array:
         return np.where(low <= high, quantities.subproblem.objective.cost(quantities), np.inf)
 
 
-def _costs(subproblem: Subproblem, family: Family, q: Array, tolerance: float) -> Array:
-    return _cost(MemberQuantities(subproblem, family, q, tolerance))
+def _costs(subproblem: Subproblem, family: Family, q: Array) -> Array:
+    return _cost(MemberQuantities(subproblem, family, q))
 
 
-def _refined(subproblem: Subproblem, family: Family, bracket: Array, gap: float) -> tuple[float, float] | None:
-    """Minimise the cost within a bracket of increasing q: (q, cost), None if no point is feasible.
+def _refined(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, float]:
+    """Minimise the cost within a bracket of increasing q, its ends included: (q, cost), cost inf if none is feasible.
 
-    If all costs around the best point are finite, the trials are the vertex of their parabola and the intersections of
-    lines through two points on either side (a kink). Where a limit cuts the range off, or if these did not help, the
-    trials are equally spaced.
+    The best point and its neighbours form the next bracket. Trials are evenly spaced, for costs that a limit cuts off,
+    and around two estimates of the minimiser, which is often at a kink.
     """
-    q, costs, idle, even = bracket, _costs(subproblem, family, bracket, _FINE), 0, False
-    for _ in range(_MAX_ITERATIONS):
+    costs = _costs(subproblem, family, q)
+    while True:
         k = int(np.argmin(costs))
-        low, high, least = q[max(k - 1, 0)], q[min(k + 1, q.size - 1)], costs[k]
-        if idle == 2 or high - low <= _SHARE * gap * max(1.0, abs(high)):
-            break
         near = slice(max(k - 2, 0), k + 3)
-        even = even or not np.all(np.isfinite(costs[near]))
-        points = np.linspace(low, high, _POINTS)[1:-1] if even else _trials(q[near], costs[near], min(k, 2))
-        q, places = np.unique(np.concatenate([q[near], points]), return_index=True)
-        costs = np.concatenate([costs[near], _costs(subproblem, family, points, _FINE)])[places]
-        idle = idle + 1 if not even and least - costs.min() <= _SHARE * gap * abs(least) else 0
-        k = int(np.argmin(costs))
-        even = q[min(k + 1, q.size - 1)] - q[max(k - 1, 0)] > _SLOW * (high - low)
-    k = int(np.argmin(costs))
-    return (float(q[k]), float(costs[k])) if math.isfinite(costs[k]) else None
+        q, costs, k = q[near], costs[near], min(k, 2)
+        low, high = max(k - 1, 0), min(k + 1, q.size - 1)
+        flat = max(costs[low], costs[high]) - costs[k] <= _FLAT * abs(costs[k])
+        if flat or q[high] - q[low] <= _MIN_WIDTH * max(1.0, abs(q[k])):
+            return float(q[k]), float(costs[k])
+        trials = np.append(q[low] + (q[high] - q[low]) * _EVEN, _estimates(q, costs, k))
+        trials = np.clip(trials, q[low], q[high])
+        q, places = np.unique(np.append(q, trials), return_index=True)
+        costs = np.append(costs, _costs(subproblem, family, trials))[places]
 
 
-def _trials(q: Array, costs: Array, k: int) -> Array:
-    """Trial minimisers of a function from up to two points on either side of the best one, the k-th."""
-    low, here, high = q[max(k - 1, 0)], q[k], q[min(k + 1, q.size - 1)]
-    width = high - low
-    tried = [here]
-    if low < here < high:
-        left, right = (here - low) * (costs[k + 1] - costs[k]), (high - here) * (costs[k - 1] - costs[k])
-        if left + right > 0.0:
-            tried[0] = here + 0.5 * ((high - here) * right - (here - low) * left) / (left + right)
-        for left, right in ((k - 2, k), (k - 1, k + 1)):
-            # Lines through (left, left + 1) and (right, right + 1); the best point lies on one of them.
-            if left >= 0 and right + 1 < q.size:
-                falling = (costs[left + 1] - costs[left]) / (q[left + 1] - q[left])
-                rising = (costs[right + 1] - costs[right]) / (q[right + 1] - q[right])
-                if rising > falling:
-                    tried.append(
-                        q[left] + (costs[right] - costs[left] - rising * (q[right] - q[left])) / (falling - rising)
-                    )
-    tried += [tried[0] - _ASIDE * width, tried[0] + _ASIDE * width, 0.5 * (low + here), 0.5 * (here + high)]
-    return np.setdiff1d(np.clip(tried, low, high), q)
-
-
-def _refined_near(
-    subproblem: Subproblem, family: Family, limits: tuple[float, float], points: Array, width: float, known: float,
-    gap: float,
-) -> tuple[float, float] | None:  # fmt: skip
-    """Refine the best of the points; None unless it improves on the known cost by more than rounding."""
-    costs = _costs(subproblem, family, points, _COARSE if math.isfinite(known) else _FINE)
-    k = int(np.argmin(costs))
-    if not costs[k] < known * (1.0 - 1e-9):
-        return None
-    bracket = np.unique(np.clip([points[k] - width, points[k], points[k] + width], *limits))
-    found = _refined(subproblem, family, bracket, gap)
-    return found if found is not None and found[1] < known else None
+def _estimates(q: Array, costs: Array, k: int) -> Array:
+    """Estimated minimisers with near neighbours: the best of up to five points, the k-th; the vertex of the parabola
+    through the inner three; the intersection of the lines through the outer pairs."""
+    found = [q[k]]
+    if q.size == 5 and np.all(np.isfinite(costs)):
+        left, right = (q[2] - q[1]) * (costs[3] - costs[2]), (q[3] - q[2]) * (costs[1] - costs[2])
+        falling, rising = (costs[1] - costs[0]) / (q[1] - q[0]), (costs[4] - costs[3]) / (q[4] - q[3])
+        if rising > falling:
+            found.append(q[2] + 0.5 * ((q[3] - q[2]) * right - (q[2] - q[1]) * left) / (left + right))
+            found.append(q[0] + (costs[3] - costs[0] - rising * (q[3] - q[0])) / (falling - rising))
+    return np.add.outer(found, _ASIDE * (q[-1] - q[0]) * np.array([-1.0, 0.0, 1.0])).ravel()

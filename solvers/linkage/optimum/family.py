@@ -17,14 +17,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
+from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.kinematics import FourBar
-from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
 GREATEST_MARGIN = 1e3
@@ -36,106 +34,57 @@ cranks. Beyond these ends no quantity changes by more than a relative 1e-8, exce
 
 
 @dataclass(frozen=True)
-class Members:
-    """Members of a family, one per row: ratios, sizes per V (n, 4), |u31(2 pi)|, swing [rad], nu(pi) [rad]."""
-
-    kind: ChangePoint
-    ratios: Ratios
-    lengths: Array
-    end: Array
-    swing: Array
-    transmission: Array
-
-    @cached_property
-    def coefficients(self) -> Array:
-        """As in ``kinematics``: (n, 7)."""
-        return FourBar(self.kind, self.ratios).coefficients
-
-    @property
-    def longest(self) -> Array:
-        return self.lengths.max(axis=1)
-
-    def part(self, rows: slice) -> Members:
-        """A subset of the rows."""
-        ratios = Ratios(*(values[rows] for values in vars(self.ratios).values()))
-        return Members(self.kind, ratios, self.lengths[rows], self.end[rows], self.swing[rows], self.transmission[rows])
-
-
-@dataclass(frozen=True)
 class Family:
-    """A kind at one restitution. The free ratio is p = least (1 + exp(q)); the search variable q runs over the whole
-    ``range``, or over a part of the family given by these ends."""
+    """A kind at one restitution. The free ratio is p = least (1 + exp(q)) with the search variable q."""
 
     kind: ChangePoint
     gain: Gain
-    part: tuple[float, float] | None = None
 
     @property
     def range(self) -> tuple[float, float]:
-        """Ends of q: the design range, unless the family is a part."""
-        return self.part or (math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN))
+        """Ends of q for designs."""
+        return math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN)
 
     @property
-    def tails(self) -> tuple[Family, Family]:
-        """The parts beyond both ends: toward the parallelogram and toward infinitely long links."""
-        low, high = Family(self.kind, self.gain).range
-        more = math.log(FURTHER)
-        return replace(self, part=(low - more, low)), replace(self, part=(high, high + more))
-
-    def parameter(self, q: Array | float) -> Array:
-        least = self.kind.least_parameter(self.gain)
-        return least * (1.0 + np.exp(q))
+    def whole(self) -> tuple[float, float]:
+        """Ends of q for proofs."""
+        low, high = self.range
+        return low - math.log(FURTHER), high + math.log(FURTHER)
 
     def member(self, q: float) -> FourBar:
-        return FourBar(self.kind, self.kind.family(self.gain, float(self.parameter(q))))
+        return FourBar(self.kind, self.kind.family(self.gain, float(self._parameter(q))))
 
-    def members(self, q: Array) -> Members:
-        """All closed-form quantities for an array of free ratios."""
-        bar = FourBar(self.kind, self.kind.family(self.gain, self.parameter(q)))
-        r = bar.ratios
-        reach, g = self.kind.pin_to_pivot(r), self.gain.value
-        crank = reach / (r.rocker * (g + 1.0))
-        lengths = np.empty((crank.size, 4))
-        lengths[:, 0], lengths[:, 1], lengths[:, 2], lengths[:, 3] = 1.0, r.base, r.coupler, r.rocker
-        lengths *= crank[:, None]
-        return Members(
-            kind=self.kind,
-            ratios=r,
-            lengths=lengths,
-            end=(g + 1.0) / reach,
-            swing=bar.swing,
-            transmission=bar.middle_transmission_angle,
+    def members(self, q: Array) -> FourBar:
+        """The members at an array of q, as one mechanism with arrays for ratios."""
+        return FourBar(self.kind, self.kind.family(self.gain, self._parameter(q)))
+
+    def _parameter(self, q: Array | float) -> Array:
+        return self.kind.least_parameter(self.gain) * (1.0 + np.exp(q))
+
+    def part(self, read: Callable[[FourBar], float], least: float, greatest: float) -> tuple[float, float]:
+        """The part of the whole in which ``read``, which decreases with q, lies within limits; (inf, -inf): none."""
+        low, high = self.whole
+        top, bottom = read(self.member(low)), read(self.member(high))
+        if top < least or bottom > greatest:
+            return math.inf, -math.inf
+        return (
+            self.where(read, greatest, low, high) if top > greatest else low,
+            self.where(read, least, low, high) if bottom < least else high,
         )
 
-    def margin_of_transmission(self, angle: float, otherwise: float) -> float:
-        """q of the member with nu(pi) = ``angle`` [rad], ``otherwise`` if there is none. nu(pi) decreases with q."""
-        return self._margin(self.kind.of_transmission(self.gain, angle), otherwise) if angle > 0 else otherwise
-
-    def margin_of_crank(self, crank: float, otherwise: float) -> float:
-        """q of the member with this crank per V, ``otherwise`` if there is none. The crank per V decreases with q."""
-        return self._margin(self.kind.of_crank(self.gain, crank), otherwise)
-
-    def _margin(self, parameter: float, otherwise: float) -> float:
-        beyond = self.kind.beyond_least(self.gain, parameter) if math.isfinite(parameter) else math.inf
-        low, high = self.range
-        return math.log(beyond) if math.exp(low) <= beyond <= math.exp(high) else otherwise
-
-    def margin_where(self, read: Callable[[Members], Array], wanted: float) -> float | None:
-        """q at which ``read``, positive and monotone in q, takes the wanted value; None if it does not."""
-        if wanted <= 0:
-            return None
-        low, high = self.range
-
-        def distance(q: float) -> float:
-            return math.log(float(read(self.members(np.array([q])))[0]) / wanted)
-
-        ends = distance(low), distance(high)
-        if ends[0] * ends[1] > 0:
-            return None
+    def where(self, read: Callable[[FourBar], float], wanted: float, low: float, high: float) -> float | None:
+        """q between two ends at which ``read``, monotone in q, takes the wanted value; None if it does not."""
         from scipy.optimize import brentq
 
-        return float(brentq(distance, low, high, xtol=1e-15, rtol=1e-15))
+        try:
+            return float(brentq(lambda q: read(self.member(q)) - wanted, low, high, xtol=1e-15, rtol=1e-15))
+        except ValueError:
+            return None
 
-    def outlines(self, members: Members) -> Array:
-        """Swept outlines per V (see ``swept_area.outline``): shape (n, 8)."""
-        return outlines(self.kind, members.ratios, members.lengths[:, 0], members.swing)
+
+def lengths_per_stroke(members: FourBar) -> Array:
+    """Sizes of members per V: crank, base, coupler, rocker, (n, 4)."""
+    r = members.ratios
+    out = np.empty((r.base.size, 4))
+    out[:, 0], out[:, 1], out[:, 2], out[:, 3] = 1.0, r.base, r.coupler, r.rocker
+    return out / (r.rocker * members.end)[:, None]

@@ -6,45 +6,30 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from solvers.linkage.optimum.branch_and_bound import search_all
+from solvers.linkage.optimum.branch_and_bound import search
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.problem import (
-    EnclosingRadius,
+    ENCLOSING_RADIUS,
+    LONGEST_LINK,
+    PEAK_TORQUE,
+    PIN_FORCE,
     Limits,
     LinkageProblem,
-    LongestLink,
     Objective,
-    PeakTorque,
-    PinForce,
-    Quantities,
     Subproblem,
 )
-from solvers.numerics.arrays import Array
 from solvers.outcome import Shortfall
 
 _GAP = 1e-2
 """Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
 
 
-class _Fit(Objective):
-    """Minimise max(W/width, H/height), the misfit of the box."""
-
-    name = "fit"
-    effect = "envelope"
-
-    def cost(self, quantities: Quantities) -> Array:
-        return quantities.scale[0] * quantities.fit
-
-
-class _ShortestLink(Objective):
-    """Maximise the crank, the shortest link: cost 1/l1."""
-
-    name = "min_link"
-    sign = -1
-    grows = True
-
-    def cost(self, quantities: Quantities) -> Array:
-        return 1.0 / (quantities.scale[1] * quantities.crank)
+_FIT = Objective("fit", lambda q: q.scale[0] * q.fit, lambda check, scene: math.nan)
+"""Minimise max(W/width, H/height), the misfit of the box."""
+_SHORTEST_LINK = Objective(
+    "min_link", lambda q: 1.0 / (q.scale[1] * q.crank), lambda check, scene: min(check.mechanism.links), -1, grows=True
+)
+"""Maximise the crank, the shortest link."""
 
 
 @dataclass(frozen=True)
@@ -64,10 +49,10 @@ class _Limit:
 
 
 _LIMITS = (
-    _Limit("min_link", _ShortestLink(), "a lower blow frequency, a higher impact speed or restitution would raise it"),
-    _Limit("longest_link", LongestLink(), "a higher blow frequency or a lower impact speed would shorten it"),
-    _Limit("enclosing_radius", EnclosingRadius(), "a higher blow frequency or a lower impact speed would lower it"),
-    _Limit("max_pin_force", PinForce(), "more room, a lower impact energy or a lower blow frequency would lower it"),
+    _Limit("min_link", _SHORTEST_LINK, "a lower blow frequency, a higher impact speed or restitution would raise it"),
+    _Limit("longest_link", LONGEST_LINK, "a higher blow frequency or a lower impact speed would shorten it"),
+    _Limit("enclosing_radius", ENCLOSING_RADIUS, "a higher blow frequency or a lower impact speed would lower it"),
+    _Limit("max_pin_force", PIN_FORCE, "more room, a lower impact energy or a lower blow frequency would lower it"),
 )
 _SMALLER = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
 
@@ -85,7 +70,7 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
         joint_radius=asked.joint_radius,
         transmission_angle=asked.transmission_angle,
     )
-    if problem.fixed_end is not None and _best(problem, bare, PeakTorque()) is None:
+    if problem.fixed_end is not None and _best(problem, bare, PEAK_TORQUE) is None:
         return (_motion(problem),)
     boxes = replace(bare, width=asked.width, height=asked.height)
     return (
@@ -107,9 +92,8 @@ def _infeasible_limits(
         if not required or not _judged(problem, limit, company(limit)):
             continue
         found = _best(problem, company(limit), limit.objective)
-        if found is None or not limit.met(asked, limit.objective.value(found[0])):
-            reached = None if found is None else (limit.objective.value(found[0]), found[1])
-            out.append(_entry(limit.name, required, reached, why, limit.advice))
+        if found is None or not limit.met(asked, found[0]):
+            out.append(_entry(limit.name, required, found, why, limit.advice))
     return tuple(out) + _sides(problem, boxes, why)
 
 
@@ -122,19 +106,22 @@ def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
 def _best(
     problem: LinkageProblem, limits: Limits, objective: Objective, boxed: bool = True
 ) -> tuple[float, str] | None:
-    """(minimum cost, type) among the mechanisms within the limits."""
-    families = [Family(kind, problem.scene.restitution.gain) for kind in problem.kinds]
-    free_motion = problem.objective.settles_motion
+    """The best value of the objective among the mechanisms within the limits, and its type."""
+    free_motion = problem.objective.settles is not None
     subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed, free_motion=free_motion)
-    found = zip(search_all(subproblem, families, _GAP), families, strict=True)
-    return min(((best.cost, family.kind.name) for best, family in found if math.isfinite(best.cost)), default=None)
+    best, name = math.inf, ""
+    for kind in problem.kinds:
+        found = search(subproblem, Family(kind, problem.scene.restitution.gain), _GAP, best)
+        if found.cost < best:
+            best, name = found.cost, kind.name
+    return (objective.value(best), name) if name else None
 
 
 def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:
     """Width and height together: the minimum factor by which the space left beside the pads must grow."""
     if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
         return ()
-    found = _best(problem, limits, _Fit(), boxed=False)
+    found = _best(problem, limits, _FIT, boxed=False)
     if found is not None and found[0] <= 1 + 1e-9:
         return ()
     pads, out = 2.0 * limits.joint_radius, []

@@ -21,13 +21,10 @@ import math
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, sampled
-from solvers.linkage.mechanism.angular_velocity_ratio import motion
 from solvers.numerics.arrays import Array
-from solvers.numerics.intervals import intersected, minus, over, plus, raised, rooted, scaled, squared, times
+from solvers.numerics.intervals import minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
 
-_ANGLE_TOLERANCE = 1e-9
-"""Relative tolerance of the peak whose angle is used: any angle gives a valid bound, one near the peak a sharp one."""
 _MOST_LOCATED = 128
 """Number of ranges, in ascending order, from which on neighbours share an angle."""
 
@@ -39,15 +36,12 @@ def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, w
     ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
     each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within.
     """
-    out, s, c = np.empty(rows.shape[0]), 0.0, -1.0
+    out, angle = np.empty(rows.shape[0]), 0.0
     for i in range(out.size):
-        row = rows[i]
         if i % (1 + out.size // _MOST_LOCATED) == 0:
-            cotangents, samples = sampled(row, end[i])
-            _, angle = highest(row, end[i], cotangents, samples[which], which, _ANGLE_TOLERANCE)
-            s, c = -math.sin(0.5 * angle), -math.cos(0.5 * angle)
-        _, rate, _ = motion(row, s, c)
-        out[i] = _least_load(low[i], row, high[i], gain, which, s, c, math.copysign(rate, row[3] * rate))
+            cotangents, samples = sampled(rows[i], end[i])
+            _, angle = highest(rows[i], end[i], cotangents, samples[which], which)
+        out[i] = _least_load(low[i], rows[i], high[i], gain, which, -math.sin(0.5 * angle), -math.cos(0.5 * angle))
     return out
 
 
@@ -59,11 +53,8 @@ def _ratios(row: Array, gain: float) -> tuple[float, float, float]:
 
 
 @kernel
-def _least_load(
-    low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float, rate: float
-) -> float:  # fmt: skip
-    """The bound over one range at a half angle's sine and cosine, given |X| of the member within; 0 if there is no
-    bound."""
+def _least_load(low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float) -> float:
+    """The bound over one range at a half angle's sine and cosine; 0 if there is none."""
     y_low, n_low, short_low = _ratios(high, gain)
     y_mid, n_mid, short_mid = _ratios(row, gain)
     y_high, n_high, short_high = _ratios(low, gain)
@@ -93,11 +84,7 @@ def _least_load(
     if not b[1] > 0.0:
         return 0.0
     risen, falling = over(times(a, squared(h, reach), reach), b, reach), scaled(over(m, t, reach), 0.5 * square)
-    # The difference at the interior member is known without cancellation.
-    sharp = rate * under[0] * b[0] / n[0]
-    rest = minus(risen, falling, reach)
-    rest = intersected(sharp, rest[1], rest[2], rest[3], rest[4], reach)
-    part = over(rest, times(times(under, t, reach), b, reach), reach)
+    part = over(minus(risen, falling, reach), times(times(under, t, reach), b, reach), reach)
     if which == TORQUE:
         load, scale = over(times(part, a, reach), b, reach), 2.0 * s * (gain - 1.0) ** 2
     else:

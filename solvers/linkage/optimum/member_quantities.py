@@ -8,15 +8,17 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.linkage.loads.torque_and_pin_force import FORCE, SHARP, TORQUE, unit_peaks
-from solvers.linkage.optimum.family import Family, Members
+from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE, unit_peaks
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.linkage.optimum.family import Family, lengths_per_stroke
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
-_PEAK_TOLERANCE_RATIO = 0.1
-"""Tolerance of peaks relative to that of sizes: a tighter one costs only one or two steps."""
+_TOLERANCE = 1e-13
+"""Relative tolerance of the least box of a member."""
 
 
 def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, slack: float = 0.0) -> tuple[Array, Array]:
@@ -53,32 +55,36 @@ def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, sla
 
 @dataclass(frozen=True)
 class MemberQuantities:
-    """Quantities of the members at q, shape (n,), to a relative ``tolerance``."""
+    """Quantities of the members at q, shape (n,)."""
 
     subproblem: Subproblem
     family: Family
     q: Array
-    tolerance: float
 
     @cached_property
-    def members(self) -> Members:
+    def members(self) -> FourBar:
         return self.family.members(self.q)
 
     @cached_property
-    def outlines(self) -> Array:
-        return self.family.outlines(self.members)
-
-    def _peak(self, which: int) -> Array:
-        tolerance = max(SHARP, _PEAK_TOLERANCE_RATIO * self.tolerance)
-        return unit_peaks(self.members.coefficients, self.members.end, which, 1, tolerance)[:, 0]
+    def lengths(self) -> Array:
+        """Crank, base, coupler, rocker per V: (n, 4)."""
+        return lengths_per_stroke(self.members)
 
     @cached_property
+    def outlines(self) -> Array:
+        bar = self.members
+        return outlines(bar.kind, bar.ratios, self.crank, bar.swing)
+
+    def _peak(self, which: int) -> Array:
+        return unit_peaks(self.members.coefficients, self.members.end, which, 1)[:, 0]
+
+    @property
     def crank(self) -> Array:
-        return self.members.lengths[:, 0]
+        return self.lengths[:, 0]
 
     @cached_property
     def longest(self) -> Array:
-        return self.members.longest
+        return self.lengths.max(axis=1)
 
     @cached_property
     def radius(self) -> Array:
@@ -87,7 +93,7 @@ class MemberQuantities:
     @cached_property
     def fit(self) -> Array:
         none = np.zeros_like(self.q)
-        return least_fits(self.outlines, none, none, *self.subproblem.room, self.tolerance)
+        return least_fits(self.outlines, none, none, *self.subproblem.room, _TOLERANCE)
 
     @cached_property
     def torque(self) -> Array:
@@ -105,11 +111,11 @@ class MemberQuantities:
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
-        angle = self.members.transmission
+        angle = self.members.middle_transmission_angle
         return feasible_scales(self, angle, angle)
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
         width, height = (side * (1 + 1e-12) for side in limits.sides)
         none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
-        return least_boxes(self.outlines, scale, none, none, pads, width, height, self.tolerance, math.inf)[:, 0]
+        return least_boxes(self.outlines, scale, none, none, pads, width, height, _TOLERANCE, math.inf)[:, 0]

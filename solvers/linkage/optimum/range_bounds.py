@@ -23,12 +23,15 @@ from functools import cached_property
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
-from solvers.linkage.optimum.family import Family, Members
+from solvers.linkage.mechanism.change_point import Ratios
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.linkage.optimum.family import Family, lengths_per_stroke
 from solvers.linkage.optimum.load_bounds import least_loads
 from solvers.linkage.optimum.member_quantities import feasible_scales
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
 _SLACK = 1e-10
@@ -50,42 +53,44 @@ class RangeBounds:
     enough: float
 
     @cached_property
-    def _all(self) -> Members:
-        """Lower ends, upper ends and midpoints, in one call."""
+    def _members(self) -> FourBar:
+        """Members at lower ends, upper ends and midpoints, in this order."""
         return self.family.members(np.concatenate([self.low, self.high, 0.5 * (self.low + self.high)]))
 
-    @cached_property
-    def _middle(self) -> Members:
-        return self._all.part(slice(2 * self.low.size, None))
+    def _three(self, values: Array) -> Array:
+        """Values of ``_members`` as (3, n, ...): at lower ends, upper ends and midpoints."""
+        return values.reshape(3, self.low.size, *values.shape[1:])
 
     @cached_property
-    def _ends(self) -> tuple[Members, Members]:
-        n = self.low.size
-        return self._all.part(slice(0, n)), self._all.part(slice(n, 2 * n))
+    def _lengths(self) -> Array:
+        """Crank, base, coupler, rocker per V: (3, n, 4)."""
+        return self._three(lengths_per_stroke(self._members))
 
     @cached_property
     def _outlines(self) -> Array:
-        return self.family.outlines(self._middle)
+        """Swept outlines per V of the midpoints."""
+        bar = self._members
+        ratios = Ratios(*(self._three(values)[2] for values in vars(bar.ratios).values()))
+        return outlines(bar.kind, ratios, self._lengths[2, :, 0], self._three(bar.swing)[2])
 
     @cached_property
     def _moves(self) -> tuple[Array, Array, Array]:
         """d, d_x and d_y per V."""
-        changes = [np.abs(end.lengths - self._middle.lengths) for end in self._ends]
-        crank, base, _, rocker = np.maximum(*changes).T
-        swing = np.maximum(*(np.abs(end.swing - self._middle.swing) for end in self._ends))
-        widest = np.maximum(*(end.swing for end in self._ends))
+        lengths, swings = self._lengths, self._three(self._members.swing)
+        crank, base, _, rocker = np.abs(lengths[:2] - lengths[2]).max(axis=0).T
+        swing, widest = np.abs(swings[:2] - swings[2]).max(axis=0), swings[:2].max(axis=0)
         sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
-        turned = np.maximum(*(end.lengths[:, 3] for end in self._ends)) * swing
+        turned = lengths[:2, :, 3].max(axis=0) * swing
         along, across = base + rocker + sine * turned, sine * rocker + turned
         return np.maximum(crank, base + rocker + turned), np.maximum(crank, along), np.maximum(crank, across)
 
     @cached_property
     def crank(self) -> Array:
-        return np.maximum(*(end.lengths[:, 0] for end in self._ends))
+        return self._lengths[:2, :, 0].max(axis=0)
 
     @cached_property
     def longest(self) -> Array:
-        return np.minimum(*(end.lengths for end in self._ends)).max(axis=1)
+        return self._lengths[:2].min(axis=0).max(axis=1)
 
     @cached_property
     def radius(self) -> Array:
@@ -99,8 +104,8 @@ class RangeBounds:
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
-        n, rows, gain = self.low.size, self._all.coefficients, self.family.gain.value
-        return least_loads(rows[:n], rows[2 * n :], rows[n : 2 * n], self._middle.end, gain, which)
+        low, high, middle = self._three(self._members.coefficients)
+        return least_loads(low, middle, high, self._three(self._members.end)[2], self.family.gain.value, which)
 
     @cached_property
     def torque(self) -> Array:
@@ -112,16 +117,16 @@ class RangeBounds:
 
     @cached_property
     def end_low(self) -> Array:
-        return np.minimum(*(end.end for end in self._ends))
+        return self._three(self._members.end)[:2].min(axis=0)
 
     @cached_property
     def end_high(self) -> Array:
-        return np.maximum(*(end.end for end in self._ends))
+        return self._three(self._members.end)[:2].max(axis=0)
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
-        angles = [end.transmission for end in self._ends]
-        return feasible_scales(self, np.minimum(*angles), np.maximum(*angles), _SLACK)
+        angles = self._three(self._members.middle_transmission_angle)[:2]
+        return feasible_scales(self, angles.min(axis=0), angles.max(axis=0), _SLACK)
 
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
@@ -132,8 +137,8 @@ class RangeBounds:
         found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).
-        shortest = np.minimum(*(end.lengths for end in self._ends))
+        crank, base = self._lengths[:2, :, :2].min(axis=0).T
         with np.errstate(invalid="ignore"):
-            side = 2.0 * shortest[:, 0] * scale + 2.0 * limits.joint_radius
-            long_side = np.maximum(side, shortest[:, 1] * scale / math.sqrt(2.0) + 2.0 * limits.joint_radius)
+            side = 2.0 * crank * scale + pads
+            long_side = np.maximum(side, base * scale / math.sqrt(2.0) + pads)
         return np.fmax(found, side * long_side)

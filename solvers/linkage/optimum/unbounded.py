@@ -14,10 +14,10 @@ import numpy as np
 from solvers.errors import InvalidInput
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
-from solvers.linkage.problem import LinkageProblem, Subproblem
+from solvers.linkage.problem import LinkageProblem
 
 _VANISHING = 1e-3
-"""|u31(2 pi)| below which the base is taken to grow without bound: it is a million cranks long there."""
+"""|u31(2 pi)| at an end of the family below which the base is taken to grow without bound toward it."""
 
 
 def refuse_endless(problem: LinkageProblem) -> None:
@@ -30,20 +30,12 @@ def refuse_endless(problem: LinkageProblem) -> None:
     if limits.width is not None and limits.height is not None:
         return
     for kind in problem.kinds:
-        if _far_allowed(problem, Family(kind, problem.scene.restitution.gain)):
+        family = Family(kind, problem.scene.restitution.gain)
+        ends = MemberQuantities(problem, family, np.array(family.whole))
+        if np.any((ends.end_low < _VANISHING) & np.less(*ends.scale)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "
                 "radius, without end",
                 "a limit on the longest link, the enclosing radius, or both width and height",
             )
-
-
-def _far_allowed(subproblem: Subproblem, family: Family) -> bool:
-    """Whether members far out in a tail, in which the links grow without end, are feasible at their own scales."""
-    (nearest, low), (high, farthest) = (tail.range for tail in family.tails)
-    for end, within in ((nearest, low), (farthest, high)):
-        distant = MemberQuantities(subproblem, family, np.array([end, 0.5 * (end + within)]), 1e-9)
-        if distant.end_low.max() < _VANISHING:
-            return bool(np.all(np.less(*distant.scale)))
-    return False

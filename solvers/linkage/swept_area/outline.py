@@ -39,23 +39,19 @@ def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Arr
     """
     away = 2.0 * ratios.coupler / ratios.base
     side = kind.crank_sign * kind.rocker_sign * np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0) / ratios.coupler)
-    lengths = (
-        1.0 + 0.0 * away,
-        ratios.base,
-        ratios.rocker,
-        kind.rocker_sign * kind.half_angle_coefficient(ratios),
-        away,
-        away * side,
-    )
-    parts = [*(crank * length for length in lengths), *_arc(kind, swing)]
-    return np.stack(np.broadcast_arrays(*(np.asarray(part, float) for part in parts)), axis=-1)
+    blow = kind.rocker_sign * kind.half_angle_coefficient(ratios)
+    out = np.empty((*np.shape(away * crank), 8))
+    for k, length in enumerate((1.0, ratios.base, ratios.rocker, blow, away, away * side)):
+        out[..., k] = crank * length
+    out[..., 6], out[..., 7] = _arc(kind, swing)
+    return out
 
 
 def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
     """First and last direction of the rocker: it departs upward from the blow, except for the largest rocker."""
     if kind.rocker_sign > 0:
-        return 0.0 * swing, swing
-    return (math.pi + 0.0 * swing, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi + 0.0 * swing)
+        return 0.0, swing
+    return (math.pi, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi)
 
 
 @kernel

@@ -251,9 +251,9 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     ranges = RangeBounds(fitted, family, low, high, math.inf)
     for share in SHARES:
         q = low + share * (high - low)
-        member = MemberQuantities(subproblem, family, q, 1e-13)
+        member = MemberQuantities(subproblem, family, q)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
-        assert np.all(ranges.fit <= MemberQuantities(fitted, family, q, 1e-13).fit * (1 + 1e-9))
+        assert np.all(ranges.fit <= MemberQuantities(fitted, family, q).fit * (1 + 1e-9))
         assert np.all(ranges.radius <= member.radius * (1 + 1e-9))
 
 
@@ -268,7 +268,7 @@ def test_bounds_of_loads_lie_below_every_member_within_and_close_in_by_the_squar
     low = rng.uniform(-9.0, 5.0, 80)
     width = 10 ** rng.uniform(-3.0, -0.3, 80)
     bound = getattr(RangeBounds(subproblem, family, low, low + width, math.inf), load)
-    members = [getattr(MemberQuantities(subproblem, family, low + share * width, 1e-13), load) for share in SHARES]
+    members = [getattr(MemberQuantities(subproblem, family, low + share * width), load) for share in SHARES]
     least = np.min(members, axis=0)
     assert np.all(bound <= least * (1 + 1e-10))
     narrow = width < 0.03
@@ -306,7 +306,7 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
     assert any("next to links without end" in said for said in found.value.check.warnings)
     family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
     margins = np.geomspace(1e-12, 1e12, 4001)
-    figures = MemberQuantities(asked, family, np.log(margins), 1e-9)
+    figures = MemberQuantities(asked, family, np.log(margins))
     costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
     assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
     assert found.certificate.bound <= costs.min()
@@ -325,12 +325,12 @@ def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, resti
     scene = replace(BLOW, restitution=linkage.Restitution(restitution, restitution))
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     subproblem = problem(scene, Limits(), "peak_torque", kind)
-    (low, _), (_, high) = (tail.part for tail in family.tails)
+    low, high = family.whole
     for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
-        near, far = (MemberQuantities(subproblem, family, np.array([q]), 1e-9) for q in (end, end + step))
+        near, far = (MemberQuantities(subproblem, family, np.array([q])) for q in (end, end + step))
 
         def told(figures):
-            lengths = figures.members.lengths[0]
+            lengths = figures.lengths[0]
             return np.array([*lengths, figures.members.end[0], figures.torque[0], figures.force[0]])
 
         change = told(far) / told(near)
@@ -352,7 +352,7 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     for base in (36.0, 360.0):
         family, gain = Family(linkage.LARGEST_ROCKER, scene.restitution.gain), scene.restitution.gain
         q = math.log(gain.square_less_one / (base / 8e-3 - gain.square))
-        member = MemberQuantities(asked, family, np.array([q]), 1e-9)
+        member = MemberQuantities(asked, family, np.array([q]))
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])
     assert frequencies[0] == pytest.approx(28655.85, rel=1e-3)

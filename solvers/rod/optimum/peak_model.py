@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.proof.intervals import clamp, curvature_and_stiffness
+from solvers.rod.optimum.proof.intervals import clamp, curvature
 from solvers.rod.rows import (
     BUCKLED,
     FIRST_PART,
@@ -140,8 +140,8 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
 @kernel
 def reaction(force: float, stroke: float, f: CorePeaks, l: float, scale: float) -> tuple[float, float]:
     """|T| and 6 |M0 + T e|/Lp [N] at one angle; ``scale`` is 1/EI."""
-    _, stiffness, _ = clamp(force * scale, l, f.rod_length)
-    k, s = stiffness / scale, abs(stroke)
+    C, _ = clamp(force * scale, l, f.rod_length)
+    k, s = (C / scale + force) / f.rod_length, abs(stroke)
     return s * abs(k), 6.0 / f.guide[2] * s * abs((f.rod_length + f.guide[0]) * k - force)
 
 
@@ -166,7 +166,7 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array)
         return
     bent = np.empty(f.eta.size)
     for i in range(f.force.size):
-        curvature_and_stiffness(f.force[i] * scale, l, L, f.eta, bent)
+        curvature(f.force[i] * scale, l, L, f.eta, bent)
         direct, bending = f.force[i] / (b * h), 0.5 * f.modulus * h * f.stroke[i]
         for j in range(f.eta.size):
             room[0, j, i], room[1, j, i] = direct + bending * bent[j], direct - bending * bent[j]
@@ -209,7 +209,7 @@ def stress_table(
     scale = 12.0 / (modulus * b * h * h * h)
     room = np.empty(eta.size)
     for i in range(force.size):
-        curvature_and_stiffness(force[i] * scale, l, rod_length, eta, room)
+        curvature(force[i] * scale, l, rod_length, eta, room)
         direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
         for j in range(eta.size):
             out[0, j, i], out[1, j, i] = direct + bending * room[j], direct - bending * room[j]
@@ -230,7 +230,7 @@ def side_and_pressure(
     """|T| and |T| + 6 |M0 + T e|/Lp [N] at every angle: out of shape (2, angles)."""
     stiffness = modulus * b * h * h * h / 12.0
     for i in range(force.size):
-        _, k, _ = clamp(force[i] / stiffness, l, rod_length)
-        T = stiffness * k * stroke[i]
+        C, _ = clamp(force[i] / stiffness, l, rod_length)
+        T = (stiffness * C + force[i]) / rod_length * stroke[i]
         out[0, i] = abs(T)
         out[1, i] = abs(T) + 6.0 / guide[2] * abs((rod_length + guide[0]) * T - force[i] * stroke[i])

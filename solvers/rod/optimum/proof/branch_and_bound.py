@@ -16,8 +16,6 @@ from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, box_bound, fill, least_thickness, workspace
 from solvers.rod.optimum.proof.intervals import HIGH, LOW, VALUE
 
-_NEARLY = 1e-2
-"""In ln objective: to divide boxes farther than that from being ruled out, a look at few angles is enough."""
 _POINT = 1e-11
 """A box with shorter sides, in ln tau and ln l, is a point."""
 _CONTRACTION_RATIO = 0.6
@@ -65,12 +63,10 @@ def set_half(box: Array, whole: Array, upper: bool) -> None:
 
 @kernel
 def prove(
-    p: Relaxation, quick: Relaxation, slices: Array, length: Array, steps: Array, incumbent: float, gap: float,
-    nodes: int,
-) -> tuple[float, int, int, Array]:  # fmt: skip
+    p: Relaxation, slices: Array, length: Array, steps: Array, incumbent: float, gap: float, nodes: int
+) -> tuple[float, int, int, Array]:
     """Branch and bound over every slice (b1, b2, h1, h2 bounds) and ``length`` = (l1, l2); ``steps`` of b and l or 0.
 
-    ``quick`` is ``p`` with a mean over fewer angles that bounds its own from below, or ``p`` itself.
     Stops when ``incumbent`` (or the best box centre found) is optimal within ``gap`` in ln objective, or after
     ``nodes`` boxes, or where a box of the least bound has become a point. Returns the lower bound of ln objective, the
     number of boxes evaluated, that of boxes left, and ln objective, ln tau, l, h of the best centre; without an
@@ -99,22 +95,15 @@ def prove(
             set_half(box, boxes[node], half == 1)
             while snap(box, slice_, steps):
                 looked += 1
-                target = min(incumbent, best[0]) - gap
                 centre[0] = centre[1] = 0.5 * (box[0] + box[1])
                 centre[2] = centre[3] = box[2] if box[2] == box[3] else math.sqrt(box[2] * box[3])
-                few = quick.force.size < p.force.size and target < np.inf
-                while True:
-                    q = quick if few else p
-                    fill(q, box, bent)
-                    bound, _ = box_bound(q, slice_, box, bent, LOW, HIGH)
-                    value, h = box_bound(q, slice_, centre, bent, VALUE, VALUE)
-                    if not few or bound >= target or (bound < target - _NEARLY and value >= target):
-                        break
-                    few = False
+                fill(p, box, bent)
+                bound, _ = box_bound(p, slice_, box, bent, LOW, HIGH)
                 if bound == np.inf:
                     break
                 bound = max(bound, lower)
-                if value < best[0] and not few and available(box, slice_, steps):
+                value, h = box_bound(p, slice_, centre, bent, VALUE, VALUE)
+                if value < best[0] and available(box, slice_, steps):
                     best[0], best[1], best[2], best[3] = value, centre[0], centre[2], h
                 target = min(incumbent, best[0]) - gap
                 point = box[1] - box[0] < _POINT and box[3] - box[2] < _POINT * box[3]
@@ -128,7 +117,7 @@ def prove(
                 pruned = min(pruned, target)
                 for k in range(4):
                     before[k] = box[k]
-                if not contract(quick if few else p, slice_, box, bent, target):
+                if not contract(p, slice_, box, bent, target):
                     break
                 narrow = box[1] - box[0] < _CONTRACTION_RATIO * (before[1] - before[0])
                 short = math.log(box[3] / box[2]) < _CONTRACTION_RATIO * math.log(before[3] / before[2])

@@ -186,7 +186,8 @@ def closed_forms(t: Interval, rod_length: float, tau: Array, l: Array, eta: Arra
     for j in range(eta.size):
         s = eta[j]
         T = scaled(s * s, t)
-        least, most = bessel(T[1]), bessel(T[0])
+        if j > 0:
+            least, most = bessel(T[1]), bessel(T[0])
         g0, g1 = (least[0], most[0]), (least[1], most[1])
         c0 = plus(g0, scaled(-1.0, times(T, g1)))
         y, rest = scaled(s, length), scaled(s - 1.0, length)

@@ -16,7 +16,7 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import COARSE_ERROR, CoreCycle
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
@@ -32,9 +32,6 @@ _FIRST_BOXES = 2000
 _ROUNDS = 16
 _MIN_GAP = 5e-9
 _NEARLY, _TIED = 0.9, 1e-3
-_COARSE_ERROR_FACTOR, _COARSE_GAP = 3.0, 1e-4
-"""Factor on the error of a mean over few angles below which an improvement is not significant; gap down to which few
-angles suffice."""
 
 
 @dataclass(frozen=True)
@@ -154,9 +151,7 @@ def search(
         above = min(max(math.ceil(at.b / sizes.step_b * (1 - 1e-9)), first), last)
         for width in {below, above}:
             beside = replace(at, b=width * sizes.step_b)
-            found = _polished(
-                cycle, objective, limits, sizes.around(beside), beside, wanted_of(objective, limits).power
-            )
+            found = polish(cycle, objective, limits, sizes.around(beside), beside)
             if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
                 incumbent = found
         if below == above or looked >= boxes or (incumbent and incumbent.log_cost <= proof.log_bound + gap):
@@ -176,20 +171,13 @@ def _search(
     looked_at = wanted_of(objective, limits)
     # Half of the gap is left for the relaxation's own best strip, which may be slightly suboptimal.
     gap = max(0.45 * gap, _MIN_GAP)
-    coarse = looked_at.power
-    enough = coarse and gap > _COARSE_GAP
-    if enough:
-        gap = max(gap, _COARSE_ERROR_FACTOR * COARSE_ERROR)
     looked, bound = 0, -math.inf
     for turn in range(_ROUNDS):
-        p = _relaxation(cycle, objective, limits, view, coarse)
-        quick = p
-        if looked_at.power and not coarse and rows.POWER not in limits:
-            quick = _relaxation(cycle, objective, limits, view, coarse=True)
+        p = _relaxation(cycle, objective, limits, view)
         known = math.inf if incumbent is None else incumbent.log_cost
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
         room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
-        lower, count, left, best = prove(p, quick, slices, length, steps, known, wanted, room)
+        lower, count, left, best = prove(p, slices, length, steps, known, wanted, room)
         looked += count
         bound = max(bound, lower)
         if math.isnan(best[1]):
@@ -199,11 +187,8 @@ def _search(
             return Proof(None, bound, looked, turn + 1, view)
         if known - gap <= best[0] < math.inf:
             break
-        if coarse and not enough and known - _COARSE_ERROR_FACTOR * COARSE_ERROR <= best[0] < math.inf:
-            coarse = False
-            continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
-        found = _polished(cycle, objective, limits, sizes.around(candidate), candidate, looked_at.power)
+        found = polish(cycle, objective, limits, sizes.around(candidate), candidate)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0:
@@ -215,23 +200,10 @@ def _search(
         seen = found.peaks if better else cycle.peaks(strip, looked_at)
         new = view.add(*governing(cycle, strip, seen, looked_at))
         if not (new or better):
-            if not coarse:
-                break
-            # What admits this strip may be the error of few angles.
-            coarse = False
+            break
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, view)
-
-
-def _polished(
-    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions, power: bool
-) -> Polished | None:
-    """The best strip near ``start``; if power is relevant, first with its mean over few angles."""
-    if power:
-        near = polish(cycle.coarse, objective, limits, bounds, start)
-        start = start if near is None else near.dimensions
-    return polish(cycle, objective, limits, bounds, start)
 
 
 def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted) -> tuple[Array, Array]:
@@ -267,16 +239,15 @@ def _vertex(left: float, middle: float, right: float) -> float:
     return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
 
-def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View, coarse: bool = False) -> Relaxation:
-    """The problem at the view's angles and sections; ``coarse`` with power reduced by the error of few angles."""
+def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View) -> Relaxation:
+    """The problem at the view's angles and sections."""
     angles = np.array(view.angles)
     force, stroke, speed = cycle.axial_force(angles), cycle.lateral_stroke(angles), np.zeros(angles.size)
     if wanted_of(objective, limits).power:
         # Power is a mean: it requires the whole cycle.
-        whole_force, whole_stroke, whole_speed = cycle.coarse.whole if coarse else cycle.whole
-        share = (1.0 - COARSE_ERROR if coarse else 1.0) / whole_speed.size
+        whole_force, whole_stroke, whole_speed = cycle.whole
         force, stroke = np.append(force, whole_force), np.append(stroke, whole_stroke)
-        speed = np.append(speed, share * whole_speed)
+        speed = np.append(speed, whole_speed / whole_speed.size)
     most = np.full(rows.FIRST_PART, math.inf)
     for row, limit in limits.items():
         most[row] = limit

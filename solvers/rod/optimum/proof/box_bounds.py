@@ -158,9 +158,7 @@ def least_magnitude(a: float, b: float) -> float:
 
 
 @kernel
-def reactions(
-    p: Relaxation, bent: Array, low: int, high: int, tau1: float, tau2: float
-) -> tuple[float, float, float]:
+def reactions(p: Relaxation, bent: Array, low: int, high: int, tau1: float, tau2: float) -> tuple[float, float, float]:
     """Lower bounds of maximum side force [N] and contact pressure [Pa] and of friction power [W]."""
     side, pressure, power = 0.0, 0.0, 0.0
     offset, diameter, skirt, friction = p.guide

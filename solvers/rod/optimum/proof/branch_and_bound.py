@@ -52,10 +52,10 @@ def available(box: Array, slice_: Array, steps: Array) -> bool:
 
 @kernel
 def set_half(box: Array, whole: Array, upper: bool) -> None:
-    """The lower or upper half of a box, divided along its longer side."""
+    """The lower or upper half of a box, divided along the side along which tau l^2 varies more: beams depend on that."""
     for k in range(4):
         box[k] = whole[k]
-    if math.log(whole[3] / whole[2]) > whole[1] - whole[0]:
+    if 2.0 * math.log(whole[3] / whole[2]) > whole[1] - whole[0]:
         box[2 if upper else 3] = math.sqrt(whole[2] * whole[3])
     else:
         box[0 if upper else 1] = 0.5 * (whole[0] + whole[1])

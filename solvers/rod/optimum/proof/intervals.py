@@ -134,9 +134,7 @@ def clamp(q: float, l: float, rod_length: float) -> tuple[float, float]:
 
 
 @kernel
-def bending_over(
-    force: float, modulus: float, rod_length: float, tau: Array, l: Array, eta: Array, out: Array
-) -> None:
+def bending_over(force: float, modulus: float, rod_length: float, tau: Array, l: Array, eta: Array, out: Array) -> None:
     """V'' per unit stroke over a box, for one axial force [N], at every station: plane and range, shape (6, stations).
 
     ``tau`` and ``l`` hold lower end, centre, upper end.

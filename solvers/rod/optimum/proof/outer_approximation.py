@@ -28,7 +28,6 @@ from solvers.rod.scene import Dimensions
 _FIRST_ANGLES = 8
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0
-_FIRST_BOXES = 2000
 _ROUNDS = 16
 _MIN_GAP = 5e-9
 _NEARLY, _TIED = 0.9, 1e-3
@@ -176,7 +175,7 @@ def _search(
         p = _relaxation(cycle, objective, limits, view)
         known = math.inf if incumbent is None else incumbent.log_cost
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
-        room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
+        room = max(boxes - looked, 200)
         lower, count, left, best = prove(p, slices, length, steps, known, wanted, room)
         looked += count
         bound = max(bound, lower)
@@ -221,22 +220,15 @@ def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted) 
     sections: list[float] = []
     for values in (severity, np.maximum(high, -low)) if looked_at.stress else (severity,):
         for fibre, j in np.argwhere(values > _NEARLY * values.max()):
-            if j % 3 == 2:
-                sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
-            elif j == 0:
-                sections.append(eta[0])
+            # The clamp, or the middle one of three sections around a peak.
+            if j == 0 or j % 3 == 2:
+                sections.append(eta[j])
             stress, room = table[fibre, j], _TIED * (high[fibre, j] - low[fibre, j])
             wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
         governed = np.concatenate([governed, cycle.reaction_peaks(d)])
     return governed, np.array(sections)
-
-
-def _vertex(left: float, middle: float, right: float) -> float:
-    """Vertex of the parabola through three samples, in steps from the middle one, at most one."""
-    bend = 2.0 * middle - left - right
-    return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
 
 
 def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View) -> Relaxation:

@@ -62,7 +62,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.optimum.peak_model.log", "f"),
         ("solvers.rod.optimum.peak_model.row_slopes", "solvers.rod.optimum.peak_model.CorePeaks f1 f3 f2"),
         ("solvers.rod.optimum.peak_model.rows_at", "solvers.rod.optimum.peak_model.CorePeaks f f f f3 f1"),
-        ("solvers.rod.optimum.peak_model.side_and_pressure", "f1 f1 f f f1 f f f f2"),
+        ("solvers.rod.optimum.peak_model.side_and_pressure", "f1 f1 f f f1 f f f2"),
         ("solvers.rod.optimum.peak_model.stress_table", "f1 f1 f f f f f f1 f3"),
         ("solvers.rod.optimum.peaks._top_places", "f2 f"),
         ("solvers.rod.optimum.proof.branch_and_bound.prove", "solvers.rod.optimum.proof.box_bounds.Relaxation f2 f1 f1 f f i"),

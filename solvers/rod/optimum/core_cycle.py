@@ -122,7 +122,7 @@ class CoreStrip:
     def reactions(self, angle: Array) -> Array:
         c, d, out = self.cycle, self.dimensions, np.empty((2, angle.size))
         force, stroke = c.axial_force(angle), c.lateral_stroke(angle)
-        side_and_pressure(force, stroke, c.modulus, c.rod_length, c.guide, d.b, d.h, d.l, out)
+        side_and_pressure(force, stroke, c.modulus, c.rod_length, c.guide, 1.0 / (d.b * d.h**3), d.l, out)
         return out
 
 

@@ -11,9 +11,9 @@ supplies p, m, w, v. Utilisation and stress increase with h, so that they are lo
 are linear in X and Y: bounds of h and b, and for the least mass, the thickness that a strip must exceed to be lighter
 than the target. For any other objective the target is a limit of its row.
 
-V'' has a plane with an error of second order (``solvers.rod.optimum.proof.intervals``), an exponential lies above its
-tangent, and by its second order at the most above its negative. So phi >= c + g_x dX + g_y dY - error: a half-plane.
-The intersection of all half-planes with the box is a convex polygon. If it is empty the box is discarded; otherwise it
+V'' has a plane with an error of second order (``solvers.rod.optimum.proof.intervals``); an exponential lies above its
+tangent, by a second order that counts where its factor is negative. So phi >= c + g_x dX + g_y dY - error, a
+half-plane. The intersection of all half-planes with the box is a convex polygon. If it is empty the box is discarded; otherwise it
 shrinks to the polygon's bounding rectangle. Near an optimum, at a vertex of the feasible set or not, boxes shrink
 faster than by bisection, which is why a proof to 1e-6 takes only a few hundred boxes.
 """
@@ -88,7 +88,7 @@ def cut(polygon: Array, count: int, plane: Array, room: Array) -> int:
 
 @kernel
 def add_exponential(plane: Array, factor: float, a: float, b: float, rx: float, ry: float) -> None:
-    """Add factor exp(a dX + b dY) to a plane that bounds from below."""
+    """Add the tangent of factor exp(a dX + b dY) to a plane that bounds from below, and how far below it may be."""
     plane[VALUE] += factor
     plane[BY_X] += factor * a
     plane[BY_Y] += factor * b
@@ -129,10 +129,10 @@ def stress_plane(
         pull, push = (1.0, 0.0) if high > -low else (0.0, -1.0)
     else:
         pull, push = ruling_line(p, high, low)
-    set_plane(plane, 0.0, 0.0, 0.0, 0.0)
+    plane[:] = 0.0
     add_bending(plane, pull * bending * p.stroke[top] / limit, bent[top], j)
     add_bending(plane, push * bending * p.stroke[bottom] / limit, bent[bottom], j)
-    # Divided by h, and by its value at the centre.
+    # The sum over h, times h at the centre: no products of V'' remain.
     force = pull * p.force[top] + push * p.force[bottom]
     add_exponential(plane, direct * force / limit, 1.0 + floor[BY_X], floor[BY_Y], rx, ry)
     add_exponential(plane, -1.0, -floor[BY_X], -floor[BY_Y], rx, ry)
@@ -151,7 +151,7 @@ def reaction_plane(
     elif row == POWER:
         scale = 4.0 / math.pi * friction
     worst, ends = 0.0, 0.0
-    set_plane(plane, 0.0, 0.0, 0.0, 0.0)
+    plane[:] = 0.0
     for i in range(p.force.size):
         if row == POWER and p.speed[i] == 0.0:
             continue
@@ -169,8 +169,7 @@ def reaction_plane(
         else:
             # A maximum is represented by its angle at the centre.
             worst = s * (by_T * T + by_c * c)
-            set_plane(plane, 0.0, 0.0, 0.0, 0.0)
-            ends = 0.0
+            plane[:], ends = 0.0, 0.0
         by_c *= math.copysign(couple, arm * k - force)
         by_k = math.copysign(by_T, k) + by_c * arm
         add_bending(plane, s * by_k * stiffness / p.rod_length, bent[i], 0)

@@ -18,8 +18,6 @@ from solvers.rod.optimum.proof.intervals import HIGH, LOW, VALUE
 
 _POINT = 1e-11
 """A box with shorter sides, in ln tau and ln l, is a point."""
-_CONTRACTION_RATIO = 0.6
-"""A box is contracted again before bisection if a side shrank below this fraction of its length."""
 
 
 @kernel
@@ -52,7 +50,7 @@ def available(box: Array, slice_: Array, steps: Array) -> bool:
 
 @kernel
 def set_half(box: Array, whole: Array, upper: bool) -> None:
-    """The lower or upper half of a box, divided along the side along which tau l^2, the beam's argument, varies more."""
+    """The lower or upper half of a box, divided along the side along which the beam's argument, tau l^2, varies more."""
     for k in range(4):
         box[k] = whole[k]
     if 2.0 * math.log(whole[3] / whole[2]) > whole[1] - whole[0]:
@@ -74,7 +72,7 @@ def prove(
     """
     room = 2 * nodes + slices.shape[0] + 2
     boxes, origin, count = np.empty((room, 4)), np.empty(room, np.int64), 0
-    box, centre, before, bent, best = np.empty(4), np.empty(4), np.empty(4), workspace(p), np.full(4, np.nan)
+    box, centre, bent, best = np.empty(4), np.empty(4), workspace(p), np.full(4, np.nan)
     heap = [(np.inf, -1)]
     heap.clear()
     best[0], pruned, looked = np.inf, np.inf, 0
@@ -93,40 +91,34 @@ def prove(
         slice_ = slices[origin[node]]
         for half in range(2):
             set_half(box, boxes[node], half == 1)
-            while snap(box, slice_, steps):
-                looked += 1
-                centre[0] = centre[1] = 0.5 * (box[0] + box[1])
-                centre[2] = centre[3] = box[2] if box[2] == box[3] else math.sqrt(box[2] * box[3])
-                fill(p, box, bent)
-                bound, _ = box_bound(p, slice_, box, bent, LOW, HIGH)
-                if bound == np.inf:
-                    break
-                bound = max(bound, lower)
-                value, h = box_bound(p, slice_, centre, bent, VALUE, VALUE)
-                if value < best[0] and available(box, slice_, steps):
-                    best[0], best[1], best[2], best[3] = value, centre[0], centre[2], h
-                target = min(incumbent, best[0]) - gap
-                point = box[1] - box[0] < _POINT and box[3] - box[2] < _POINT * box[3]
-                if bound >= target or point:
-                    if point and best[0] == np.inf and bound < pruned:
-                        # Strips that meet the limits of the relaxation may be as few as a corner of their region.
-                        best[1], best[2], best[3] = centre[0], centre[2], least_thickness(slice_, centre[0])
-                    pruned = min(pruned, bound)
-                    break
-                # Parts cut off from here on are infeasible or not better than the target.
-                pruned = min(pruned, target)
+            if not snap(box, slice_, steps):
+                continue
+            looked += 1
+            fill(p, box, bent)
+            bound, _ = box_bound(p, slice_, box, bent, LOW, HIGH)
+            if bound == np.inf:
+                continue
+            bound = max(bound, lower)
+            centre[0] = centre[1] = 0.5 * (box[0] + box[1])
+            centre[2] = centre[3] = box[2] if box[2] == box[3] else math.sqrt(box[2] * box[3])
+            value, h = box_bound(p, slice_, centre, bent, VALUE, VALUE)
+            if value < best[0] and available(box, slice_, steps):
+                best[0], best[1], best[2], best[3] = value, centre[0], centre[2], h
+            target = min(incumbent, best[0]) - gap
+            point = box[1] - box[0] < _POINT and box[3] - box[2] < _POINT * box[3]
+            if bound >= target or point:
+                if point and best[0] == np.inf and bound < pruned:
+                    # Strips that meet the limits of the relaxation may be as few as a corner of their region.
+                    best[1], best[2], best[3] = centre[0], centre[2], least_thickness(slice_, centre[0])
+                pruned = min(pruned, bound)
+                continue
+            # Parts cut off from here on are infeasible or not better than the target.
+            pruned = min(pruned, target)
+            if contract(p, slice_, box, bent, target):
                 for k in range(4):
-                    before[k] = box[k]
-                if not contract(p, slice_, box, bent, target):
-                    break
-                narrow = box[1] - box[0] < _CONTRACTION_RATIO * (before[1] - before[0])
-                short = math.log(box[3] / box[2]) < _CONTRACTION_RATIO * math.log(before[3] / before[2])
-                if not (narrow or short):
-                    for k in range(4):
-                        boxes[count, k] = box[k]
-                    origin[count] = origin[node]
-                    heapq.heappush(heap, (bound, count))
-                    count += 1
-                    break
+                    boxes[count, k] = box[k]
+                origin[count] = origin[node]
+                heapq.heappush(heap, (bound, count))
+                count += 1
     lower = heap[0][0] if len(heap) > 0 else np.inf
     return min(min(lower, pruned), min(incumbent, best[0])), looked, len(heap), best

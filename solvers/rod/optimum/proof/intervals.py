@@ -98,11 +98,11 @@ def curvature(q: float, l: float, rod_length: float, eta: Array, out: Array) -> 
     """V'' per unit stroke at y = eta l from the head, to ``out``."""
     e, t = rod_length - l, -q * l * l
     if t >= STRONG:
-        g0, g1, _ = bessel(t)
-        det = l * l * l * g1 + e * rod_length * l * g0
+        at_clamp = bessel(t)
+        det = l * l * l * at_clamp[1] + e * rod_length * l * at_clamp[0]
         for j in range(eta.size):
             T = eta[j] * eta[j] * t
-            n0, n1, _ = bessel(T)
+            n0, n1, _ = at_clamp if eta[j] == 1.0 else bessel(T)
             out[j] = (e * (n0 - T * n1) + eta[j] * l * n0) / det
         return
     # cosh x and sinh x are equal to the last place and cancel: V'' = (e x + y ...)/det in decaying exponentials.

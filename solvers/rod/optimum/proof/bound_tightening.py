@@ -12,10 +12,10 @@ are linear in X and Y: bounds of h and b, and for the least mass, the thickness 
 than the target. For any other objective the target is a limit of its row.
 
 V'' has a plane with an error of second order (``solvers.rod.optimum.proof.intervals``); an exponential lies above its
-tangent, by a second order that counts where its factor is negative. So phi >= c + g_x dX + g_y dY - error, a
-half-plane. The intersection of all half-planes with the box is a convex polygon. If it is empty the box is discarded; otherwise it
-shrinks to the polygon's bounding rectangle. Near an optimum, at a vertex of the feasible set or not, boxes shrink
-faster than by bisection, which is why a proof to 1e-6 takes only a few hundred boxes.
+tangent, by a second order that counts where its factor is negative. So phi >= c + g_x dX + g_y dY - error, and
+phi <= 0 leaves a half-plane. The intersection of all half-planes with the box is a convex polygon. If it is empty the
+box is discarded; otherwise it shrinks to the polygon's bounding rectangle. Near an optimum, at a vertex of the feasible
+set or not, boxes shrink faster than by bisection, which is why a proof to 1e-6 takes only a few hundred boxes.
 """
 
 from __future__ import annotations

@@ -50,7 +50,7 @@ def available(box: Array, slice_: Array, steps: Array) -> bool:
 
 @kernel
 def set_half(box: Array, whole: Array, upper: bool) -> None:
-    """The lower or upper half of a box, divided along the side along which the beam's argument, tau l^2, varies more."""
+    """The lower or upper half of a box, divided where the beam's argument, tau l^2, varies more."""
     for k in range(4):
         box[k] = whole[k]
     if 2.0 * math.log(whole[3] / whole[2]) > whole[1] - whole[0]:

@@ -23,8 +23,6 @@ _GAP = 1e-3
 _FIRST = 1.0
 """The gap where any strip will do."""
 _BOXES = 3000
-_PROVEN_BOXES = 1200
-"""Of a search to the accuracy of the answer, which a search for friction power mostly misses."""
 
 _YIELD = BY_NAME["min_yield_safety"]
 
@@ -66,9 +64,7 @@ class CoreOptima:
         return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
 
     def _optimum(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> Best | None:
-        proof = search(cycle, objective, limits, self.sizes, _GAP, _BOXES)
-        if proof.best is not None and proof.best.log_cost - proof.log_bound > self.accuracy:
-            proof = search(cycle, objective, limits, self.sizes, self.accuracy, _PROVEN_BOXES, proof)
+        proof = search(cycle, objective, limits, self.sizes, min(self.accuracy, _GAP), _BOXES)
         found = proof.best
         if found is None:
             return None

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.proof.intervals import clamp, curvature_and_stiffness
+from solvers.rod.optimum.proof.intervals import clamp, curvature
 from solvers.rod.rows import (
     BUCKLED,
     FIRST_PART,
@@ -138,11 +138,38 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
 
 
 @kernel
-def reaction(force: float, stroke: float, f: CorePeaks, l: float, scale: float) -> tuple[float, float]:
-    """|T| and 6 |M0 + T e|/Lp [N] at one angle; ``scale`` is 1/EI."""
-    _, stiffness, _ = clamp(force * scale, l, f.rod_length)
-    k, s = stiffness / scale, abs(stroke)
-    return s * abs(k), 6.0 / f.guide[2] * s * abs((f.rod_length + f.guide[0]) * k - force)
+def stress_table(
+    force: Array, stroke: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array, out: Array
+) -> None:
+    """Both fibres' stresses [Pa] at all sections and angles, shape (2, sections, angles)."""
+    scale = 12.0 / (modulus * b * h * h * h)
+    room = np.empty(eta.size)
+    for i in range(force.size):
+        curvature(force[i] * scale, l, rod_length, eta, room)
+        direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
+        for j in range(eta.size):
+            out[0, j, i], out[1, j, i] = direct + bending * room[j], direct - bending * room[j]
+
+
+@kernel
+def reaction(
+    force: float, stroke: float, modulus: float, rod_length: float, guide: Array, tau: float, l: float
+) -> tuple[float, float]:
+    """|T| and 6 |M0 + T e|/Lp [N] at one angle."""
+    stiffness = modulus / (12.0 * tau)
+    C, _ = clamp(force / stiffness, l, rod_length)
+    k, s = (stiffness * C + force) / rod_length, abs(stroke)
+    return s * abs(k), 6.0 / guide[2] * s * abs((rod_length + guide[0]) * k - force)
+
+
+@kernel
+def side_and_pressure(
+    force: Array, stroke: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float, out: Array
+) -> None:
+    """|T| and |T| + 6 |M0 + T e|/Lp [N] at every angle: out of shape (2, angles)."""
+    for i in range(force.size):
+        out[0, i], couple = reaction(force[i], stroke[i], modulus, rod_length, guide, tau, l)
+        out[1, i] = out[0, i] + couple
 
 
 @kernel
@@ -152,7 +179,6 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array)
     Side force, pressure and power are 0 where they are not looked at. ``room`` has shape (2, sections, angles).
     """
     tau, L = 1.0 / (b * h * h * h), f.rod_length
-    scale = 12.0 * tau / f.modulus
     out[TAU], out[LENGTH], out[THICKNESS] = math.log(tau), math.log(l), math.log(h)
     out[SIDE] = out[PRESSURE] = out[POWER] = 0.0
     if f.compression > 0.0:
@@ -164,23 +190,16 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array)
     if out[STABILITY] >= 0.0:
         buckled_rows(out)
         return
-    bent = np.empty(f.eta.size)
-    for i in range(f.force.size):
-        curvature_and_stiffness(f.force[i] * scale, l, L, f.eta, bent)
-        direct, bending = f.force[i] / (b * h), 0.5 * f.modulus * h * f.stroke[i]
-        for j in range(f.eta.size):
-            room[0, j, i], room[1, j, i] = direct + bending * bent[j], direct - bending * bent[j]
+    stress_table(f.force, f.stroke, f.modulus, L, b, h, l, f.eta, room)
     _, diameter, skirt, friction = f.guide
     reactions = np.empty((2, f.react_force.size))
-    for i in range(f.react_force.size):
-        reactions[0, i], couple = reaction(f.react_force[i], f.react_stroke[i], f, l, scale)
-        reactions[1, i] = reactions[0, i] + couple
+    side_and_pressure(f.react_force, f.react_stroke, f.modulus, L, f.guide, tau, l, reactions)
     sampled_rows(room, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
     n = f.cycle_force.size
     if n > 0:
         power = 0.0
         for i in range(n):
-            T, couple = reaction(f.cycle_force[i], f.cycle_stroke[i], f, l, scale)
+            T, couple = reaction(f.cycle_force[i], f.cycle_stroke[i], f.modulus, L, f.guide, tau, l)
             power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
         out[POWER] = log(power / n * friction * 4.0 / math.pi)
 
@@ -199,38 +218,3 @@ def row_slopes(f: CorePeaks, x: Array, room: Array, slopes: Array) -> None:
         moved[v] = here
         for r in range(slopes.shape[0]):
             slopes[r, v] = (up[r] - down[r]) / (2.0 * _STEP)
-
-
-@kernel
-def stress_table(
-    force: Array, stroke: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array, out: Array
-) -> None:
-    """Both fibres' stresses [Pa] at all sections and angles, shape (2, sections, angles)."""
-    scale = 12.0 / (modulus * b * h * h * h)
-    room = np.empty(eta.size)
-    for i in range(force.size):
-        curvature_and_stiffness(force[i] * scale, l, rod_length, eta, room)
-        direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
-        for j in range(eta.size):
-            out[0, j, i], out[1, j, i] = direct + bending * room[j], direct - bending * room[j]
-
-
-@kernel
-def side_and_pressure(
-    force: Array,
-    stroke: Array,
-    modulus: float,
-    rod_length: float,
-    guide: Array,
-    b: float,
-    h: float,
-    l: float,
-    out: Array,
-) -> None:
-    """|T| and |T| + 6 |M0 + T e|/Lp [N] at every angle: out of shape (2, angles)."""
-    stiffness = modulus * b * h * h * h / 12.0
-    for i in range(force.size):
-        _, k, _ = clamp(force[i] / stiffness, l, rod_length)
-        T = stiffness * k * stroke[i]
-        out[0, i] = abs(T)
-        out[1, i] = abs(T) + 6.0 / guide[2] * abs((rod_length + guide[0]) * T - force[i] * stroke[i])

@@ -16,28 +16,21 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import COARSE_ERROR, CoreCycle
+from solvers.rod.optimum.core_cycle import CoreCycle
 from solvers.rod.optimum.core_optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted
-from solvers.rod.optimum.proof.box_bounds import Array, Relaxation, workspace
+from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sqp import wanted_of
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
-FIRST_ANGLES, FIRST_REACTIONS = 8, 24
+_FIRST_ANGLES = 8
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0
-_FIRST_BOXES = 2000
 _ROUNDS = 16
 _MIN_GAP = 5e-9
-_MAX_ANGLES = 48
 _NEARLY, _TIED = 0.9, 1e-3
-_COARSE_ERROR_FACTOR, _COARSE_GAP = 3.0, 1e-4
-"""Factor on the error of a mean over few angles below which an improvement is not significant; gap down to which few
-angles suffice."""
-_GREATEST = (rows.UTILISATION, 1e300), (rows.STRESS, math.inf), (rows.PRESSURE, math.inf), (rows.POWER, math.inf)
-"""The limits of a relaxation in order, and the value that denotes none."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +128,7 @@ def search(
     Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
     the width of its best strip if the neighbouring available widths do not reach its bound.
     """
-    view, incumbent = View([*grid(FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
+    view, incumbent = View([*grid(_FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
     if before is not None:
         view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best
     if sizes.step_b is None or sizes.stock_h is not None:
@@ -157,9 +150,7 @@ def search(
         above = min(max(math.ceil(at.b / sizes.step_b * (1 - 1e-9)), first), last)
         for width in {below, above}:
             beside = replace(at, b=width * sizes.step_b)
-            found = _polished(
-                cycle, objective, limits, sizes.around(beside), beside, wanted_of(objective, limits).power
-            )
+            found = polish(cycle, objective, limits, sizes.around(beside), beside)
             if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
                 incumbent = found
         if below == above or looked >= boxes or (incumbent and incumbent.log_cost <= proof.log_bound + gap):
@@ -174,30 +165,20 @@ def _search(
     incumbent: Polished | None,
 ) -> Proof:  # fmt: skip
     """``search`` over all widths within the bounds; ``incumbent`` if it is optimal within ``gap``."""
-    slices, length = sizes.slices(), np.array(_length_range(cycle, sizes))
+    slices, length = sizes.slices(), np.array([sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)])
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
     looked_at = wanted_of(objective, limits)
     # Half of the gap is left for the relaxation's own best strip, which may be slightly suboptimal.
     gap = max(0.45 * gap, _MIN_GAP)
-    coarse = looked_at.power
-    enough = coarse and gap > _COARSE_GAP
-    if enough:
-        gap = max(gap, _COARSE_ERROR_FACTOR * COARSE_ERROR)
-    # Relaxations measure stability relative to its limit.
-    by_limit = dict(objective.weights).get(rows.STABILITY, 0.0) * -limits[rows.STABILITY] * (cycle.compression > 0)
     looked, bound = 0, -math.inf
     for turn in range(_ROUNDS):
-        p = _relaxation(cycle, objective, limits, view, coarse, incumbent is None)
-        quick = p
-        if looked_at.power and not coarse and rows.POWER not in limits:
-            quick = _relaxation(cycle, objective, limits, view, coarse=True)
-        work, best = workspace(p), np.full(5, np.nan)
-        known = math.inf if incumbent is None else incumbent.log_cost + by_limit
+        p = _relaxation(cycle, objective, limits, view)
+        known = math.inf if incumbent is None else incumbent.log_cost
         wanted = _FIRST_GAP if incumbent is None and turn == 0 else gap
-        room = _FIRST_BOXES if incumbent is None else max(boxes - looked, 200)
-        lower, count, left = prove(p, quick, slices, length, steps, known, wanted, room, work, 0.0, best)
+        room = max(boxes - looked, 200)
+        lower, count, left, best = prove(p, slices, length, steps, known, wanted, room)
         looked += count
-        bound = max(bound, lower - by_limit)
+        bound = max(bound, lower)
         if math.isnan(best[1]):
             if left == 0 or incumbent is not None:
                 break
@@ -205,50 +186,30 @@ def _search(
             return Proof(None, bound, looked, turn + 1, view)
         if known - gap <= best[0] < math.inf:
             break
-        if coarse and not enough and known - _COARSE_ERROR_FACTOR * COARSE_ERROR <= best[0] < math.inf:
-            coarse = False
-            continue
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
-        found = _polished(cycle, objective, limits, sizes.around(candidate), candidate, looked_at.power)
+        found = polish(cycle, objective, limits, sizes.around(candidate), candidate)
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
-            if turn == 0 or len(view.angles) > _MAX_ANGLES:
+            if turn == 0:
                 view = View([0.0, cycle.hardest], [1.0])
         if looked >= boxes:
             break
         better = found is not None and found is incumbent
         strip = found.dimensions if better else candidate
         seen = found.peaks if better else cycle.peaks(strip, looked_at)
-        # From the second iteration on, an angle is missing, possibly one of equal severity.
-        new = view.add(*governing(cycle, strip, seen, looked_at, _TIED if turn > 1 or not better else 0.0))
+        new = view.add(*governing(cycle, strip, seen, looked_at))
         if not (new or better):
-            if not coarse:
-                break
-            # What admits this strip may be the error of few angles.
-            coarse = False
+            break
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, looked, turn + 1, view)
 
 
-def _polished(
-    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions, power: bool
-) -> Polished | None:
-    """The best strip near ``start``; if power is relevant, first with its mean over few angles."""
-    if power:
-        near = polish(cycle.coarse, objective, limits, bounds, start)
-        start = start if near is None else near.dimensions
-    return polish(cycle, objective, limits, bounds, start)
-
-
-def governing(
-    cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted, tied: float = 0.0
-) -> tuple[Array, Array]:
+def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as severe as the worst.
 
     If the maximum stress is relevant besides the utilisation, at the sections of both; if reactions are, including the
-    angles of maximum side force and contact pressure. ``tied`` is the fraction of its range by which a stress may miss
-    its extremum at further angles that are included.
+    angles of maximum side force and contact pressure. So are angles at which a stress misses its extremum by little.
     """
     eta, angles = peaks.stations(), peaks.angles
     table = cycle.strip(d).stresses(angles, eta)
@@ -259,11 +220,10 @@ def governing(
     sections: list[float] = []
     for values in (severity, np.maximum(high, -low)) if looked_at.stress else (severity,):
         for fibre, j in np.argwhere(values > _NEARLY * values.max()):
-            if j % 3 == 2:
-                sections.append(eta[j] + _vertex(*values[fibre, j - 1 : j + 2]) * (eta[j + 1] - eta[j]))
-            elif j == 0:
-                sections.append(eta[0])
-            stress, room = table[fibre, j], tied * (high[fibre, j] - low[fibre, j])
+            # The clamp, or the middle one of three sections around a peak.
+            if j == 0 or j % 3 == 2:
+                sections.append(eta[j])
+            stress, room = table[fibre, j], _TIED * (high[fibre, j] - low[fibre, j])
             wanted.update(np.flatnonzero((stress >= high[fibre, j] - room) | (stress <= low[fibre, j] + room)))
     governed = angles[sorted(wanted)]
     if looked_at.reactions:
@@ -271,42 +231,21 @@ def governing(
     return governed, np.array(sections)
 
 
-def _vertex(left: float, middle: float, right: float) -> float:
-    """Vertex of the parabola through three samples, in steps from the middle one, at most one."""
-    bend = 2.0 * middle - left - right
-    return min(max(0.5 * (right - left) / bend, -1.0), 1.0) if bend > 0.0 else 0.0
-
-
-def _length_range(cycle: CoreCycle, sizes: Sizes) -> tuple[float, float]:
-    return sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)
-
-
-def _relaxation(
-    cycle: CoreCycle, objective: Objective, limits: Limits, view: View, coarse: bool = False, first: bool = True
-) -> Relaxation:
-    """The problem at the view's angles and sections; ``coarse`` with power reduced by the error of few angles."""
+def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View) -> Relaxation:
+    """The problem at the view's angles and sections."""
     angles = np.array(view.angles)
-    force, stroke = cycle.axial_force(angles), cycle.crank_radius * np.sin(angles)
-    react, swing, speed = np.empty(0), np.empty(0), np.empty(0)
-    looked_at = wanted_of(objective, limits)
-    if looked_at.power:
+    force, stroke, speed = cycle.axial_force(angles), cycle.lateral_stroke(angles), np.zeros(angles.size)
+    if wanted_of(objective, limits).power:
         # Power is a mean: it requires the whole cycle.
-        whole_force, whole_stroke, whole_speed = cycle.coarse.whole if coarse else cycle.whole
-        most = 1.0 - COARSE_ERROR if coarse else 1.0
-        react, swing = np.append(force, whole_force), np.append(stroke, whole_stroke)
-        speed = np.append(np.zeros(angles.size), whole_speed * (most / whole_speed.size))
-    elif looked_at.reactions and not first:
-        react, swing, speed = force, stroke, np.zeros(angles.size)
-    elif looked_at.reactions:
-        step = cycle.force.size // FIRST_REACTIONS
-        react, swing = np.append(force, cycle.force[::step]), np.append(stroke, cycle.stroke[::step])
-        speed = np.zeros(react.size)
-    weights = np.zeros(rows.COUNT)
-    for row, weight in objective.weights:
-        weights[row] = weight
-    most = [math.exp(limits[row]) if row in limits else none for row, none in _GREATEST]
+        whole_force, whole_stroke, whole_speed = cycle.whole
+        force, stroke = np.append(force, whole_force), np.append(stroke, whole_stroke)
+        speed = np.append(speed, whole_speed / whole_speed.size)
+    most = np.full(rows.FIRST_PART, math.inf)
+    for row, limit in limits.items():
+        most[row] = limit
+    weighed = [row for row, _ in objective.weights]
     return Relaxation(
-        force, stroke, react, swing, speed, np.array(view.sections), *cycle.diagram, np.array(most),
-        cycle.compression * math.exp(-limits[rows.STABILITY]), cycle.guide, weights, cycle.modulus,
+        force, stroke, speed, angles.size, np.array(view.sections), *cycle.diagram, most,
+        rows.THICKNESS if rows.THICKNESS in weighed else weighed[0], cycle.compression, cycle.guide, cycle.modulus,
         cycle.rod_length,
     )  # fmt: skip

@@ -106,6 +106,7 @@ ROOMS = {
         "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "effect_bounds", "effects", "check",
         "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
     ),
+    "solvers/rod/optimum": ("peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer"),
     "solvers/linkage": (
         "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "constraints", "effects",
         "warnings", "check", "bulk", "verdict", "optimum", "design", "pareto_front",
@@ -118,16 +119,16 @@ ROOMS = {
         "shapes", "problem", "ring_results", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip
-"""The rooms of a wing in the order in which the data flows: each may import those before it."""
+"""The rooms of a wing, or of a large one of these, in the order in which the data flows: each may import those before it."""
 
 
 def arrows(wing: str) -> set[tuple[str, str]]:
     """(room, other room) for every import between the rooms of a wing; a room is a file or a folder."""
-    found = set()
+    found, place = set(), wing.split("/")
     for path in (ROOT / wing).rglob("*.py"):
         room = path.relative_to(ROOT / wing).with_suffix("").parts[0]
         names = [name.split(".") for name in imports(path)]
-        others = {parts[2] for parts in names if parts[:2] == wing.split("/") and len(parts) > 2}
+        others = {parts[len(place)] for parts in names if parts[: len(place)] == place and len(parts) > len(place)}
         found |= {(room, other) for other in others if room not in (other, "__init__")}
     return found
 

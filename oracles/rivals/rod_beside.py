@@ -17,7 +17,7 @@ from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import RodEffect, choose_for, compose
-from solvers.rod.optimum.corrections import stands
+from solvers.rod.optimum.full_model.corrections import stands
 
 _NEAR = 0.1
 """Maximum distance, in the logarithms of the sizes, at which another strip's resolution is accurate enough for a

@@ -21,16 +21,16 @@ from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.available_sizes import discrete_optimum
-from solvers.rod.optimum.core_cycle import core_cycle
-from solvers.rod.optimum.corrections import stands
-from solvers.rod.optimum.costly_limits import with_finer_checks
-from solvers.rod.optimum.feasibility import least_violating, least_violation
-from solvers.rod.optimum.full_model import FullModel, no_watch
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
-from solvers.rod.optimum.local_search import Local, Task
+from solvers.rod.optimum.answer.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.core.cycle import core_cycle
+from solvers.rod.optimum.full_model.corrections import stands
+from solvers.rod.optimum.full_model.model import FullModel, no_watch
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.search.available_sizes import discrete_optimum
+from solvers.rod.optimum.search.costly_limits import with_finer_checks
+from solvers.rod.optimum.search.feasibility import least_violating, least_violation
+from solvers.rod.optimum.search.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
+from solvers.rod.optimum.search.local_search import Local, Task
 from solvers.rod.optimum.sqp import wanted_of
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions

@@ -13,7 +13,7 @@ from app.designs.registry import KINDS
 from app.designs.verdict import VerdictResult, Word, verdict_json
 from solvers import rod
 from solvers.outcome import Accuracy
-from solvers.rod.optimum.full_model import FullModel
+from solvers.rod.optimum.full_model.model import FullModel
 from solvers.verdict import Sense, Verdict, at_least, at_most, doubt, equal, unknown, yes
 from tests.solvers.rod.machines import PAPER, STRIP
 

@@ -14,9 +14,9 @@ from collections.abc import Callable, Mapping
 from solvers.outcome import ActiveConstraint, Certificate
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Limits
-from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_optimum import BOXES, Optimum
+from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.search.full_optimum import BOXES, Optimum
 from solvers.rod.problem import Objective
 from solvers.rod.scene import Dimensions
 

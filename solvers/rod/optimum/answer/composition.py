@@ -10,17 +10,17 @@ from solvers.outcome import Accuracy, ActiveConstraint, Certificate, Outcome, St
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer import certificate
+from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.sensitivities import stationarity
-from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.core_optimum import Polished
-from solvers.rod.optimum.core_requirement import CoreOptima
-from solvers.rod.optimum.costly_limits import error_of
-from solvers.rod.optimum.full_optimum import BOXES, Context, Optimum
-from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
+from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.core.optimum import Polished
+from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
-from solvers.rod.optimum.requirement_as_objective import RequirementsAsObjectives
+from solvers.rod.optimum.search.costly_limits import error_of
+from solvers.rod.optimum.search.full_optimum import BOXES, Context, Optimum
+from solvers.rod.optimum.sensitivities import stationarity
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
 

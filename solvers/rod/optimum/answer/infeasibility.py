@@ -17,9 +17,9 @@ from solvers.errors import InvalidInput
 from solvers.outcome import Shortfall
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
-from solvers.rod.optimum.core_requirement import Best, CoreOptima
-from solvers.rod.optimum.full_model import FullModel
-from solvers.rod.optimum.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
+from solvers.rod.optimum.answer.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.full_model.model import FullModel
 from solvers.watch import OutOfTime
 
 _NOTHING: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}

@@ -16,8 +16,8 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.core_optimum import Polished, polish
+from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.core.optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, Wanted
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from solvers.rod.optimum.at_ratio import PENALTY, AtRatio
+from solvers.rod.optimum.search.at_ratio import PENALTY, AtRatio
 from solvers.rod.optimum.sqp import Program
 
 REACH = 0.2

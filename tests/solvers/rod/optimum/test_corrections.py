@@ -13,8 +13,8 @@ from solvers.effects import EffectSelection
 from solvers.fatigue import serensen
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.optimum.full_model import FullModel
-from solvers.rod.optimum.full_strip import dimensions_of, logarithms
+from solvers.rod.optimum.full_model.model import FullModel
+from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.peaks import Wanted
 from solvers.rod.rows import BUCKLED, UTILISATION
 

@@ -10,9 +10,9 @@ import pytest
 from solvers.effects import EffectSelection
 from solvers.fatigue import serensen
 from solvers.rod.effects import choose_for, compose
-from solvers.rod.optimum.full_model import FullModel
-from solvers.rod.optimum.full_strip import dimensions_of
-from solvers.rod.optimum.local_search import Task, local_search
+from solvers.rod.optimum.full_model.model import FullModel
+from solvers.rod.optimum.full_model.strip import dimensions_of
+from solvers.rod.optimum.search.local_search import Task, local_search
 from solvers.rod.optimum.sqp import wanted_of
 from tests.solvers.rod.optimum.test_full_model import FALSELY_CERTIFIED as ASKED
 

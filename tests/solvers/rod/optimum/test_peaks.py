@@ -10,7 +10,7 @@ import pytest
 from bench.rod_problems import problem
 from solvers import rod
 from solvers.fatigue import serensen
-from solvers.rod.optimum.core_cycle import core_cycle
+from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.peaks import Wanted
 from solvers.rod.rows import SIDE
 from solvers.rod.scene import Dimensions

@@ -11,7 +11,8 @@ import pytest
 from solvers import rod
 from solvers.fatigue import gerber, serensen
 from solvers.materials import Material
-from solvers.rod.optimum.core_cycle import core_cycle
+from solvers.rod.optimum.core.bending import clamp, curvature
+from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.proof.bound_tightening import contract
 from solvers.rod.optimum.proof.box_bounds import box_bound, fill, workspace
 from solvers.rod.optimum.proof.branch_and_bound import prove
@@ -24,8 +25,6 @@ from solvers.rod.optimum.proof.intervals import (
     UNKNOWN,
     VALUE,
     bending_over,
-    clamp,
-    curvature,
 )
 from solvers.rod.rows import POWER, PRESSURE, STABILITY, STRESS, UTILISATION
 from tests.solvers.rod.machines import PAPER

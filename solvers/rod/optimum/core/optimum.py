@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import CoreCycle, CoreRows
+from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.optimum.sqp import Memory, program, restored, run, wanted_of
 from solvers.rod.problem import Bounds, Objective

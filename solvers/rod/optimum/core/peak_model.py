@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.proof.intervals import clamp, curvature
+from solvers.rod.optimum.core.bending import clamp, curvature
 from solvers.rod.rows import (
     BUCKLED,
     FIRST_PART,

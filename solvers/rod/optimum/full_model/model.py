@@ -19,11 +19,11 @@ from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
-from solvers.rod.optimum.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, stands
-from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
+from solvers.rod.optimum.full_model.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, stands
+from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
+from solvers.rod.optimum.full_model.smooth_parts import Parts
+from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
-from solvers.rod.optimum.rows_at_peaks import RowsAtPeaks
-from solvers.rod.optimum.smooth_parts import Parts
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene

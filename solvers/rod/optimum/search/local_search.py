@@ -17,9 +17,9 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_model import Array, FullModel, FullRows
-from solvers.rod.optimum.full_strip import logarithms
+from solvers.rod.optimum.core.optimum import within
+from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
+from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.sqp import Memory, feasibility_program, program, restored, run
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene

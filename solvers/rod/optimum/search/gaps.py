@@ -27,11 +27,11 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.optimum.at_ratio import PENALTY, AtRatio
-from solvers.rod.optimum.corrections import frequency_slopes, log_frequency_ratio
-from solvers.rod.optimum.full_model import Array, FullRows
-from solvers.rod.optimum.full_strip import dimensions_of, logarithms
-from solvers.rod.optimum.local_search import Iterate, Task
+from solvers.rod.optimum.full_model.corrections import frequency_slopes, log_frequency_ratio
+from solvers.rod.optimum.full_model.model import Array, FullRows
+from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
+from solvers.rod.optimum.search.at_ratio import PENALTY, AtRatio
+from solvers.rod.optimum.search.local_search import Iterate, Task
 from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions

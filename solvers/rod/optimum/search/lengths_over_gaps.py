@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from solvers.rod.optimum.at_ratio import PENALTY
-from solvers.rod.optimum.core_optimum import polish
-from solvers.rod.optimum.corrections import frequency_slopes, log_frequency_ratio
-from solvers.rod.optimum.full_optimum import Context
-from solvers.rod.optimum.local_search import Iterate, excess_of
+from solvers.rod.optimum.core.optimum import polish
+from solvers.rod.optimum.full_model.corrections import frequency_slopes, log_frequency_ratio
+from solvers.rod.optimum.search.at_ratio import PENALTY
+from solvers.rod.optimum.search.full_optimum import Context
+from solvers.rod.optimum.search.local_search import Iterate, excess_of
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 

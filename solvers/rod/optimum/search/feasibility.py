@@ -9,12 +9,12 @@ import numpy as np
 
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.core_optimum import within
-from solvers.rod.optimum.full_optimum import Context
-from solvers.rod.optimum.full_strip import logarithms
-from solvers.rod.optimum.local_search import Iterate, Local, excess_of
+from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.core.optimum import within
+from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.search.full_optimum import Context
+from solvers.rod.optimum.search.local_search import Iterate, Local, excess_of
 from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
 from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions

@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.optimum.full_strip import FullStrip, dimensions_of, logarithms
+from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.scene import Dimensions
 from solvers.rod.vibration.natural_frequencies import natural_frequency
 

@@ -14,10 +14,10 @@ from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.cycle.bent_strip import fibre_stresses
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.optimum.full_strip import FullStrip
-from solvers.rod.optimum.peak_model import buckled_rows, log, peak, reaction_rows
+from solvers.rod.optimum.core.peak_model import buckled_rows, log, peak, reaction_rows
+from solvers.rod.optimum.full_model.smooth_parts import Index, Parts, part_values
+from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.smooth_parts import Index, Parts, part_values
 from solvers.rod.piston.skirt import pressure_per_load
 from solvers.rod.rows import FIRST_PART, STRESS, UTILISATION, Layout
 from solvers.rod.scene import Scene

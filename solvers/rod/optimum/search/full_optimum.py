@@ -19,13 +19,13 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum.answer.sensitivities import Stationarity, stationarity
-from solvers.rod.optimum.core_cycle import CoreCycle
-from solvers.rod.optimum.full_model import Array, FullModel, no_watch
-from solvers.rod.optimum.full_strip import dimensions_of, logarithms
-from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.local_search import CATCHES_UP, ROUNDS, SAME, Iterate, Local, Task, local_search
+from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.full_model.model import Array, FullModel, no_watch
+from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.local_search import CATCHES_UP, ROUNDS, SAME, Iterate, Local, Task, local_search
+from solvers.rod.optimum.sensitivities import Stationarity, stationarity
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from solvers.fatigue.kernels import GREATEST, Diagram
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
-from solvers.rod.optimum.core_cycle import CoreCycle
+from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
 from solvers.rod.problem import OBJECTIVES, Objective
 from solvers.rod.scene import Dimensions, Scene

@@ -19,14 +19,14 @@ from itertools import product
 import numpy as np
 
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.answer.sensitivities import Stationarity
-from solvers.rod.optimum.core_optimum import polish, within
-from solvers.rod.optimum.corrections import frequency_slopes
-from solvers.rod.optimum.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
-from solvers.rod.optimum.full_strip import logarithms
-from solvers.rod.optimum.gaps import Gaps
-from solvers.rod.optimum.lengths_over_gaps import promising_lengths
-from solvers.rod.optimum.local_search import Iterate, Local, local_search
+from solvers.rod.optimum.core.optimum import polish, within
+from solvers.rod.optimum.full_model.corrections import frequency_slopes
+from solvers.rod.optimum.full_model.strip import logarithms
+from solvers.rod.optimum.search.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
+from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
+from solvers.rod.optimum.search.local_search import Iterate, Local, local_search
+from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 

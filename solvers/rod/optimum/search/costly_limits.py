@@ -10,8 +10,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from solvers.rod.constraints import BY_NAME
-from solvers.rod.optimum.full_optimum import Context, Optimum, conditions_at
-from solvers.rod.optimum.local_search import local_search
+from solvers.rod.optimum.search.full_optimum import Context, Optimum, conditions_at
+from solvers.rod.optimum.search.local_search import local_search
 from solvers.rod.problem import Bounds
 
 _SHARE = 0.3

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.peak_model import peak
+from solvers.rod.optimum.core.peak_model import peak
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]

@@ -1,0 +1,1 @@
+"""The core's optimum: closed-form physics, from the peaks that govern."""

@@ -1,0 +1,1 @@
+"""What a search sees of the full model: rows at peaks, what corrections add, exact checks."""

@@ -1,0 +1,1 @@
+"""Local searches on the full model, and where they start."""

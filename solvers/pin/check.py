@@ -21,8 +21,9 @@ from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
-from solvers.pin.optimum.discretised import assemble, sought_in
+from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.ring_results import RingResult, ring_of

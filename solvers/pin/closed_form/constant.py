@@ -6,8 +6,8 @@ import numpy as np
 
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.optimum.lagrangian import Segments, weigh_segments
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper

@@ -16,7 +16,7 @@ from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
 from solvers.pin.ring_results import RingResult, ring_of

@@ -18,7 +18,7 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import dual_bound
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
-from solvers.pin.section.outside_wall import least_gap
+from solvers.pin.section.least_wall import least_gap
 from solvers.pin.section.strength import strength_constraints, uses
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL

@@ -18,10 +18,9 @@ from solvers.pin.optimum.dual_bound import (
     pointwise_bound,
 )
 from solvers.pin.optimum.lagrangian import monotone_at, weigh
-from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
-from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.flexibility import cowper, densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz

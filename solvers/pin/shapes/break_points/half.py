@@ -42,7 +42,7 @@ class Half:
 
     @cached_property
     def law(self) -> Array:
-        """Flexibility law of the sections: kappa (``solvers.pin.optimum.one_station``) and Cowper's constants."""
+        """Flexibility law of the sections: kappa (``solvers.pin.section.flexibility``) and Cowper's constants."""
         law = self.program.law
         return np.array([self.program.sought.kappa, law.a, law.b])
 

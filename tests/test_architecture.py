@@ -115,7 +115,7 @@ ROOMS = {
     ),
     "solvers/pin": (
         "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
-        "shapes", "problem", "ring_results", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
+        "shapes", "problem", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip
 """The rooms of a wing in the order in which the data flows: each may import those before it."""

@@ -25,8 +25,8 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
-from solvers.pin.ring_results import RingResult, ring_of
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper

@@ -11,8 +11,8 @@ import numpy as np
 
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
+from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.ring.bearing_pressure import Pressures
-from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import BushingGeometry, Geometry
 
 

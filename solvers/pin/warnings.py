@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.sought import Sought
-from solvers.pin.ring_results import RingResult
+from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Scene
 
 Array = NDArray[np.float64]

@@ -18,8 +18,8 @@ from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
-from solvers.pin.ring_results import RingResult, ring_of
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper

@@ -189,7 +189,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MAX_COUPLED_STATIONS if coupled else _MAX_STATIONS
-    mass_tolerance, mass_error = (0.5 if coupled else _MASS_ERROR_FRACTION) * accuracy, 1.0
+    mass_tolerance = _MASS_ERROR_FRACTION * accuracy
     result = None
     for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -199,17 +199,13 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > mass_tolerance * volume
         if not rough:
-            # If tightening the bound is expensive: first to the discretisation error, finally to the accuracy.
-            for gap in (mass_error, accuracy) if coupled and mass_error > accuracy else (accuracy,):
-                best = problem.form.find(program, gap)
-                if best is None:
-                    return None
-                volume, refinement_values = best.volume, best.solidity
-                if best.doubt is not None:
-                    doubt = np.maximum(doubt, best.doubt)
-                mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
-                if mass_error > mass_tolerance and stations.x.size <= most:
-                    break
+            best = problem.form.find(program, accuracy)
+            if best is None:
+                return None
+            volume, refinement_values = best.volume, best.solidity
+            if best.doubt is not None:
+                doubt = np.maximum(doubt, best.doubt)
+            mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
             result = (program, best, mass_error)
             if mass_error <= mass_tolerance:
                 figures = _result_doubt(program, best)

@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.closed_form.constant import lightest_share
-from solvers.pin.closed_form.kernel import Pins, Results
-from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
+from solvers.pin.closed_form.kernel import Pins, Results, demand_rows, evaluated, law_row
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit

@@ -36,7 +36,7 @@ class Constant:
     name: str = "constant"
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         sought, least, weighed = program.sought, program.lower.max(), _one_wall(program)
         if weighed is None:
             return None

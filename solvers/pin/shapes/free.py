@@ -65,7 +65,7 @@ class Free:
         return "drillable" if self.drillable else "free"
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         sought = program.sought
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
         low = gentle(program, low)

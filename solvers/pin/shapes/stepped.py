@@ -41,7 +41,7 @@ class Stepped:
             raise InvalidInput("form.steps", "is no number of steps this form knows", f"1 … {MOST_STEPS}")
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         if self.steps == 1:
             return Constant().find(program, gap)
         if program.limits.max_slope is not None:

@@ -6,10 +6,9 @@ subsets of the same nodes disagree.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -311,11 +310,3 @@ def merged(places: list[float], tolerance: float) -> list[float]:
         else:
             kept.append(place)
     return kept
-
-
-def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
-    """Return the halves of panels on [0, end] bounded by the given positions; ``rests`` are rounding residuals of some
-    of them."""
-    edges = np.array([0.0, *(p for p in places if p < end), end])
-    whole = Stations(edges, np.array([rests.get(edge, 0.0) for edge in edges.tolist()]))
-    return whole.cut(whole.left + 0.5 * whole.width)

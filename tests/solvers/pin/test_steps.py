@@ -213,7 +213,7 @@ def test_a_duality_gap_is_closed():
     scene = pin.Scene(geometry, 0.5 * most, steel)
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
     half = Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
-    breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], half.edges[1:-1])
+    breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], kinks(scene)[1:-1])
     least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
     found = lightest_steps(half, 2)
     volume = found.walls.volume

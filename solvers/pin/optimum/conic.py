@@ -69,21 +69,19 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     u = cp.Variable(n)
     lowered = np.minimum(low, 1.0)
     constraints = [u >= lowered, u <= 1.0]
-    deflection = None
-    if program.limit is not None:
-        bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
-        bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
-        s, point = shear[shears], at[shears]
-        drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
-        parts = [
-            _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
-            _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
-            _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
-            _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
-            float(drop.sum()) + drop_slope @ (u[shears] - point),
-        ]
-        deflection = sum(parts) <= 1.0
-        constraints.append(deflection)
+    bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
+    bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
+    s, point = shear[shears], at[shears]
+    drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
+    parts = [
+        _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
+        _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
+        _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
+        _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
+        float(drop.sum()) + drop_slope @ (u[shears] - point),
+    ]
+    deflection = sum(parts) <= 1.0
+    constraints.append(deflection)
     rise = fall = None
     if program.limits.max_slope is not None:
         reach = reaches(program)
@@ -118,7 +116,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     for part, constraint, sign in narrowing:
         # u non-decreasing: u_i - u_{i+1} <= 0, a flow from i + 1 to i; reversed beyond the middle.
         order[part] = sign * np.maximum(np.asarray(constraint.dual_value), 0.0)
-    value = 0.0 if deflection is None else max(float(deflection.dual_value), 0.0)
+    value = max(float(deflection.dual_value), 0.0)
     return _Solution(np.asarray(u.value), value, up, down, order, str(problem.status))
 
 
@@ -136,7 +134,7 @@ def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
 
     def ok(part: float) -> bool:
         v = u + part * (1.0 - u)
-        return bool(np.all(v >= low)) and (program.limit is None or program.deflection(v) <= program.limit)
+        return bool(np.all(v >= low)) and program.deflection(v) <= program.limit
 
     if not ok(1.0):
         return None
@@ -153,7 +151,7 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
     """Find the lightest bore under a deflection limit, optionally with a slope limit and narrowing toward the
     middle."""
     solid = np.ones_like(low)
-    if program.limit is not None and program.deflection(solid) > program.limit:
+    if program.deflection(solid) > program.limit:
         return None
     weighed = weigh(program, low, drillable)
     first = low if weighed is None else gentle(program, weighed.solidity)

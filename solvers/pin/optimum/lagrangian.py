@@ -264,25 +264,6 @@ def weigh_segments(own: Segments, low: Array, monotone: bool) -> Weighed | None:
     return Weighed(best, multiplier, rounds)
 
 
-def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -> Array:
-    """Return the walls that minimise the Lagrangian at a multiplier, non-decreasing toward the middle."""
-    law, n = program.law, low.size
-    order = np.concatenate([np.arange(program.anchor), np.arange(n - 1, program.anchor - 1, -1)])
-    u = start[order]
-    bend, shear, kappa = (
-        program.bending[order] / program.limit,
-        program.shear[order] / program.limit,
-        program.sought.kappa,
-    )
-    reaches = reaches_of(low[order], bend, shear, kappa, law.a, law.b)
-    minimised(
-        multiplier, program.share[order], low[order], bend, shear, reaches, kappa, law.a, law.b, True, program.anchor, u
-    )
-    found = np.empty(n)
-    found[order] = u
-    return found
-
-
 def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
     """Move as many of the jumping stations from ``short`` to ``enough`` as the limit requires; one is interpolated."""
     jump = np.flatnonzero(enough - short > _MIN_JUMP)

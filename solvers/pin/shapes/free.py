@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.conic import sloped
-from solvers.pin.optimum.dual_bound import dual_bound, least_walls_bound
+from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
@@ -85,8 +85,8 @@ class Free:
         if weighed.multiplier == 0.0:
             proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
-            price, u = weighed.multiplier, weighed.solidity
-            proof, method = partial(dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
+            bound = monotone_bound if self.drillable else pointwise_bound
+            proof, method = partial(bound, program, low, weighed.multiplier, weighed.solidity), _DUAL_METHOD
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,

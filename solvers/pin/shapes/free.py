@@ -16,6 +16,7 @@ from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
 from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
+from solvers.pin.stations.between_nodes import overlooked
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
@@ -29,9 +30,9 @@ def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
     """Return the underestimate between stations of values non-decreasing toward the middle, per panel."""
     first = np.arange(lower.size) < anchor
     most = float(lower.max()) + 1.0
-    missed = stations.overlooked(np.where(first, lower, most))
+    missed = overlooked(stations, np.where(first, lower, most))
     if anchor < lower.size:
-        missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
+        missed = missed + overlooked(stations, np.where(first, most, lower), forward=False)
     return missed
 
 

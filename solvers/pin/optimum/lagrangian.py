@@ -281,23 +281,13 @@ def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
 
 
 def _interpolated(own: Segments, short: Array, enough: Array) -> Array:
-    """Interpolate between a too soft and a feasible solution by regula falsi (Illinois)."""
+    """Return the solution between a too soft and a feasible one whose deflection lies slightly inside the limit."""
+    from scipy.optimize import brentq
 
-    def beyond(part: float) -> float:
-        return float(own.deflections(short + part * (enough - short)).sum()) / own.limit - 1.0
+    def room(part: float) -> float:
+        return own.limit / float(own.deflections(short + part * (enough - short)).sum()) - 1.0 - 0.4 * CLOSE
 
-    (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
-    for _ in range(_MAX_ROUNDS):
-        if stiff >= -CLOSE or most - least <= _EPS:
-            break
-        # Aim slightly inside the limit; bisect if the softer solution has no section.
-        share = (soft + 0.4 * CLOSE) / (soft - stiff) if math.isfinite(soft) else 0.5
-        part = least + (most - least) * min(max(share, 0.0), 1.0)
-        off = beyond(part)
-        if off <= 0.0:
-            most, stiff, soft = part, off, 0.5 * soft if last < 0 else soft
-            last = -1
-        else:
-            least, soft, stiff = part, off, 0.5 * stiff if last > 0 else stiff
-            last = 1
-    return short + most * (enough - short)
+    if not room(0.0) < 0.0 < room(1.0):
+        return enough
+    part = brentq(room, 0.0, 1.0, xtol=_EPS, rtol=4.0 * _EPS)
+    return short + (part if room(part) >= -0.4 * CLOSE else 1.0) * (enough - short)

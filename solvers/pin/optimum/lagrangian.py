@@ -33,6 +33,8 @@ _ROUNDING = 1e-14
 """Relative rounding error of a sum over stations."""
 _LIMIT_TOLERANCE = 1e-12
 """Relative tolerance within which a deflection equals the limit."""
+_FIRST_TOLERANCE = 1e-2
+"""Relative step tolerance of the stations in the first round; later it is a thousandth of the deflection's excess."""
 _JUMP_TOLERANCE = 1e-10
 """Relative tolerance of a multiplier at which stations jump, so that none fits the limit."""
 _MIN_JUMP = 1e-6
@@ -42,9 +44,10 @@ _MIN_JUMP = 1e-6
 @kernel
 def minimised(
     lam: float, share: Array, low: Array, bend: Array, shear: Array, reaches: Array, kappa: float, a: float, b: float,
-    pooled: bool, turn: int, u: Array,
+    pooled: bool, turn: int, tolerance: float, u: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Minimise every station at multiplier ``lam``, in place and started from ``u``.
+    """Minimise every station at multiplier ``lam``, in place and started from ``u``, a pin's to a last relative step of
+    ``tolerance``: the error is about its square.
 
     Returns the deflection sum s g and its derivative with respect to lambda, excluding stations that become solid.
     ``pooled``: u (and low) non-decreasing along the stations up to ``turn``, and again from there on. ``reaches``
@@ -64,7 +67,7 @@ def minimised(
         elif k < reaches[i, 1]:
             at[top] = 1.0
         else:
-            at[top] = stationary(k, low[i], reaches[i, 0], bend[i], shear[i], u[i], a, b, TIGHT)
+            at[top] = stationary(k, low[i], reaches[i, 0], bend[i], shear[i], u[i], a, b, tolerance)
         while pooled and top > first and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
@@ -148,10 +151,11 @@ def _search(
     _copy(low, u)
     _copy(low, short)
     lower, upper, found, kept = 0.0, np.inf, np.inf, least
-    reaches, rounds = reaches_of(low, bend, shear, kappa, a, b), 0
+    reaches, rounds, tolerance = reaches_of(low, bend, shear, kappa, a, b), 0, _FIRST_TOLERANCE
     while rounds < _MAX_ROUNDS:
         rounds += 1
-        total, change = minimised(lam, share, low, bend, shear, reaches, kappa, a, b, monotone, turn, u)
+        total, change = minimised(lam, share, low, bend, shear, reaches, kappa, a, b, monotone, turn, tolerance, u)
+        tolerance = max(TIGHT, min(_FIRST_TOLERANCE, 1e-3 * abs(total - 1.0)))
         if total <= 1.0:
             _copy(u, best)
             found = upper = lam

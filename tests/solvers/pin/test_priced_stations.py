@@ -51,7 +51,7 @@ def stations(seed):
 
 def answered(price, share, low, bend, shear, law, u):
     reaches = reaches_of(low, bend, shear, -1.0, law.a, law.b)
-    return minimised(price, share, low, bend, shear, reaches, -1.0, law.a, law.b, False, low.size, u)
+    return minimised(price, share, low, bend, shear, reaches, -1.0, law.a, law.b, False, low.size, 1e-8, u)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])

@@ -291,7 +291,8 @@ def _interpolated(own: Segments, short: Array, enough: Array) -> Array:
     def room(part: float) -> float:
         return own.limit / float(own.deflections(short + part * (enough - short)).sum()) - 1.0 - 0.4 * CLOSE
 
-    if not room(0.0) < 0.0 < room(1.0):
+    soft = room(0.0)
+    if not soft < 0.0 < room(1.0):
         return enough
-    part = brentq(room, 0.0, 1.0, xtol=_EPS, rtol=4.0 * _EPS)
+    part = brentq(room, 0.0, 1.0, xtol=max(0.1 * CLOSE / -soft, _EPS), rtol=4.0 * _EPS)
     return short + (part if room(part) >= -0.4 * CLOSE else 1.0) * (enough - short)

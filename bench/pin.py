@@ -208,30 +208,16 @@ def accuracy_rows() -> list[Row]:
     return rows
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Midpoints(Stations):
     """Evenly spread stations, as a user without Lobatto's rule takes them: one in the middle of every panel."""
 
-    @property
-    def x(self) -> np.ndarray:  # type: ignore[override]
-        return 0.5 * (self.left + self.right)
-
-    @property
-    def rest(self) -> np.ndarray:  # type: ignore[override]
-        return np.zeros_like(self.x)
-
-    @property
-    def side(self) -> np.ndarray:  # type: ignore[override]
-        return self.x
-
-    @property
-    def share(self) -> np.ndarray:  # type: ignore[override]
-        return (self.right - self.left) / self.span
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        self.x = self.side = 0.5 * (self.left + self.right)
+        self.rest, self.share = np.zeros_like(self.x), self.width / self.span
 
     def doubt(self, values: np.ndarray) -> np.ndarray:
-        return np.zeros_like(values)
-
-    def overlooked(self, values: np.ndarray, forward: bool = True) -> np.ndarray:
         return np.zeros_like(values)
 
 

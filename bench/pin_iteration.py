@@ -12,7 +12,8 @@ from oracles.textbook.pin_bore_iteration import factor
 from solvers import pin
 from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.section.criteria import ShearLaw
-from solvers.pin.section.strength import StrengthConstraint, least_wall
+from solvers.pin.section.least_wall import least_wall
+from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.opening import opening_stations
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"

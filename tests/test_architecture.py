@@ -115,8 +115,8 @@ ROOMS = {
         "motion", "masses", "gas", "scene", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
     ),
     "solvers/pin": (
-        "load", "scene", "materials", "limits", "uniform", "stations", "section", "ring", "effects", "optimum",
-        "shapes", "problem", "ring_results", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
+        "load", "scene", "materials", "limits", "stations", "section", "ring", "effects", "optimum",
+        "shapes", "problem", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip
 """The rooms of a wing, or of a large one of these, in the order in which the data flows: each may import those before it."""

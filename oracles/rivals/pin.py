@@ -20,7 +20,7 @@ from solvers import pin
 from solvers.effects import EffectSelection
 from solvers.pin.check import halves_alike, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
-from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.ring import ovalization
 
 ACCURACY = 1e-8

@@ -21,11 +21,12 @@ from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
-from solvers.pin.optimum.discretised import assemble, sought_in
+from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
-from solvers.pin.ring_results import RingResult, ring_of
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
@@ -33,7 +34,7 @@ from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_ma
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import risen
 from solvers.pin.stations.opening import opening_stations
-from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings, where_over
+from solvers.pin.warnings import warnings_of, where_over
 
 Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
@@ -219,7 +220,7 @@ def assess(
         deflection=finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
-        warnings=_warnings(program, limits, walls, use, deflection, found_ring),
+        warnings=warnings_of(scene, limits, where_over(x, use), float(use.max()), x, walls, deflection, found_ring),
     )
 
 
@@ -234,16 +235,3 @@ def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) 
     bore, outer = program.sought.diameters(walls)
     table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)
-
-
-def _warnings(
-    program: Program, limits: Limits, walls: Array, use: Array, deflection: float, found: RingResult | None
-) -> tuple[str, ...]:
-    messages, x = [], program.stations.x
-    over = where_over(x, use)
-    if over is not None:
-        messages.append(exceeded(program.scene, over, float(use.max())))
-    messages += shape_warnings(limits, 0.5 * program.sought.unit_diameter * float(walls.min()), deflection)
-    if found is not None:
-        messages += ring_warnings(program.scene, program.sought, limits, x, walls, found)
-    return tuple(messages)

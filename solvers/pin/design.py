@@ -16,11 +16,12 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_doubt, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.discretised import assemble, sought_in
+from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import bound_reduction
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
 from solvers.pin.shapes.constant import lightest_constant_mass
@@ -158,7 +159,7 @@ def _as_made(
     """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
     estimate."""
     if best.corners is None:
-        return program, program.walls(best.solidity), (), 0.0
+        return program, program.sought.wall_of(best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
     shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
@@ -176,7 +177,7 @@ def _result_doubt(program: Program, best: Found) -> Array:
     which are evaluated on their own stations."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
-    walls = program.walls(best.solidity)
+    walls = program.sought.wall_of(best.solidity)
     doubt, uses = deflection_doubt(program, walls), program.uses(walls)
     # The design never uses more than the full strength.
     return np.maximum(doubt, risen(program.stations, uses, most=1.0))
@@ -188,7 +189,7 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
     stations: Stations = opening_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MAX_COUPLED_STATIONS if coupled else _MAX_STATIONS
-    mass_tolerance, mass_error = (0.5 if coupled else _MASS_ERROR_FRACTION) * accuracy, 1.0
+    mass_tolerance = _MASS_ERROR_FRACTION * accuracy
     result = None
     for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
@@ -198,17 +199,13 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > mass_tolerance * volume
         if not rough:
-            # If tightening the bound is expensive: first to the discretisation error, finally to the accuracy.
-            for gap in (mass_error, accuracy) if coupled and mass_error > accuracy else (accuracy,):
-                best = problem.form.find(program, gap)
-                if best is None:
-                    return None
-                volume, refinement_values = best.volume, best.solidity
-                if best.doubt is not None:
-                    doubt = np.maximum(doubt, best.doubt)
-                mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
-                if mass_error > mass_tolerance and stations.x.size <= most:
-                    break
+            best = problem.form.find(program, accuracy)
+            if best is None:
+                return None
+            volume, refinement_values = best.volume, best.solidity
+            if best.doubt is not None:
+                doubt = np.maximum(doubt, best.doubt)
+            mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
             result = (program, best, mass_error)
             if mass_error <= mass_tolerance:
                 figures = _result_doubt(program, best)

@@ -8,9 +8,9 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.pin.limits import Limits
+from solvers.pin.load.piston_pin import deflection_integrals
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.flexibility import cowper
-from solvers.pin.uniform import deflection_parts
 
 
 @dataclass(frozen=True)
@@ -31,8 +31,9 @@ class Situation:
     @cached_property
     def shear_against_bending(self) -> float:
         """Ratio of shear to bending deflection of the solid pin: (E I0/(G A0)) int Q q/int M m."""
-        bent, sheared = deflection_parts(self.scene)
-        return sheared / bent if bent > 0.0 else 0.0
+        g, m = self.scene.geometry, self.scene.material
+        bend, shear = deflection_integrals(self.scene.force, g.boss_length, g.small_end_length, g.gap)
+        return m.elastic_modulus * g.inertia * shear / (m.shear_modulus * g.area * bend) if bend > 0.0 else 0.0
 
 
 class PinEffect(Protocol):

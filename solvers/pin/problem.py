@@ -7,8 +7,12 @@ from dataclasses import dataclass
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.shapes.free import FREE
-from solvers.pin.shapes.shape import Form
+from solvers.pin.shapes.cone import Cone
+from solvers.pin.shapes.constant import Constant
+from solvers.pin.shapes.free import FREE, Free
+from solvers.pin.shapes.stepped import Stepped
+
+Form = Free | Constant | Stepped | Cone
 
 
 @dataclass(frozen=True)

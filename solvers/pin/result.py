@@ -9,10 +9,9 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.numerics.arrays import Array, Index
-from solvers.numerics.jit import kernel
+from solvers.numerics.arrays import Array
+from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.ring.bearing_pressure import Pressures
-from solvers.pin.ring_results import RingResult
 from solvers.pin.scene import BushingGeometry, Geometry
 
 
@@ -52,29 +51,13 @@ class Sections:
         return Stress(*table)
 
 
-@kernel
-def _kept(table: Array, places: Array, step: float) -> Index:
-    """Indices of the columns to show: one in every ``step``, the ends, those at ``places``, and that of the maximum
+def _kept(table: Array, places: Array, step: float) -> Array:
+    """Whether to show each column: one in every ``step``, the ends, those at ``places``, and that of the maximum
     stress; of equal columns at one place the first."""
-    x, bore, outer, stress = table[0], table[1], table[2], table[5]
-    worst = 0
-    for i in range(1, x.size):
-        if stress[i] > stress[worst] or math.isnan(stress[worst]):
-            worst = i
-    kept, count, last = np.empty(x.size, np.intp), 0, -math.inf
-    for i in range(x.size):
-        must = x[i] == x[0] or x[i] == x[-1] or x[i] == x[worst] or np.any(places == x[i])
-        again = (
-            i > 0
-            and x[i] == x[i - 1]
-            and abs(bore[i] - bore[i - 1]) <= 1e-12 * bore[i - 1]
-            and abs(outer[i] - outer[i - 1]) <= 1e-12 * outer[i - 1]
-        )
-        repeated = again and count > 0 and kept[count - 1] == i - 1
-        if (must and not repeated) or (x[i] - last >= step and not again):
-            kept[count], last = i, x[i]
-            count += 1
-    return kept[:count]
+    x, sizes = table[0], table[1:3]
+    new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
+    places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))
+    return new & (np.isin(x, places) | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from solvers.outcome import Accuracy, EffectReport
 from solvers.pin.limits import Limits
 from solvers.pin.result import PinCheck
-from solvers.pin.ring_results import RingResult
+from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import PinMaterial, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
@@ -32,6 +32,8 @@ def judge(
     effect did not run, the ring is not judged and a caution says so.
     """
     slack = slack_of(accuracy)
+    unjudged = () if check.ring else ("the ring's hoop stress is not judged: the effect ovalization is left out",)
+    with_deflection = () if limits.max_deflection is None else ("shear_deflection",)
     slope = None
     if limits.max_slope is not None:
         along = check.along
@@ -43,7 +45,7 @@ def judge(
             *_of_ring(check.ring, scene.force, scene.material, limits, slack),
             *_of_shape(check.deflection, slope, limits, slack),
         ),
-        (*check.warnings, *_not_judged(check.ring), *_of_deflection(limits, effects)),
+        (*check.warnings, *unjudged, *left_out(effects, with_deflection)),
         doubt(accuracy, designed),
     )
 
@@ -93,18 +95,6 @@ def _of_shape(deflection: float | None, slope: float | None, limits: Limits, sla
     if limits.max_slope is not None:
         found.append(at_most("max_slope", limits.max_slope, slope, slack))
     return tuple(found)
-
-
-def _not_judged(ring: RingResult | None) -> tuple[str, ...]:
-    """Return a caution for each criterion that was not judged."""
-    if ring is not None:
-        return ()
-    return ("the ring's hoop stress is not judged: the effect ovalization is left out",)
-
-
-def _of_deflection(limits: Limits, effects: Iterable[EffectReport]) -> tuple[str, ...]:
-    """Return a caution if shear is left out although the deflection is limited."""
-    return left_out(effects, () if limits.max_deflection is None else ("shear_deflection",))
 
 
 def steepest(x: Array, diameter: Array) -> float:

@@ -8,18 +8,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.limits import Limits
-from solvers.pin.optimum.sought import Sought
-from solvers.pin.ring_results import RingResult
+from solvers.pin.optimum.sought import sought_in
+from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Scene
 
 Array = NDArray[np.float64]
+_SLACK = 1e-9
+"""Relative excess that is not reported."""
 
 
 def where_over(x: Array, use: Array) -> Array | None:
     """First and last position [m] at which a utilisation at stations exceeds 1, linear in between; None: nowhere."""
-    if not (use > 1.0 + 1e-9).any():
+    over = np.flatnonzero(use > 1.0 + _SLACK)
+    if not over.size:
         return None
-    over = np.flatnonzero(use > 1.0 + 1e-9)
     ends = []
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
         place = float(x[inner])
@@ -29,20 +31,41 @@ def where_over(x: Array, use: Array) -> Array | None:
     return np.array(ends)
 
 
-def exceeded(scene: Scene, x: Array, use: float) -> str:
-    """Describe where [m] and by how much the strength is exceeded."""
-    by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
-    return f"the strength is exceeded {_place(scene, x)}, {by}"
+def warnings_of(
+    scene: Scene, limits: Limits, over: Array | None, use: float, x: Array, walls: Array, deflection: float,
+    ring: RingResult | None,
+) -> tuple[str, ...]:  # fmt: skip
+    """Return what is exceeded, where and by how much.
 
-
-def shape_warnings(limits: Limits, least: float, deflection: float) -> list[str]:
-    """Return warnings for a minimum wall [m] and a deflection [m] beyond their limits."""
-    messages = []
-    if least < limits.min_wall * (1.0 - 1e-9):
+    ``over``: first and last position [m] at which the greatest utilisation ``use`` exceeds 1; ``walls`` at positions x
+    [m] and the ``deflection`` [m] as in the check; ``ring``: None if it is not judged.
+    """
+    messages, sought = [], sought_in(scene)
+    if over is not None:
+        by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
+        messages.append(f"the strength is exceeded {_place(scene, over)}, {by}")
+    least = 0.5 * sought.unit_diameter * float(walls.min())
+    if least < limits.min_wall * (1.0 - _SLACK):
         messages.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
-    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + 1e-9):
+    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + _SLACK):
         messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
-    return messages
+    if ring is None or scene.force == 0.0:
+        return tuple(messages)
+    # The beam model does not cover the ring.
+    if limits.max_ovalization is not None and not _within(ring.ovalization_max, limits.max_ovalization):
+        messages.append("the ovalization exceeds its limit")
+    allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
+    if not _within(ring.stress_max, allowable):
+        thin, where = sought.over_ring_stress(scene, allowable, walls)
+        if thin.any():
+            place = _place(scene, x[thin])
+            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")
+    return tuple(messages)
+
+
+def _within(value: float | None, limit: float) -> bool:
+    """Whether a result keeps a limit; None: it is infinite."""
+    return value is not None and value <= limit * (1.0 + _SLACK)
 
 
 def _place(scene: Scene, x: Array) -> str:
@@ -57,21 +80,3 @@ def _span(x: Array) -> str:
     """Describe the range of positions [m]."""
     first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
     return f"at {first} mm" if first == last else f"between {first} and {last} mm"
-
-
-def ring_warnings(scene: Scene, sought: Sought, limits: Limits, x: Array, walls: Array, found: RingResult) -> list[str]:
-    """Return warnings for ring failure, which the beam model does not cover; walls at positions x [m]."""
-    messages: list[str] = []
-    if scene.force == 0.0:
-        return messages
-    if limits.max_ovalization is not None and (
-        found.ovalization_max is None or found.ovalization_max > limits.max_ovalization * (1.0 + 1e-9)
-    ):
-        messages.append("the ovalization exceeds its limit")
-    allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
-    if found.stress_max is None or found.stress_max > allowable * (1.0 + 1e-9):
-        thin, where = sought.over_ring_stress(scene, allowable, walls)
-        if thin.any():
-            place = _place(scene, x[thin])
-            messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")
-    return messages

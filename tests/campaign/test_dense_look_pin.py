@@ -115,7 +115,7 @@ class Bar:
         D, ratio, _ = self.section(part, RINGS)
         m = self.scene.material
         rings = (
-            ovalization.ring(self.scene.force, d, self.length, r, m.elastic_modulus, m.poisson).stresses.greatest
+            ovalization.ring(self.scene.force, d, self.length, r, m.elastic_modulus, m.poisson).greatest
             for d, r in zip(D, ratio, strict=True)
             if 0.3 <= r < 1.0 - 1e-5
         )

@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import require
-from solvers.pin.closed_form.kernel import Pins
-from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
+from solvers.pin.closed_form.kernel import Pins, demand_rows, evaluated, law_row
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion

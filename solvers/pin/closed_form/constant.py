@@ -6,13 +6,13 @@ import numpy as np
 
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.discretised import sought_in
+from solvers.pin.load.piston_pin import deflection_integrals
 from solvers.pin.optimum.lagrangian import Segments, weigh_segments
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.section.strength import strength_constraints
-from solvers.pin.uniform import deflection_parts
 
 
 def forces_at_ends(scene: Scene) -> InternalForces:
@@ -40,8 +40,9 @@ def lightest_share(scene: Scene, limits: Limits, criterion: Criterion, shears: b
     least = float(sought.solidity_of(np.float64(wall)))
     if limits.max_deflection is None or scene.force == 0.0:
         return least
-    bend, shear = deflection_parts(scene)
-    sections = np.array([bend]), np.array([shear if shears else 0.0])
+    g, (stiff, stiff_in_shear) = scene.geometry, sought.stiffness(scene)
+    bend, shear = deflection_integrals(scene.force, g.boss_length, g.small_end_length, g.gap)
+    sections = np.array([bend / stiff]), np.array([shear / stiff_in_shear if shears else 0.0])
     whole = Segments(np.ones(1), *sections, limits.max_deflection, sought.kappa, cowper(scene.material.poisson), 1)
     found = weigh_segments(whole, np.array([least]), False)
     return None if found is None else float(found.solidity[0])

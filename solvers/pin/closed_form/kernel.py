@@ -26,9 +26,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.parallel import in_slices
+from solvers.pin.scene import PinMaterial
+from solvers.pin.section.criteria import Criterion
 
 Array = NDArray[np.float64]
 
+_MAX_DEMANDS = 3
 _BISECTIONS = 60
 _GAUSS = 0.5 / math.sqrt(3.0)
 _TIE_TOLERANCE = 1.0 + 1e-14
@@ -197,3 +201,31 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         out.first_over[i], out.last_over[i] = first, last
         out.moment[i], out.force[i] = _forces(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
         out.solid[i] = solid
+
+
+def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
+    """Return the strength constraints in the layout of ``Pins``, (3, 3)."""
+    rows = np.zeros((_MAX_DEMANDS, 3))
+    for row, factors in zip(rows, criterion.factors, strict=False):
+        row[:] = factors.bending / material.allowable_stress, factors.shear / material.allowable_stress, 1.0
+    if material.allowable_shear is not None:
+        rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
+    return rows
+
+
+def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
+    """Return the coefficients c0, c1, c2 of a tube's maximum shear stress under the criterion."""
+    law = criterion.law(material)
+    return law.c0, law.c1, law.c2
+
+
+def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:
+    """Run ``evaluate`` on all pins, divided into one slice per thread."""
+    count = walls.shape[0]
+    out = Results(*(np.empty(count) for _ in Results._fields))
+
+    def solve(part: slice) -> None:
+        evaluate(Pins(*(a[part] for a in pins)), ends[part], walls[part], Results(*(a[part] for a in out)))
+
+    in_slices(solve, count, threads)
+    return out

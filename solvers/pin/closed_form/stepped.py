@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -11,20 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.closed_form.constant import lightest_share
-from solvers.pin.closed_form.kernel import Pins, Results
-from solvers.pin.closed_form.rows import demand_rows, evaluated, law_row
+from solvers.pin.closed_form.kernel import Pins, Results, demand_rows, evaluated, law_row
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.optimum.discretised import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
-from solvers.pin.ring_results import RingResult, ring_of
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.given import Profile
-from solvers.pin.warnings import exceeded, ring_warnings, shape_warnings
+from solvers.pin.warnings import warnings_of
 
 Array = NDArray[np.float64]
 
@@ -99,6 +98,8 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
     use, deflection = max(found.criterion, found.shear), found.deflection
+    walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.steps.ends), 2)[1:-1]
+    over = None if math.isnan(found.first_over) else np.array([found.first_over, found.last_over])
     ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
     solid_mass = m.density * g.area * g.length
     return PinCheck(
@@ -111,7 +112,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         bore_mid=bores[-1],
         max_outer=g.outer_diameter,
         outer_mid=g.outer_diameter,
-        least_wall=0.5 * max(g.outer_diameter - max(bores), 0.0),
+        least_wall=0.5 * float(walls.min()),
         max_moment=found.moment,
         max_shear=found.force,
         equivalent_stress_max=finite(m.allowable_stress * found.criterion),
@@ -121,7 +122,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         deflection=finite(deflection),
         ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
-        warnings=_warnings(pin, found, ring),
+        warnings=warnings_of(scene, pin.limits, over, use, x, np.repeat(walls / g.outer_diameter, 2), deflection, ring),
     )
 
 
@@ -133,17 +134,3 @@ def _constant_mass(pin: Stepped) -> float | None:
 
 def _capacity(pin: Stepped, solid: float) -> float:
     return pin.scene.force / solid if pin.scene.force > 0.0 else force_limit(pin.scene, pin.criterion)
-
-
-def _warnings(pin: Stepped, found: Results, ring: RingResult | None) -> tuple[str, ...]:
-    """Return the warnings, as ``check`` words them."""
-    scene, limits, steps, messages = pin.scene, pin.limits, pin.steps, []
-    outer, use = scene.geometry.outer_diameter, max(found.criterion, found.shear)
-    if use > 1.0 + 1e-9:
-        messages.append(exceeded(scene, np.array([found.first_over, found.last_over]), use))
-    walls = np.maximum(outer - np.array(steps.bores), 0.0)
-    messages += shape_warnings(limits, 0.5 * float(walls.min()), found.deflection)
-    if ring is not None:
-        x = np.stack([(0.0, *steps.ends[:-1]), steps.ends], axis=1).ravel()
-        messages += ring_warnings(scene, sought_in(scene), limits, x, np.repeat(walls / outer, 2), ring)
-    return tuple(messages)

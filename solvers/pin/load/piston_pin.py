@@ -50,6 +50,18 @@ def piston_pin_case(force: float, boss_length: float, small_end_length: float, g
     )
 
 
+def deflection_integrals(force: float, boss_length: float, small_end_length: float, gap: float) -> tuple[float, float]:
+    """Return the integrals of M m [N m^3] and Q q [N m] along the pin, m and q as in ``weigh_deflection``.
+
+    2 P [a delta^2/24 + delta^3/12 + c (delta h + h^2/2)/2 + delta b^2/48 + 5 b^3/768] and 2 P [delta/4 + b/16], with
+    c = a/6 + delta/2 and h = b/2.
+    """
+    a, b, h = boss_length, small_end_length, 0.5 * small_end_length
+    bend = a * gap**2 / 24.0 + gap**3 / 12.0 + 0.5 * (a / 6.0 + 0.5 * gap) * (gap * h + 0.5 * h * h)
+    bend += gap * b * b / 48.0 + 5.0 * b**3 / 768.0
+    return 2.0 * force * bend, 2.0 * force * (0.25 * gap + b / 16.0)
+
+
 @kernel
 def weigh_deflection(
     x: Array, rest: Array, side: Array, left: float, right: float, right_rest: float, moment: Array, shear: Array,

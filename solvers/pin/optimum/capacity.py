@@ -19,7 +19,6 @@ from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MAX_PASSES = 60
-_EDGE_BISECTIONS = 60
 _ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
 """Widening of the bracket of log D at both ends, and the tolerance of the root."""
 
@@ -69,6 +68,8 @@ def force_limit_of(program: Program) -> float:
 
 def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
     """Return the range of the whole pin in which the solid section fails; None if it does not."""
+    from scipy.optimize import brentq
+
     worst, place = greatest_utilisation(scene, criterion)
     if worst <= 1.0:
         return None
@@ -78,15 +79,11 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
     fails = solid_utilisation(scene, criterion, x, side) > 1.0
     inside = np.append(x[fails], place)
 
+    def excess(at: float) -> float:
+        return float(solid_utilisation(scene, criterion, *np.array([[at], [at]]))[0]) - 1.0
+
     def edge(good: float, bad: float) -> float:
-        for _ in range(_EDGE_BISECTIONS):
-            middle = 0.5 * (good + bad)
-            at = np.array([middle])
-            if solid_utilisation(scene, criterion, at, at)[0] > 1.0:
-                bad = middle
-            else:
-                good = middle
-        return bad
+        return brentq(excess, good, bad) if excess(good) < 0.0 < excess(bad) else bad
 
     first, last = float(inside.min()), float(inside.max())
     before, behind = x[(x < first) & ~fails], x[(x > last) & ~fails]

@@ -44,9 +44,7 @@ class _Solution:
 
     solidity: Array
     multiplier: float
-    rise: Array
-    fall: Array
-    order: Array
+    between: Neighbours
     status: str
 
 
@@ -69,24 +67,21 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     u = cp.Variable(n)
     lowered = np.minimum(low, 1.0)
     constraints = [u >= lowered, u <= 1.0]
-    deflection = None
-    if program.limit is not None:
-        bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
-        bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
-        s, point = shear[shears], at[shears]
-        drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
-        parts = [
-            _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
-            _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
-            _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
-            _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
-            float(drop.sum()) + drop_slope @ (u[shears] - point),
-        ]
-        deflection = sum(parts) <= 1.0
-        constraints.append(deflection)
-    rise = fall = None
+    bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
+    bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
+    s, point = shear[shears], at[shears]
+    drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
+    parts = [
+        _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
+        _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
+        _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
+        _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
+        float(drop.sum()) + drop_slope @ (u[shears] - point),
+    ]
+    deflection = sum(parts) <= 1.0
+    constraints.append(deflection)
+    rise, fall, reach = None, None, reaches(program)
     if program.limits.max_slope is not None:
-        reach = reaches(program)
         root = cp.Variable(n)
         constraints.append(cp.SOC(2.0 - u, cp.vstack([2.0 * root, u])))
         room = cp.multiply(reach, root[:-1] + root[1:])
@@ -111,21 +106,19 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
         return None
     if u.value is None:
         return None
-    none = np.zeros(n - 1)
-    up = none if rise is None else np.maximum(np.asarray(rise.dual_value), 0.0)
-    down = none if fall is None else np.maximum(np.asarray(fall.dual_value), 0.0)
-    order = np.zeros(n - 1)
+    up, down, order = np.zeros((3, n - 1))
+    if rise is not None:
+        up, down = (np.maximum(np.asarray(constraint.dual_value), 0.0) for constraint in (rise, fall))
     for part, constraint, sign in narrowing:
         # u non-decreasing: u_i - u_{i+1} <= 0, a flow from i + 1 to i; reversed beyond the middle.
         order[part] = sign * np.maximum(np.asarray(constraint.dual_value), 0.0)
-    value = 0.0 if deflection is None else max(float(deflection.dual_value), 0.0)
-    return _Solution(np.asarray(u.value), value, up, down, order, str(problem.status))
+    value = max(float(deflection.dual_value), 0.0)
+    return _Solution(np.asarray(u.value), value, Neighbours(up, down, reach, order), str(problem.status))
 
 
 def reaches(program: Program) -> Array:
-    """Return k_i = s h_i/D between neighbouring stations, (n - 1,)."""
-    slope = program.limits.max_slope
-    return slope * np.diff(program.stations.x) / program.scene.geometry.outer_diameter
+    """Return k_i = s h_i/D between neighbouring stations, (n - 1,); 0 without a slope limit."""
+    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.scene.geometry.outer_diameter
 
 
 def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
@@ -136,7 +129,7 @@ def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
 
     def ok(part: float) -> bool:
         v = u + part * (1.0 - u)
-        return bool(np.all(v >= low)) and (program.limit is None or program.deflection(v) <= program.limit)
+        return bool(np.all(v >= low)) and program.deflection(v) <= program.limit
 
     if not ok(1.0):
         return None
@@ -153,7 +146,7 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
     """Find the lightest bore under a deflection limit, optionally with a slope limit and narrowing toward the
     middle."""
     solid = np.ones_like(low)
-    if program.limit is not None and program.deflection(solid) > program.limit:
+    if program.deflection(solid) > program.limit:
         return None
     weighed = weigh(program, low, drillable)
     first = low if weighed is None else gentle(program, weighed.solidity)
@@ -169,11 +162,7 @@ def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found |
         feasible = toward_solid(program, gentle(program, shaped), low)
         if feasible is not None and program.volume(feasible) < program.volume(found):
             found = feasible
-        reach = reaches(program) if program.limits.max_slope is not None else np.zeros(low.size - 1)
-        bound = max(
-            bound,
-            coupled_bound(program, low, answer.multiplier, Neighbours(answer.rise, answer.fall, reach, answer.order)),
-        )
+        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.between))
         if program.volume(found) - bound <= _GAP_FRACTION * gap * bound:
             break
         if rounds > 1 and before - (program.volume(found) - bound) <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:

@@ -9,25 +9,15 @@ from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.load.piston_pin import weigh_deflection
-from solvers.pin.optimum.bore_sought import BoreSought
-from solvers.pin.optimum.outside_sought import OutsideSought
 from solvers.pin.optimum.program import Program
-from solvers.pin.optimum.sought import Sought
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.optimum.sought import sought_in
+from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, cowper
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
-
-
-def sought_in(scene: Scene) -> Sought:
-    """Return which diameter is sought: the one the geometry does not give."""
-    g = scene.geometry
-    if isinstance(g, BushingGeometry):
-        return OutsideSought(g.bore, g.bore)
-    return BoreSought(g.outer_diameter, g.outer_diameter)
 
 
 def constraints_at(

@@ -30,15 +30,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.lagrangian import monotone_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import chord, flexibilities, inflection, line_from, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
-_SUFFICIENT_GAP, _SEARCH_RANGE, _SEARCH_ITERATIONS = 1e-7, 0.2, 14
-"""Gap below which the multiplier is not improved; relative search interval, and iterations."""
 _DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
 """Relative agreement below which two deflections are equal; upper estimate of the relative mass change per relative
 deflection change."""
@@ -208,29 +205,6 @@ def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float,
                 least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
             total += 0.5 * (levels[k + 1] - levels[k]) * least
     return total
-
-
-def dual_bound(program: Program, low: Array, multiplier: float, u: Array, monotone: bool) -> float:
-    """Return a lower bound, valid for any multiplier, of the volume above ``low`` under the deflection limit.
-
-    With ``monotone`` u is non-decreasing toward the middle. That bound is concave in the multiplier, and a jump to the
-    solid section can make the solution's multiplier suboptimal: if the gap is significant, a better one is sought.
-    """
-    if not monotone:
-        return pointwise_bound(program, low, multiplier, u)
-    bound = monotone_bound(program, low, multiplier, u)
-    if math.isinf(multiplier) or bound >= program.volume(u) * (1.0 - _SUFFICIENT_GAP):
-        return bound
-
-    from scipy.optimize import minimize_scalar
-
-    def loss(factor: float) -> float:
-        price = factor * multiplier
-        return -monotone_bound(program, low, price, monotone_at(program, low, price, u))
-
-    around = 1.0 - _SEARCH_RANGE, 1.0 + _SEARCH_RANGE
-    found = minimize_scalar(loss, bounds=around, method="bounded", options={"maxiter": _SEARCH_ITERATIONS})
-    return max(bound, -float(found.fun))
 
 
 @dataclass(frozen=True)

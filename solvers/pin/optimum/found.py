@@ -1,4 +1,9 @@
-"""Result of a shape search."""
+"""Result of a shape search.
+
+Every form of ``solvers.pin.shapes`` has ``find(program, gap)``: the lightest profile on the program's stations, whose
+``lower`` contains no NaN, with its bound within ``gap`` if the form can achieve that; None if even the solid pin
+exceeds the deflection limit.
+"""
 
 from __future__ import annotations
 

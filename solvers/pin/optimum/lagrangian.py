@@ -20,10 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import densities, place
 from solvers.pin.optimum.program import Program, Weighed
-from solvers.pin.optimum.station_minimum import all_lightest, reaches
-from solvers.pin.section.flexibility import ShearFlexibility, curvatures, flexibilities, slopes
+from solvers.pin.optimum.station_minimum import TIGHT, minimiser, reach, stationary
+from solvers.pin.section.flexibility import ShearFlexibility, curvatures, densities, flexibilities, slopes
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
@@ -34,31 +33,41 @@ _ROUNDING = 1e-14
 """Relative rounding error of a sum over stations."""
 _LIMIT_TOLERANCE = 1e-12
 """Relative tolerance within which a deflection equals the limit."""
+_FIRST_TOLERANCE = 1e-2
+"""Relative step tolerance of the stations in the first round; later it is a thousandth of the deflection's excess."""
+_JUMP_TOLERANCE = 1e-10
+"""Relative tolerance of a multiplier at which stations jump, so that none fits the limit."""
 _MIN_JUMP = 1e-6
 """Difference of two equally good walls above which it is a jump, not rounding."""
-_INITIAL_TOLERANCE, _FINAL_TOLERANCE = 1e-2, 1e-8
-"""Relative step tolerance of the stations in the first and in the last rounds."""
 
 
 @kernel
-def _one_by_one(
-    lam: float, share: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
-    pooled: bool, turn: int, u: Array,
+def minimised(
+    lam: float, share: Array, low: Array, bend: Array, shear: Array, reaches: Array, kappa: float, a: float, b: float,
+    pooled: bool, turn: int, tolerance: float, u: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """As ``all_lightest`` station by station, for bushings too.
+    """Minimise every station at multiplier ``lam``, in place and started from ``u``, a pin's to a last relative step of
+    ``tolerance``: the error is about its square.
 
-    ``pooled``: u (and low) non-decreasing along the stations up to ``turn``, and again from there on.
+    Returns the deflection sum s g and its derivative with respect to lambda, excluding stations that become solid.
+    ``pooled``: u (and low) non-decreasing along the stations up to ``turn``, and again from there on. ``reaches``
+    (n, 2): ``reach`` of a pin's stations, unused for a bushing.
     """
     n = u.size
     w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     count = np.empty(n, dtype=np.int64)
-    top, first = -1, 0
+    top, first, k = -1, 0, 1.0 / lam
     for i in range(n):
         top += 1
         if i == turn:
             first = top
         w[top], wb[top], ws[top], lo[top], count[top] = share[i], share[i] * bend[i], share[i] * shear[i], low[i], 1
-        at[top] = place(lam, w[top], wb[top], ws[top], lo[top], u[i], kappa, a, b)
+        if kappa >= 0.0:
+            at[top] = minimiser(lam, 1.0, bend[i], shear[i], low[i], u[i], kappa, a, b)
+        elif k < reaches[i, 1]:
+            at[top] = 1.0
+        else:
+            at[top] = stationary(k, low[i], reaches[i, 0], bend[i], shear[i], u[i], a, b, tolerance)
         while pooled and top > first and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
@@ -66,22 +75,31 @@ def _one_by_one(
             lo[top - 1] = lo[top]
             count[top - 1] += count[top]
             top -= 1
-            at[top] = place(lam, w[top], wb[top], ws[top], lo[top], at[top], kappa, a, b)
+            at[top] = minimiser(lam, w[top], wb[top], ws[top], lo[top], at[top], kappa, a, b)
     total, change, i = 0.0, 0.0, 0
-    for k in range(top + 1):
-        x = at[k]
-        for _ in range(count[k]):
+    for block in range(top + 1):
+        x = at[block]
+        for _ in range(count[block]):
             u[i] = x
             i += 1
-        if wb[k] == 0.0 and ws[k] == 0.0:
+        if wb[block] == 0.0 and ws[block] == 0.0:
             continue
         f, g = flexibilities(x, kappa, a, b)
-        total += wb[k] * f + ws[k] * g
-        if lo[k] < x and (kappa >= 0.0 or x < 1.0):
+        total += wb[block] * f + ws[block] * g
+        if lo[block] < x and (kappa >= 0.0 or x < 1.0):
             (df, dg), (d2f, d2g) = slopes(x, kappa, a, b), curvatures(x, kappa, a, b)
-            slope, curve = wb[k] * df + ws[k] * dg, max(wb[k] * d2f + ws[k] * d2g, 1e-300)
+            slope, curve = wb[block] * df + ws[block] * dg, max(wb[block] * d2f + ws[block] * d2g, 1e-300)
             change -= slope * slope / (lam * curve)
     return total, change
+
+
+@kernel
+def reaches_of(low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """``reach`` of a pin's stations, (n, 2); empty for a bushing."""
+    found = np.empty((low.size if kappa < 0.0 else 0, 2))
+    for i in range(found.shape[0]):
+        found[i, 0], found[i, 1] = reach(low[i], bend[i], shear[i], a, b)
+    return found
 
 
 @kernel
@@ -133,35 +151,22 @@ def _search(
     _copy(low, u)
     _copy(low, short)
     lower, upper, found, kept = 0.0, np.inf, np.inf, least
-    top, solid_below = np.empty(low.size), np.empty(low.size)
-    together = kappa < 0.0 and not monotone
-    if together:
-        reaches(low, bend, shear, a, b, top, solid_below)
-    step_tolerance = _INITIAL_TOLERANCE if together else 0.0
-    rounds = 0
+    reaches, rounds, tolerance = reaches_of(low, bend, shear, kappa, a, b), 0, _FIRST_TOLERANCE
     while rounds < _MAX_ROUNDS:
         rounds += 1
-        if not together:
-            total, change = _one_by_one(lam, share, low, bend, shear, kappa, a, b, monotone, turn, u)
-        else:
-            total, change = all_lightest(
-                lam, share, low, top, solid_below, bend, shear, a, b, u, rounds == 1, step_tolerance
-            )  # fmt: skip
-        # A station's error is about the square of its last step: within that error the sign of total - 1 is undecided.
-        known = step_tolerance <= _FINAL_TOLERANCE or abs(total - 1.0) > step_tolerance * step_tolerance
+        total, change = minimised(lam, share, low, bend, shear, reaches, kappa, a, b, monotone, turn, tolerance, u)
+        tolerance = max(TIGHT, min(_FIRST_TOLERANCE, 1e-3 * abs(total - 1.0)))
         if total <= 1.0:
             _copy(u, best)
-            found, kept = lam, total
-            upper = lam if known else upper
+            found = upper = lam
+            kept = total
             if total >= 1.0 - CLOSE:
                 break
-        elif known:
+        else:
             lower = lam
             _copy(u, short)
-        if upper < np.inf and upper - lower <= 2.0 * _EPS * upper:
+        if upper < np.inf and upper - lower <= _JUMP_TOLERANCE * upper:
             break
-        if together:
-            step_tolerance = max(_FINAL_TOLERANCE, min(_INITIAL_TOLERANCE, 0.01 * abs(total - 1.0)))
         # 1/total^2 is nearly linear in lambda; aim slightly inside the limit.
         new = np.nan
         if change < 0.0:
@@ -263,20 +268,6 @@ def weigh_segments(own: Segments, low: Array, monotone: bool) -> Weighed | None:
     return Weighed(best, multiplier, rounds)
 
 
-def monotone_at(program: Program, low: Array, multiplier: float, start: Array) -> Array:
-    """Return the walls that minimise the Lagrangian at a multiplier, non-decreasing toward the middle."""
-    law, n = program.law, low.size
-    order = np.concatenate([np.arange(program.anchor), np.arange(n - 1, program.anchor - 1, -1)])
-    u = start[order]
-    _one_by_one(
-        multiplier, program.share[order], low[order], program.bending[order] / program.limit,
-        program.shear[order] / program.limit, program.sought.kappa, law.a, law.b, True, program.anchor, u,
-    )  # fmt: skip
-    found = np.empty(n)
-    found[order] = u
-    return found
-
-
 def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
     """Move as many of the jumping stations from ``short`` to ``enough`` as the limit requires; one is interpolated."""
     jump = np.flatnonzero(enough - short > _MIN_JUMP)
@@ -294,23 +285,14 @@ def _partial_jump(own: Segments, short: Array, enough: Array) -> Array:
 
 
 def _interpolated(own: Segments, short: Array, enough: Array) -> Array:
-    """Interpolate between a too soft and a feasible solution by regula falsi (Illinois)."""
+    """Return the solution between a too soft and a feasible one whose deflection lies slightly inside the limit."""
+    from scipy.optimize import brentq
 
-    def beyond(part: float) -> float:
-        return float(own.deflections(short + part * (enough - short)).sum()) / own.limit - 1.0
+    def room(part: float) -> float:
+        return own.limit / float(own.deflections(short + part * (enough - short)).sum()) - 1.0 - 0.4 * CLOSE
 
-    (least, soft), (most, stiff), last = (0.0, beyond(0.0)), (1.0, beyond(1.0)), 0
-    for _ in range(_MAX_ROUNDS):
-        if stiff >= -CLOSE or most - least <= _EPS:
-            break
-        # Aim slightly inside the limit; bisect if the softer solution has no section.
-        share = (soft + 0.4 * CLOSE) / (soft - stiff) if math.isfinite(soft) else 0.5
-        part = least + (most - least) * min(max(share, 0.0), 1.0)
-        off = beyond(part)
-        if off <= 0.0:
-            most, stiff, soft = part, off, 0.5 * soft if last < 0 else soft
-            last = -1
-        else:
-            least, soft, stiff = part, off, 0.5 * stiff if last > 0 else stiff
-            last = 1
-    return short + most * (enough - short)
+    soft = room(0.0)
+    if not soft < 0.0 < room(1.0):
+        return enough
+    part = brentq(room, 0.0, 1.0, xtol=max(0.1 * CLOSE / -soft, _EPS), rtol=4.0 * _EPS)
+    return short + (part if room(part) >= -0.4 * CLOSE else 1.0) * (enough - short)

@@ -17,11 +17,10 @@ from numpy.typing import NDArray
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.sought import Sought
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.section.flexibility import ShearFlexibility, densities
 from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.lobatto_panels import NODES, Stations
 
@@ -87,10 +86,6 @@ class Program:
     def deflection(self, u: Array) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""
         return float(self.share @ self.densities(u))
-
-    def walls(self, u: Array) -> Array:
-        """Walls of u at the stations, to the precision of the constraints."""
-        return self.sought.walls(self.constraints, self.floor, u)
 
     def uses(self, walls: Array) -> Array:
         """Strength utilisation of the criterion and of the shear allowable, (2, n)."""

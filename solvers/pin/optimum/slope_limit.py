@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.program import Program
+from solvers.pin.stations.between_nodes import overlooked
 
 Array = NDArray[np.float64]
 
@@ -28,5 +29,5 @@ def missed_by_slope(program: Program, low: Array) -> Array:
     """Return the volume underestimated between stations by a slope-limited shape, per panel."""
     stations, slope, sought = program.stations, program.limits.max_slope, program.sought
     thick, reach = sought.unit_diameter * sought.wall_of(low), slope * stations.x
-    missed = stations.overlooked(thick + reach) + stations.overlooked(thick - reach, forward=False)
+    missed = overlooked(stations, thick + reach) + overlooked(stations, thick - reach, forward=False)
     return sought.growth(float(thick.max())) * missed

@@ -13,14 +13,18 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.pin.limits import Limits
-from solvers.pin.scene import Scene
+from solvers.pin.ring import ovalization
+from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.section.least_wall import least_gap, least_wall
 from solvers.pin.section.strength import StrengthConstraint, uses
 
 Array = NDArray[np.float64]
@@ -66,10 +70,6 @@ class Sought(ABC):
     def fitted(self, walls: Array, length: float) -> Sought:
         """Return a copy with its length unit set, if that depends on the walls."""
         return self
-
-    def walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, u: Array) -> Array:
-        """Walls of u at the constraints' stations, to the precision of the constraints."""
-        return self.wall_of(u)
 
     @property
     def _sign(self) -> float:
@@ -122,6 +122,114 @@ class Sought(ABC):
     def growth(self, thickest: float) -> float:
         """Maximum derivative of u with respect to t [1/m], up to the thickest t [m]."""
         return 2.0 * (self.given + max(self._sign, 0.0) * thickest) / self.unit**2
+
+
+class BoreSought(Sought):
+    """The bore of a pin with outer diameter ``given`` D [m].
+
+    u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D, and the deflection coefficients are
+    those of the solid section.
+    """
+
+    kappa: ClassVar[float] = -1.0
+
+    @property
+    def unit_diameter(self) -> float:
+        return self.given
+
+    def floor(self, scene: Scene, limits: Limits) -> float:
+        """Minimum relative wall under the limits; NaN if even a solid pin violates them. Raises InvalidInput for a
+        minimum wall above the radius."""
+        m = scene.material
+        floor = 2.0 * limits.min_wall / self.given
+        if floor > 1.0:
+            raise InvalidInput("limits.min_wall", "is more than the pin's radius", "at most half the outer diameter")
+        if scene.force == 0:
+            return floor
+        of_pin = scene.force, self.given, scene.geometry.length, m.elastic_modulus, m.poisson
+        for limit, greatest in (
+            (limits.max_ovalization, ovalization.greatest_ratio),
+            (limits.max_ring_stress, ovalization.ratio_within_stress),
+        ):
+            ratio = None if limit is None else greatest(limit, *of_pin)
+            if ratio is not None:
+                floor = max(floor, 1.0 - ratio)
+            elif limit is not None:
+                return math.nan
+        return floor
+
+    def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
+        return least_wall(constraints, floor, stations)
+
+    def diameters(self, walls: Array) -> tuple[Array, Array]:
+        return self.sizes(walls), np.full_like(walls, self.given)
+
+    def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
+        m = scene.material
+        of_pin = scene.force, self.given, scene.geometry.length, m.elastic_modulus, m.poisson
+        ratio = ovalization.ratio_within_stress(allowable, *of_pin) or ovalization.MIN_HOOP_RATIO
+        return 1.0 - walls > ratio, f"the bore is wider than {ratio * self.given * 1e3:.4g} mm"
+
+
+class OutsideSought(Sought):
+    """The outer diameter of a bushing with bore ``given`` d [m], or of a shaft, d = 0.
+
+    The length unit of u is the bore (for a shaft: a length scale from the load), walls are t = D - d [m]. Both
+    flexibilities are convex and decreasing for u > 0: a feasible bushing exists for every finite load and every
+    deflection limit.
+    """
+
+    unit_diameter: ClassVar[float] = 1.0
+
+    @property
+    def kappa(self) -> float:
+        return 1.0 if self.given > 0.0 else 0.0
+
+    def floor(self, scene: Scene, limits: Limits) -> float:
+        """Minimum D - d [m] under the limits; inf if even a solid bar, whose ovalization is independent of its
+        diameter, exceeds the ovalization limit."""
+        length, m, floor = scene.geometry.length, scene.material, 2.0 * limits.min_wall
+        if scene.force == 0:
+            return floor
+        if limits.max_ring_stress is not None:
+            outer = ovalization.outer_within_stress(
+                limits.max_ring_stress, scene.force, self.given, length, m.elastic_modulus, m.poisson
+            )
+            floor = max(floor, outer - self.given)
+        if limits.max_ovalization is None:
+            return floor
+        ratio = ovalization.greatest_ratio(
+            limits.max_ovalization, scene.force, 1.0, length, m.elastic_modulus, m.poisson
+        )
+        if ratio is None:
+            return math.inf
+        if ratio > 0.0:
+            return max(floor, self.given * (1.0 - ratio) / ratio)
+        return math.inf if self.given > 0.0 else floor
+
+    def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
+        return least_gap(constraints, self.given, floor, stations)
+
+    def fitted(self, walls: Array, length: float) -> OutsideSought:
+        return replace(self, unit=self.given or float(walls.max()) or length)
+
+    def diameters(self, walls: Array) -> tuple[Array, Array]:
+        return np.full_like(walls, self.given), self.sizes(walls)
+
+    def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
+        m = scene.material
+        outer = ovalization.outer_within_stress(
+            allowable, scene.force, self.given, scene.geometry.length, m.elastic_modulus, m.poisson
+        )
+        return self.sizes(walls) < outer, f"the outer diameter is less than {outer * 1e3:.4g} mm"
+
+
+def sought_in(scene: Scene) -> Sought:
+    """Return which diameter is sought: the one the geometry does not give."""
+    g = scene.geometry
+    if isinstance(g, BushingGeometry):
+        return OutsideSought(g.bore, g.bore)
+    return BoreSought(g.outer_diameter, g.outer_diameter)
 
 
 @kernel

@@ -1,16 +1,16 @@
-"""Global minimisation of each station's Lagrangian term over u, for many stations at once.
+"""Global minimum of one station's term of the Lagrangian over u, for pins and bushings.
 
-At multiplier lambda a station costs u + lambda g, g = bend/v + shear phi. Where g is concave near the solid section
-its convex envelope (``solvers.pin.section.flexibility``) has the same minimum: the minimiser is solid if 1/lambda is
-less than the slope of the envelope's linear part, and otherwise lies below the start of that part, where g is convex
-and lambda g' = -1. With the partial fractions of g' that is
+At multiplier lambda a station costs u + lambda h, h = bend f + shear g, with f and g, kappa and Cowper's constants a
+and b of ``solvers.pin.section.flexibility``. A bushing's cost is convex. Where a pin's h is concave near the solid
+section its convex envelope has the same minimum: the minimiser is solid if 1/lambda is less than the slope of the
+envelope's linear part, and otherwise lies below the start of that part, where h is convex and lambda h' = -1. With
+the partial fractions of h' that is
 
     A/u^2 = k + E(u),   E = C/c^2 - D/c^3,   c = 2 - u,   k = 1/lambda,
     A = bend/2 + shear (a + b/4),   C = bend/2 + shear b/4,   D = shear b.
 
 Q(u) = u sqrt(k + E) - sqrt(A) is increasing and nearly linear from thin walls to the solid section, so Newton's
-method converges in a few steps from any start. The loop is branch-free and therefore vectorised; a block ends when
-all of its stations have converged.
+method converges in a few steps from any start.
 """
 
 from __future__ import annotations
@@ -18,20 +18,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.section.flexibility import chord, flexibilities, line_from
+from solvers.pin.section.flexibility import chord, curvatures, flexibilities, line_from, slopes
 
-Array = NDArray[np.float64]
-_BLOCK = 256
+_EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 60
-_STEP_TOLERANCE = 1e-9
+"""Convergence is slow where the curvature of h nearly vanishes at the solid section."""
+TIGHT = 1e-9
 """Relative step after which the remaining error is below rounding."""
-_MAX_STEPS_PER_ROUND = 12
-"""Maximum steps per round. Convergence is slow where the curvature of g nearly vanishes at the solid section; the next
-round starts closer. An unconverged u makes the part heavier but never too soft, because its deflection is evaluated at
-that u."""
 
 
 @kernel
@@ -42,136 +37,93 @@ def reach(low: float, bend: float, shear: float, a: float, b: float) -> tuple[fl
 
 
 @kernel
-def _initial_guess(k: float, low: Array, top: Array, bend: Array, shear: Array, a: float, b: float, u: Array) -> None:
-    """Initial guess for u: E between its end values."""
-    for i in range(u.size):
-        x = math.sqrt((0.5 * bend[i] + shear[i] * (a + 0.25 * b)) / (k + 0.25 * bend[i]))
-        x = x if x < top[i] else top[i]
-        u[i] = x if x > low[i] else low[i]
-
-
-@kernel
-def _newton_step(
-    k: float, low: float, top: float, solid_below: float, bend: float, shear: float, a: float, b: float, x: float
+def stationary(
+    k: float, low: float, top: float, bend: float, shear: float, start: float, a: float, b: float, tolerance: float
 ) -> float:  # fmt: skip
-    """One Newton step on Q from x, clipped to [low, top]; 1 if the solid section is optimal."""
+    """Return the minimiser u in [low, top], where h is convex; a start outside (low, top) is ignored.
+
+    The last relative step was below ``tolerance``, so its error is about the square of that.
+    """
     half = 0.5 * bend
-    inverse = 1.0 / (2.0 - x)
-    second, third = half + 0.25 * shear * b, shear * b
-    whole = k + inverse * inverse * (second - third * inverse)
-    slope = whole + 0.5 * x * inverse * inverse * inverse * (2.0 * second - 3.0 * third * inverse)
-    slope = slope if slope > 0.05 * whole else 0.05 * whole
-    new = x - (x * whole - math.sqrt((half + shear * (a + 0.25 * b)) * whole)) / slope
-    # If k + E is not positive, the cost decreases with u.
-    new = new if whole > 0.0 else top
-    new = new if new < top else top
-    new = new if new > low else low
-    return 1.0 if k < solid_below else new
-
-
-@kernel
-def lightest(
-    k: float, low: float, bend: float, shear: float, start: float, a: float, b: float
-) -> float:  # fmt: skip
-    """Return one station's minimiser u in [low, 1], to rounding; a start outside (low, top) is ignored."""
-    top, solid_below = reach(low, bend, shear, a, b)
-    if k < solid_below:
-        return 1.0
+    second, third, first = half + 0.25 * shear * b, shear * b, half + shear * (a + 0.25 * b)
     u = start
     if not low < u < top:
-        u = max(min(math.sqrt((0.5 * bend + shear * (a + 0.25 * b)) / (k + 0.25 * bend)), top), low)
+        # E between its end values.
+        u = max(min(math.sqrt(first / (k + 0.5 * half)), top), low)
     for _ in range(_MAX_STEPS):
-        new = _newton_step(k, low, top, solid_below, bend, shear, a, b, u)
-        if abs(new - u) <= _STEP_TOLERANCE * u:
-            return new
-        u = new
+        inverse = 1.0 / (2.0 - u)
+        whole = k + inverse * inverse * (second - third * inverse)
+        # If k + E is not positive, the cost decreases with u.
+        new = top
+        if whole > 0.0:
+            slope = whole + 0.5 * u * inverse * inverse * inverse * (2.0 * second - 3.0 * third * inverse)
+            new = u - (u * whole - math.sqrt(first * whole)) / max(slope, 0.05 * whole)
+            new = max(min(new, top), low)
+        moved, u = abs(new - u), new
+        if moved <= tolerance * u:
+            break
     return u
 
 
 @kernel
-def lightest_below(
-    k: float, low: float, most: float, bend: float, shear: float, a: float, b: float
-) -> float:  # fmt: skip
-    """Return one station's minimiser u in [low, most] if that in [low, 1] lies above ``most``: the stationary point
-    in the convex part, or ``most``."""
-    u = max(min(math.sqrt((0.5 * bend + shear * (a + 0.25 * b)) / (k + 0.25 * bend)), most), low)
-    for _ in range(_MAX_STEPS):
-        new = _newton_step(k, low, most, 0.0, bend, shear, a, b, u)
-        moved, u = abs(new - u), new
-        if moved <= _STEP_TOLERANCE * u:
-            break
-    (f, g), (f_most, g_most) = flexibilities(u, -1.0, a, b), flexibilities(most, -1.0, a, b)
-    return u if k * (u - most) + bend * (f - f_most) + shear * (g - g_most) < 0.0 else most
-
-
-@kernel
-def reaches(low: Array, bend: Array, shear: Array, a: float, b: float, top: Array, solid_below: Array) -> None:
-    """Write ``reach`` of every station into ``top`` and ``solid_below``."""
-    for i in range(low.size):
-        top[i], solid_below[i] = reach(low[i], bend[i], shear[i], a, b)
-
-
-@kernel
-def _newton_steps(
-    k: float, low: Array, top: Array, solid_below: Array, bend: Array, shear: Array, a: float, b: float, u: Array,
-    tolerance: float,
-) -> int:  # fmt: skip
-    """One step for every station; returns how many moved by more than ``tolerance``, relative."""
-    unsettled = 0
-    for i in range(u.size):
-        x = u[i]
-        new = _newton_step(k, low[i], top[i], solid_below[i], bend[i], shear[i], a, b, x)
-        u[i] = new
-        unsettled += 1 if abs(new - x) > tolerance * x else 0
-    return unsettled
-
-
-@kernel
-def _deflections_and_slopes(
-    lam: float, share: Array, low: Array, top: Array, bend: Array, shear: Array, a: float, b: float,
-    u: Array, deflection: Array, change: Array,
-) -> None:  # fmt: skip
-    """Every station's deflection and its derivative with respect to lambda."""
-    pole = a + 0.25 * b
-    for i in range(u.size):
-        x = u[i]
-        one, other = 1.0 / x, 1.0 / (2.0 - x)
-        phi = one * (a + b * (1.0 - x) * other * other)
-        fall = 0.5 * bend[i] * (one * one - other * other)
-        fall += shear[i] * (one * one * pole - other * other * b * (0.25 - other))
-        curve = 2.0 * pole * one * one * one + other * other * other * b * (0.5 - 3.0 * other)
-        curve = shear[i] * curve + bend[i] * (one * one * one + other * other * other)
-        deflection[i] = share[i] * (bend[i] * one * other + shear[i] * phi)
-        moves = low[i] < x and x < top[i] and curve > 0.0
-        change[i] = share[i] * fall * fall / (lam * curve) if moves else 0.0
-
-
-@kernel
-def all_lightest(
-    lam: float, share: Array, low: Array, top: Array, solid_below: Array, bend: Array, shear: Array,
-    a: float, b: float, u: Array, cold: bool, tolerance: float,
-) -> tuple[float, float]:  # fmt: skip
-    """Minimise every station over u in [low, 1] at multiplier ``lam``, in place, warm-started unless ``cold``.
-
-    Returns the deflection sum s g and its derivative with respect to lambda, excluding stations that become solid.
-    All arrays (n,); ``top`` and ``solid_below`` from ``reaches``; bend or shear must be positive at every station.
-    The last relative step of a station was below ``tolerance``, so its error is about the square of that.
-    """
-    deflections, changes = np.empty(_BLOCK), np.empty(_BLOCK)
-    total, change, k = 0.0, 0.0, 1.0 / lam
-    for begin in range(0, u.size, _BLOCK):
-        end = min(begin + _BLOCK, u.size)
-        own_low, own_top, own_solid = low[begin:end], top[begin:end], solid_below[begin:end]
-        own_bend, own_shear, own = bend[begin:end], shear[begin:end], u[begin:end]
-        if cold:
-            _initial_guess(k, own_low, own_top, own_bend, own_shear, a, b, own)
-        for _ in range(_MAX_STEPS_PER_ROUND):
-            if _newton_steps(k, own_low, own_top, own_solid, own_bend, own_shear, a, b, own, tolerance) == 0:
+def _around_bore(
+    lam: float, w: float, bend: float, shear: float, low: float, kappa: float, a: float, b: float
+) -> float:
+    """argmin over y >= low of w y + lam (bend f + shear g), w > 0, kappa >= 0: Newton's method in ln y, bracketed."""
+    p, q = lam * bend / w, lam * shear / w
+    if p == 0.0 and q == 0.0:
+        return low
+    thin = math.sqrt(0.5 * kappa * p + q * (a + 0.25 * b * kappa))
+    y = thin if kappa > 0.0 else (2.0 * p) ** (1.0 / 3.0) + thin
+    least, most = 0.0, np.inf
+    for _ in range(200):
+        (df, dg), (d2f, d2g) = slopes(y, kappa, a, b), curvatures(y, kappa, a, b)
+        pull = -(p * df + q * dg)
+        if pull > 1.0:
+            least = y
+        else:
+            most = y
+        new = y * math.exp(math.log(pull) * pull / (y * (p * d2f + q * d2g)))
+        if not least < new < most:
+            if abs(new - y) <= 4.0 * _EPS * y:
                 break
-        _deflections_and_slopes(
-            lam, share[begin:end], own_low, own_top, own_bend, own_shear, a, b, own, deflections, changes
-        )
-        for i in range(end - begin):
-            total += deflections[i]
-            change -= changes[i]
-    return total, change
+            new = 2.0 * y if most == np.inf else (math.sqrt(least) * math.sqrt(most) if least > 0.0 else 0.5 * y)
+        if abs(new - y) <= 2.0 * _EPS * y:
+            break
+        y = new
+    return max(y, low)
+
+
+@kernel
+def minimiser(
+    lam: float, weight: float, bend: float, shear: float, low: float, start: float, kappa: float, a: float, b: float
+) -> float:  # fmt: skip
+    """Return argmin over u >= low (for a pin, up to 1) of weight u + lam (bend f + shear g), to rounding.
+
+    A start outside the range of the minimum is ignored. At zero weight u is 1, or infinite for a bushing.
+    """
+    if lam * bend <= 0.0 and lam * shear <= 0.0:
+        return low
+    if weight <= 0.0:
+        return 1.0 if kappa < 0.0 else np.inf
+    if kappa >= 0.0:
+        return _around_bore(lam, weight, bend, shear, low, kappa, a, b)
+    top, solid_below = reach(low, bend, shear, a, b)
+    if low >= 1.0 or weight / lam < solid_below:
+        return 1.0
+    return stationary(weight / lam, low, top, bend, shear, start, a, b, TIGHT)
+
+
+@kernel
+def minimiser_below(
+    lam: float, weight: float, bend: float, shear: float, low: float, most: float, start: float,
+    kappa: float, a: float, b: float,
+) -> float:  # fmt: skip
+    """As ``minimiser`` over low <= u <= most."""
+    u = minimiser(lam, weight, bend, shear, low, start, kappa, a, b)
+    if u <= most or kappa >= 0.0 or weight <= 0.0:
+        return min(u, most)
+    # The minimum over [low, 1] is beyond: that over [low, most] is stationary in the convex part, or at the end.
+    u = stationary(weight / lam, low, most, bend, shear, 0.0, a, b, TIGHT)
+    (f, g), (f_most, g_most) = flexibilities(u, -1.0, a, b), flexibilities(most, -1.0, a, b)
+    return u if weight * (u - most) + lam * (bend * (f - f_most) + shear * (g - g_most)) < 0.0 else most

@@ -16,15 +16,14 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import lru_cache
+from typing import NamedTuple
 
 from solvers.numerics.jit import kernel
 
 _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
 """d/D up to which the formula gives the larger value of every result, and from which the elastic ring does."""
 
-_FORMULA, _ELASTIC = "thin ring with load factor", "plane elastic ring"
 _MAX_RATIO = 1.0 - 1e-6
 """Maximum d/D of a ring: its compliance is inversely proportional to the cube of the wall."""
 
@@ -44,35 +43,26 @@ _MAX_HARMONICS, _NEGLIGIBLE = 5000, 1e-18
 """Maximum number of harmonics, and the relative size below which a term is neglected."""
 
 
-@dataclass(frozen=True)
-class RingStresses:
-    """Hoop stresses [Pa] at the outer and inner fibre, at the side (the mean plane) and at the top (under the load)."""
+class Ring(NamedTuple):
+    """Growth of the diameter across the load [m], hoop stresses [Pa] at the outer and inner fibre, at the side (the
+    mean plane) and at the top (under the load), and whether the formula governs the growth."""
 
+    ovalization: float
     outer_side: float
     inner_side: float
     outer_top: float
     inner_top: float
+    by_formula: bool
 
     @property
     def greatest(self) -> float:
-        return max(abs(self.outer_side), abs(self.inner_side), abs(self.outer_top), abs(self.inner_top))
+        """Greatest hoop stress [Pa]."""
+        return max(map(abs, self[1:5]))
 
-
-@dataclass(frozen=True)
-class Ring:
-    """Ring results: growth of the diameter across the load [m], stresses, and the model that governs the growth."""
-
-    ovalization: float
-    stresses: RingStresses
-    model: str
-
-
-Figures = tuple[float, float, float, float, float]
-"""Growth of the diameter, hoop stress at the outer side, the inner side, the outer top, the inner top."""
-
-
-def _ring(figures: Figures, model: str) -> Ring:
-    return Ring(figures[0], RingStresses(*figures[1:]), model)
+    @property
+    def model(self) -> str:
+        """Name of the model that governs the growth."""
+        return "thin ring with load factor" if self.by_formula else "plane elastic ring"
 
 
 @kernel
@@ -81,26 +71,24 @@ def load_factor(ratio: float) -> float:
     return 1.5 - 15.0 * (ratio - 0.4) ** 3
 
 
+@kernel
 def classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Ring:
     """Return 0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the four stresses; alpha = d/D, valid to about 0.72."""
-    return _ring(_classical(force, diameter, length, ratio, modulus), _FORMULA)
-
-
-@kernel
-def _classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Figures:
     k, wall = load_factor(ratio), 1.0 - ratio
     a = max(ratio, _SOLID_RATIO)
     growth = 0.09 * force / (modulus * length) * ((1.0 + ratio) / wall) ** 3 * k
     f, g = k * force / (length * diameter), (1.0 + ratio) / wall**2
-    return (
+    return Ring(
         growth,
         f * (0.19 * (2.0 + ratio) * g - 1.0 / wall),
         -f * (0.19 * (1.0 + 2.0 * a) * g / a + 1.0 / wall),
         -f * (0.174 * (2.0 + ratio) * g + 0.636 / wall),
         f * (0.174 * (1.0 + 2.0 * a) * g / a - 0.636 / wall),
+        True,
     )
 
 
+@kernel
 def thick_ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
     """Return the plane elastic ring under p = (2 P/(pi R l)) |sin theta| on its outer surface, inner surface free.
 
@@ -108,11 +96,6 @@ def thick_ring(force: float, diameter: float, length: float, ratio: float, modul
     the side. The mean load gives Lame's stresses, -(2/pi) (1 + alpha^2)/(1 - alpha^2) and twice -(2/pi)/(1 -
     alpha^2); its harmonics are summed as in ``_bending``. Exact to rounding for alpha up to 0.999, to 1e-11 beyond.
     """
-    return _ring(_elastic(force, diameter, length, ratio, modulus, poisson), _ELASTIC)
-
-
-@kernel
-def _elastic(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Figures:
     outer = 0.5 * diameter
     pressure = 2.0 * force / (math.pi * outer * length)
     mean = -2.0 / math.pi
@@ -120,12 +103,13 @@ def _elastic(force: float, diameter: float, length: float, ratio: float, modulus
     around, within = scale * (1.0 + ratio**2), 2.0 * scale
     outer_side, inner_side, outer_top, inner_top, growth = _bending(ratio)
     alike = around - poisson * mean - mean - (1.0 - poisson) * _SUM_OF_SQUARES
-    return (
+    return Ring(
         2.0 * outer * pressure / modulus * (alike + growth),
         pressure * (around + outer_side - mean),
         pressure * (within + inner_side),
         pressure * (around + outer_top - mean - 1.0),
         pressure * (within + inner_top),
+        False,
     )
 
 
@@ -198,44 +182,23 @@ def _sinh_minus_argument(x: float) -> float:
     return x * xx / 6.0 * rest
 
 
+@kernel
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
     """Return the ring of bore ratio alpha = d/D: for the growth and each stress the larger value of the two models."""
-    figures, by_formula = _figures(force, diameter, length, ratio, modulus, poisson)
-    return _ring(figures, _FORMULA if by_formula else _ELASTIC)
-
-
-@kernel
-def _figures(
-    force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float
-) -> tuple[Figures, bool]:
-    """Return the values of ``ring``, and whether the formula governs the growth."""
     if ratio >= _ELASTIC_FROM:
-        return _elastic(force, diameter, length, ratio, modulus, poisson), False
-    one = _classical(force, diameter, length, ratio, modulus)
+        return thick_ring(force, diameter, length, ratio, modulus, poisson)
+    one = classical(force, diameter, length, ratio, modulus)
     if ratio <= _FORMULA_TO:
-        return one, True
-    other = _elastic(force, diameter, length, ratio, modulus, poisson)
-    by_formula = one[0] >= other[0]
-    return (
-        one[0] if by_formula else other[0],
-        one[1] if abs(one[1]) >= abs(other[1]) else other[1],
-        one[2] if abs(one[2]) >= abs(other[2]) else other[2],
-        one[3] if abs(one[3]) >= abs(other[3]) else other[3],
-        one[4] if abs(one[4]) >= abs(other[4]) else other[4],
-    ), by_formula
-
-
-def _growth(of_ring: tuple[float, ...], ratio: float) -> float:
-    """Return the growth; ``of_ring`` is force, diameter, length, modulus and Poisson's ratio."""
-    force, diameter, length, modulus, poisson = of_ring
-    return _figures(force, diameter, length, ratio, modulus, poisson)[0][0]
-
-
-def _stress(of_ring: tuple[float, ...], ratio: float) -> float:
-    """Return the maximum hoop stress at a d/D of at least 0.3."""
-    force, diameter, length, modulus, poisson = of_ring
-    _, *stresses = _figures(force, diameter, length, max(ratio, MIN_HOOP_RATIO), modulus, poisson)[0]
-    return max(map(abs, stresses))
+        return one
+    other = thick_ring(force, diameter, length, ratio, modulus, poisson)
+    return Ring(
+        max(one.ovalization, other.ovalization),
+        one.outer_side if abs(one.outer_side) >= abs(other.outer_side) else other.outer_side,
+        one.inner_side if abs(one.inner_side) >= abs(other.inner_side) else other.inner_side,
+        one.outer_top if abs(one.outer_top) >= abs(other.outer_top) else other.outer_top,
+        one.inner_top if abs(one.inner_top) >= abs(other.inner_top) else other.inner_top,
+        one.ovalization >= other.ovalization,
+    )
 
 
 def _crossing(figure: Callable[[float], float], limit: float, start: float) -> float:
@@ -267,7 +230,10 @@ def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """Return the greatest d/D with ovalization within ``limit`` for it and all smaller bores; None: not even 0."""
-    growth = partial(_growth, (force, diameter, length, modulus, poisson))
+
+    def growth(ratio: float) -> float:
+        return ring(force, diameter, length, ratio, modulus, poisson).ovalization
+
     return None if growth(0.0) > limit else _crossing(growth, limit, 0.0)
 
 
@@ -279,7 +245,7 @@ def greatest_stress(
     (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical: the elastic ring's keeps
     decreasing.)
     """
-    return _stress((force, diameter, length, modulus, poisson), ratio)
+    return ring(force, diameter, length, max(ratio, MIN_HOOP_RATIO), modulus, poisson).greatest
 
 
 @lru_cache(maxsize=64)
@@ -287,7 +253,10 @@ def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
     """Return the greatest d/D with hoop stress within ``limit`` for it and all smaller bores; None: not even 0."""
-    stress = partial(_stress, (force, diameter, length, modulus, poisson))
+
+    def stress(ratio: float) -> float:
+        return greatest_stress(force, diameter, length, ratio, modulus, poisson)
+
     return None if stress(0.0) > limit else _crossing(stress, limit, MIN_HOOP_RATIO)
 
 
@@ -300,8 +269,11 @@ def outer_within_stress(
 
     The stress times D depends on d/D alone.
     """
-    unit = force, 1.0, length, modulus, poisson
-    plain = _stress(unit, 0.0) / limit
+
+    def unit_stress(ratio: float) -> float:
+        return greatest_stress(force, 1.0, length, ratio, modulus, poisson)
+
+    plain = unit_stress(0.0) / limit
     if bore <= MIN_HOOP_RATIO * plain:
         return plain
-    return bore / _crossing(lambda ratio: _stress(unit, ratio) * ratio, limit * bore, MIN_HOOP_RATIO)
+    return bore / _crossing(lambda ratio: unit_stress(ratio) * ratio, limit * bore, MIN_HOOP_RATIO)

@@ -94,6 +94,20 @@ def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
     return (bend * e / c + shear * (a + b / (c * c))) / u
 
 
+@kernel
+def densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """bend f + shear g at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
+    out = np.zeros_like(u)
+    for i in range(u.size):
+        if bend[i] == 0.0 and shear[i] == 0.0:
+            continue
+        out[i] = np.inf
+        if u[i] > 0.0:
+            f, g = flexibilities(u[i], kappa, a, b)
+            out[i] = bend[i] * f + shear[i] * g
+    return out
+
+
 @cache
 def cowper(poisson: float) -> ShearFlexibility:
     """Return Cowper's constants for this Poisson's ratio."""

@@ -1,87 +1,120 @@
-"""Minimum wall under one strength constraint, for many stations at once: v(w) = F(w) by Newton's method.
+"""Least walls under strength constraints (``solvers.pin.section.strength``), of pins and of bushings.
 
-v - F is concave (v is, F is convex) and not positive at the start, so Newton's method converges monotonically from
-below for every load. Two starting values lie below the root: where v reaches F(1), since F decreases, which is close
-for heavy loads, and where the tangents of v and F at w = 0 intersect, which is close for light ones.
+Pin: v(w) = F(w). v - F is concave (v is, F is convex) and not positive at the start, so Newton's method converges
+monotonically from below for every load. Two starting values lie below the root: where v reaches F(1), since F
+decreases, which is close for heavy loads, and where the tangents of v and F at w = 0 intersect, which is close for
+light ones.
 
-All stations of a block take the same branch-free steps, which are vectorised; a block ends when all of its stations
-have converged.
+Bushing: G(t) = 1 around a bore d. Each term of G decreases between 1/t (thin wall) and 1/t^3 (no bore), and so does G:
+d ln G/d ln t lies in [-3, -1]. So every value of G brackets the root, one exists for every finite load, and Newton's
+method in ln t converges to it.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.pin.section.strength import StrengthConstraint, utilisation
 
 Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
-_MAX_STEPS = 100
-_BLOCK = 256
+_MAX_STEPS = 200
 _TINY = 1e-140
 """F below which its squares approach underflow; the wall is then F/4 to full precision."""
+_QUADRATIC = 1e-9
+"""Relative step, or size of ln G, from which one more step of Newton's method is exact to rounding."""
+
+
+def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
+    """Return the least relative wall w of a pin at every station, (n,), at least ``floor``; NaN where the solid
+    section fails.
+
+    Valid for any load; the relative error is a few rounding errors times the condition of the problem, which is
+    unbounded only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
+    """
+    out = np.full(stations, floor)
+    for c in constraints:
+        _raise_walls(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, out)
+    return out
+
+
+def least_gap(constraints: Sequence[StrengthConstraint], bore: float, floor: float, stations: int) -> Array:
+    """Return the least t = D - d [m] of a bushing at every station, (n,), at least ``floor``."""
+    out = np.full(stations, floor)
+    for c in constraints:
+        _raise_gaps(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, out)
+    return out
 
 
 @kernel
-def _start(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
-    """Write starting walls below the roots, NaN where F(1) > 1; return the number of nearly unloaded stations."""
-    light = 0
-    whole = c0 + (c1 + c2)
-    for i in range(wall.size):
-        p, r = m[i] + n, q[i] * whole + t
+def _raise_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, out: Array) -> None:
+    for i in range(out.size):
+        p, r = m[i] + n, q[i] * (c0 + (c1 + c2)) + t
         full = math.sqrt(p * p + r * r)
-        b = math.sqrt(math.sqrt(1.0 - full))
-        heavy_start = full / ((1.0 + b) * (1.0 + b * b))
+        if not full <= 1.0:
+            out[i] = np.nan
+            continue
         p, r = m[i] + 2.0 * n, q[i] * c0 + t
-        square = p * p + r * r
-        f = math.sqrt(square)
-        # F/(4 - F'), F F' = -2 n p + c1 q r.
-        light_start = square / (4.0 * f + (2.0 * n * p - c1 * q[i] * r))
-        wall[i] = light_start if light_start > heavy_start else heavy_start
-        light += 1 if f < _TINY else 0
-    return light
+        w = 0.25 * math.hypot(p, r)
+        if w > _TINY:
+            b, square = math.sqrt(math.sqrt(1.0 - full)), p * p + r * r
+            # The tangents' intersection is F/(4 - F'), with F F' = -2 n p + c1 q r.
+            light = square / (4.0 * math.sqrt(square) + (2.0 * n * p - c1 * q[i] * r))
+            w = max(full / ((1.0 + b) * (1.0 + b * b)), light)
+            for _ in range(_MAX_STEPS):
+                b = 1.0 - w
+                p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
+                f = math.sqrt(p * p + r * r)
+                short = f - w * (2.0 - w) * (1.0 + b * b)
+                # f times the slope of v - F.
+                slope = 4.0 * b * b * b * f + (2.0 * n * b * p - q[i] * (c1 + 2.0 * c2 * w) * r)
+                step = short * f / slope if short > 0.0 else 0.0
+                w = min(w + step, 1.0)
+                # The curvature is below 20, so unless the slope is small the step after a small one is below rounding.
+                if step <= (_QUADRATIC if slope > 0.1 * f else 2.0 * _EPS) * w:
+                    break
+        # Remains NaN where another constraint fails.
+        if w > out[i]:
+            out[i] = w
 
 
 @kernel
-def _newton_steps(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, wall: Array) -> int:
-    """One Newton step for every station; return the number not yet converged."""
-    unsettled = 0
-    for i in range(wall.size):
-        w = wall[i]
-        b = 1.0 - w
-        p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
-        f = math.sqrt(p * p + r * r)
-        short = f - w * (2.0 - w) * (1.0 + b * b)
-        # f times the slope of v - F.
-        slope = 4.0 * b * b * b * f + (2.0 * n * b * p - q[i] * (c1 + 2.0 * c2 * w) * r)
-        step = short * f / slope
-        step = step if step > 0.0 else 0.0
-        wall[i] = 1.0 if w + step > 1.0 else w + step
-        # The curvature is below 20, so unless the slope is small the step after a small one is below rounding.
-        unsettled += 1 if step > (1e-9 if slope > 0.1 * f else 2.0 * _EPS) * w else 0
-    return unsettled
-
-
-@kernel
-def least_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c2: float, out: Array) -> None:
-    """Raise ``out`` to the minimum walls of a constraint with m and q per station; NaN where F(1) > 1, or already
-    NaN."""
-    block = np.empty(_BLOCK)
-    for begin in range(0, out.size, _BLOCK):
-        end = min(begin + _BLOCK, out.size)
-        wall, own_m, own_q = block[: end - begin], m[begin:end], q[begin:end]
-        light = _start(own_m, own_q, n, t, c0, c1, c2, wall)
+def _raise_gaps(
+    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, d: float, out: Array
+) -> None:  # fmt: skip
+    last = 0.0
+    for i in range(out.size):
+        m, q = bending[i], shear[i]
+        if m == 0.0 and n == 0.0 and q == 0.0 and s == 0.0:
+            continue
+        # Start from the neighbour's value; without one, from the cube root of the bending term and the square roots of
+        # the shear and axial terms.
+        t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
+        low, high, before = 0.0, np.inf, np.inf
         for _ in range(_MAX_STEPS):
-            if _newton_steps(own_m, own_q, n, t, c0, c1, c2, wall) == 0:
+            g, fall = utilisation(t, d, m, n, q, s, c0, c1, c2)
+            root = g ** (1.0 / 3.0)
+            low, high = max(low, t * min(g, root)), min(high, t * max(g, root))
+            off = math.log(g)
+            if abs(off) <= 2.0 * _EPS:
                 break
-        if light > 0:
-            for i in range(wall.size):
-                f = math.hypot(own_m[i] + 2.0 * n, own_q[i] * c0 + t)
-                if f < _TINY:
-                    wall[i] = 0.25 * f
-        for i in range(wall.size):
-            if wall[i] > out[begin + i] or math.isnan(wall[i]):
-                out[begin + i] = wall[i]
+            if not low < high:
+                # The bracket has collapsed to rounding error.
+                t = 0.5 * (low + high)
+                break
+            new = t * math.exp(off / min(max(fall, 1.0), 3.0))
+            done = abs(off) <= _QUADRATIC and low < new < high
+            if not done and (not low < new < high or abs(off) > 0.5 * before):
+                new = math.sqrt(low) * math.sqrt(high)
+            before = abs(off)
+            done = done or abs(new - t) <= _EPS * t
+            t = new
+            if done:
+                break
+        last = t
+        out[i] = max(out[i], t)

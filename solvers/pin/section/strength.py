@@ -31,7 +31,6 @@ from solvers.numerics.jit import kernel
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ONLY_SHEAR, Criterion, ShearLaw
-from solvers.pin.section.least_wall import least_walls
 
 Array = NDArray[np.float64]
 
@@ -79,22 +78,6 @@ def strength_constraints(
                 )
             )
     return tuple(found)
-
-
-def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
-    """Return the minimum relative wall w of every station, (n,), at least ``floor``; NaN where the solid section
-    fails.
-
-    Valid for any load; the relative error is a few rounding errors times the condition of the problem, which is
-    unbounded only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
-    """
-    found = np.full(stations, floor)
-    for constraint in constraints:
-        law = constraint.law
-        least_walls(
-            constraint.bending, constraint.shear, constraint.axial, constraint.torsion, law.c0, law.c1, law.c2, found
-        )
-    return found
 
 
 @kernel

@@ -36,18 +36,17 @@ class Constant:
     name: str = "constant"
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         sought, least, weighed = program.sought, program.lower.max(), _one_wall(program)
         if weighed is None:
             return None
         u = float(weighed.solidity[0])
         if weighed.multiplier == 0.0:
             proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
-            wall = program.walls(program.lower).max()
         else:
             # With a single unknown the proof is direct: a wall thinner by 1e-12 violates the deflection limit.
-            proof, wall = partial(float, u * (1.0 - 1e-12)), sought.wall_of(weighed.solidity)[0]
-        length, size = program.scene.geometry.length, float(sought.sizes(wall))
+            proof = partial(float, u * (1.0 - 1e-12))
+        length, size = program.scene.geometry.length, float(sought.sizes(sought.wall_of(weighed.solidity))[0])
         return Found(
             np.full_like(program.lower, u), u, proof, "one unknown", {"rounds": weighed.rounds},
             corners=((0.0, size), (length, size)),

@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.conic import sloped
-from solvers.pin.optimum.dual_bound import dual_bound, least_walls_bound
+from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, Weighed, rising
 from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
+from solvers.pin.stations.between_nodes import overlooked
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
@@ -29,9 +30,9 @@ def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
     """Return the underestimate between stations of values non-decreasing toward the middle, per panel."""
     first = np.arange(lower.size) < anchor
     most = float(lower.max()) + 1.0
-    missed = stations.overlooked(np.where(first, lower, most))
+    missed = overlooked(stations, np.where(first, lower, most))
     if anchor < lower.size:
-        missed = missed + stations.overlooked(np.where(first, most, lower), forward=False)
+        missed = missed + overlooked(stations, np.where(first, most, lower), forward=False)
     return missed
 
 
@@ -65,7 +66,7 @@ class Free:
         return "drillable" if self.drillable else "free"
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         sought = program.sought
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
         low = gentle(program, low)
@@ -85,8 +86,8 @@ class Free:
         if weighed.multiplier == 0.0:
             proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
-            price, u = weighed.multiplier, weighed.solidity
-            proof, method = partial(dual_bound, program, low, price, u, self.drillable), _DUAL_METHOD
+            bound = monotone_bound if self.drillable else pointwise_bound
+            proof, method = partial(bound, program, low, weighed.multiplier, weighed.solidity), _DUAL_METHOD
         evidence = {
             "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
             "rounds": weighed.rounds,

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.discretised import constraints_at, sought_in
+from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.sought import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.one_station import densities
 from solvers.pin.optimum.program import Program, rising
+from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.break_points.half import Half, at_stations, corners_of
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
 from solvers.pin.shapes.constant import Constant
@@ -41,7 +41,7 @@ class Stepped:
             raise InvalidInput("form.steps", "is no number of steps this form knows", f"1 … {MOST_STEPS}")
 
     def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.shapes.shape.Form``."""
+        """See ``solvers.pin.optimum.found``."""
         if self.steps == 1:
             return Constant().find(program, gap)
         if program.limits.max_slope is not None:

@@ -1,4 +1,4 @@
-"""Estimates of maxima between the stations of a panel."""
+"""Estimates of maxima, and of running maxima, between the stations of a panel."""
 
 from __future__ import annotations
 
@@ -25,6 +25,31 @@ def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
     found = np.zeros(values.shape[1] // NODES)
     _rise(stations.x, values, NODES, most, found)
     return found
+
+
+def overlooked(stations: Stations, values: Array, forward: bool = True) -> Array:
+    """Return per panel the underestimate of a running maximum over the stations, relative to the whole length.
+
+    For a station that attains the running maximum, parabolas through it and its neighbours estimate the excess
+    of the true maximum, weighted with the length over which the value is held, and the dip before the next
+    station, weighted with the distance to it; both doubled as a safety factor. Without ``forward`` the maximum
+    runs from right to left.
+    """
+    missed = np.zeros(stations.left.size)
+    _overlook(stations.x, stations.share, values, stations.span, forward, missed)
+    return missed
+
+
+@kernel
+def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
+    """Return position and height of the maximum of the parabola through ``sign`` y at i - 1, i and i + 1; NaN and -inf
+    without one."""
+    rise, fall = sign * (y[i] - y[i - 1]) / (x[i] - x[i - 1]), sign * (y[i + 1] - y[i]) / (x[i + 1] - x[i])
+    bend = (fall - rise) / (x[i + 1] - x[i - 1])
+    if not bend < 0.0:
+        return np.nan, -np.inf
+    top = 0.5 * (x[i - 1] + x[i] - rise / bend)
+    return top, sign * y[i - 1] + (top - x[i - 1]) * (rise + bend * (top - x[i]))
 
 
 @kernel
@@ -60,15 +85,10 @@ def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> Non
         for panel in range(found.size):
             highest = 0.0
             for i in range(panel * nodes + 1, (panel + 1) * nodes - 1):
-                before, behind = (y[i] - y[i - 1]) / (x[i] - x[i - 1]), (y[i + 1] - y[i]) / (x[i + 1] - x[i])
-                bend = (behind - before) / (x[i + 1] - x[i - 1])
-                place = 0.5 * (x[i - 1] + x[i] - before / bend)
-                height = y[i]
+                place, height = _parabola(x, y, 1.0, i)
                 # An end without load and wall, beside which values stay finite, does not indicate a maximum.
                 ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
-                if bend < 0.0 and x[i - 1] < place < x[i + 1] and not ends:
-                    height = y[i - 1] + (place - x[i - 1]) * (before + bend * (place - x[i]))
-                highest = max(highest, height)
+                highest = max(highest, height if x[i - 1] < place < x[i + 1] and not ends else y[i])
             rise = _SAFETY_FACTOR * (highest / top - 1.0)
             if most < np.inf:
                 first, last = panel * nodes, (panel + 1) * nodes - 1
@@ -76,3 +96,43 @@ def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> Non
                     rise = max(rise, _kink(x, y, i, first, last) / top - 1.0)
                 rise = min(rise, max(most / top - 1.0, 0.0))
             found[panel] = max(found[panel], rise)
+
+
+@kernel
+def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float:
+    """Return the excess of parabolas over a panel's j-th node, up to the adjacent nodes.
+
+    Three parabolas, so that at least one does not straddle a kink.
+    """
+    low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
+    for shift in range(-1, 2):
+        i = first + min(max(j + shift, 1), NODES - 2)
+        top, height = _parabola(x, f, sign, i)
+        if low < top < high:
+            most = max(most, height - own)
+    return most
+
+
+@kernel
+def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
+    """Write the result of ``overlooked`` into ``missed``."""
+    n = x.size
+    held, least = np.zeros(n), np.zeros(n)
+    running, source = -np.inf, 0
+    for k in range(n):
+        i = k if forward else n - 1 - k
+        if values[i] >= running:
+            running, source, least[i] = values[i], i, 1.0
+        held[source] += share[i]
+    for first in range(NODES, n, NODES):
+        # Adjacent panels share a position, and the maximum may lie on either side.
+        held[first] = held[first - 1] = held[first] + held[first - 1]
+    for panel in range(missed.size):
+        first = panel * NODES
+        for j in range(NODES):
+            i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
+            if held[i] > 0.0:
+                missed[panel] += 2.0 * held[i] * _excess_beside(x, values, 1.0, first, j)
+            if least[i] > 0.0:
+                reach = (x[behind] - x[before]) / (behind - before) / span
+                missed[panel] += 2.0 * reach * _excess_beside(x, values, -1.0, first, j)

@@ -6,10 +6,8 @@ subsets of the same nodes disagree.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
-from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,65 +63,31 @@ def _weights_without(dropped: tuple[int, ...]) -> Array:
 _ERROR_WEIGHTS = 2.0 * np.stack([_W - _weights_without(dropped) for dropped in _OMITTED_NODES], axis=1)
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Stations:
     """Contiguous panels between ``edges`` [m], ascending, and their nodes.
 
-    ``share`` are quadrature weights relative to the whole length: they sum to 1 also if one half of the bar
-    represents both. ``rests`` are the rounding residuals of the edges: they keep the relative precision of short
-    panels far from the bar's end.
+    ``left``, ``right`` and ``width`` [m] describe the panels, (m,), ``span`` [m] all of them. Of every node, (n,):
+    position ``x`` [m] with its rounding residual ``rest``; ``side``, the left end of its panel: loads that begin there
+    act on the station; ``share``, the quadrature weight relative to the whole length: they sum to 1 also if one half
+    of the bar represents both. ``rests`` are the rounding residuals of the edges: they keep the relative precision of
+    short panels far from the bar's end.
     """
 
     edges: Array
     rests: Array | float = 0.0
 
-    @property
-    def left(self) -> Array:
-        """Left ends of the panels [m]."""
-        return self.edges[:-1]
-
-    @property
-    def right(self) -> Array:
-        """Right ends of the panels [m]."""
-        return self.edges[1:]
-
-    @property
-    def span(self) -> float:
-        return float(self.edges[-1] - self.edges[0])
-
-    @cached_property
-    def _nodes(self) -> tuple[Array, Array]:
-        """The rows ``x``, ``rest``, ``side`` and ``share`` of the nodes, (4, n), and the widths of the panels."""
-        table, width = np.empty((4, NODES * (self.edges.size - 1))), np.empty(self.edges.size - 1)
-        _lay_out(self.edges, self.rests + np.zeros_like(self.edges), table, width)
-        return table, width
-
-    @property
-    def width(self) -> Array:
-        return self._nodes[1]
-
-    @property
-    def x(self) -> Array:
-        return self._nodes[0][0]
-
-    @property
-    def rest(self) -> Array:
-        """Rounding residuals of ``x``."""
-        return self._nodes[0][1]
-
-    @property
-    def side(self) -> Array:
-        """The left end of each station's panel: loads that begin there act on the station."""
-        return self._nodes[0][2]
-
-    @property
-    def share(self) -> Array:
-        return self._nodes[0][3]
+    def __post_init__(self) -> None:
+        self.rests = self.rests + np.zeros_like(self.edges)
+        self.left, self.right, self.span = self.edges[:-1], self.edges[1:], float(self.edges[-1] - self.edges[0])
+        self.width, table = np.empty(self.left.size), np.empty((4, NODES * self.left.size))
+        _lay_out(self.edges, self.rests, table, self.width)
+        self.x, self.rest, self.side, self.share = table
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """Return the panels split at these positions."""
         edges, rests = np.empty((2, self.edges.size + len(places)))
-        count = _cut(self.edges, self.rests + np.zeros_like(self.edges), np.sort(places), edges, rests)
+        count = _cut(self.edges, self.rests, np.sort(places), edges, rests)
         return Stations(edges[:count], rests[:count])
 
     def doubt(self, values: Array) -> Array:
@@ -132,18 +96,6 @@ class Stations:
         doubt = np.empty(self.edges.size - 1)
         _doubt(self.width, self.span, values, doubt)
         return doubt
-
-    def overlooked(self, values: Array, forward: bool = True) -> Array:
-        """Return per panel the underestimate of a running maximum over the stations, relative to the whole length.
-
-        For a station that attains the running maximum, parabolas through it and its neighbours estimate the excess
-        of the true maximum, weighted with the length over which the value is held, and the dip before the next
-        station, weighted with the distance to it; both doubled as a safety factor. Without ``forward`` the maximum
-        runs from right to left.
-        """
-        missed = np.zeros(self.left.size)
-        _overlook(self.x, self.share, values, self.span, forward, missed)
-        return missed
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """Return the stations with the selected panels halved."""
@@ -160,8 +112,7 @@ class Stations:
 
     def first(self, panels: int) -> Stations:
         """Return the first panels."""
-        rests = self.rests if isinstance(self.rests, float) else self.rests[: panels + 1]
-        return Stations(self.edges[: panels + 1], rests)
+        return Stations(self.edges[: panels + 1], self.rests[: panels + 1])
 
 
 @kernel
@@ -238,48 +189,6 @@ def _refine(x: Array, width: Array, excess: Array, f: Array, places: Array) -> i
     return count
 
 
-@kernel
-def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float:
-    """Return the excess of parabolas over a panel's j-th node, up to the adjacent nodes.
-
-    Three parabolas, so that at least one does not straddle a kink.
-    """
-    low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
-    for shift in range(-1, 2):
-        i = first + min(max(j + shift, 1), NODES - 2)
-        rise, fall = sign * (f[i] - f[i - 1]) / (x[i] - x[i - 1]), sign * (f[i + 1] - f[i]) / (x[i + 1] - x[i])
-        bend = (fall - rise) / (x[i + 1] - x[i - 1])
-        top = 0.5 * (x[i - 1] + x[i] - rise / bend)
-        if bend < 0.0 and low < top < high:
-            most = max(most, sign * f[i - 1] + (top - x[i - 1]) * (rise + bend * (top - x[i])) - own)
-    return most
-
-
-@kernel
-def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
-    """Write the result of ``Stations.overlooked`` into ``missed``."""
-    n = x.size
-    held, least = np.zeros(n), np.zeros(n)
-    running, source = -np.inf, 0
-    for k in range(n):
-        i = k if forward else n - 1 - k
-        if values[i] >= running:
-            running, source, least[i] = values[i], i, 1.0
-        held[source] += share[i]
-    for first in range(NODES, n, NODES):
-        # Adjacent panels share a position, and the maximum may lie on either side.
-        held[first] = held[first - 1] = held[first] + held[first - 1]
-    for panel in range(missed.size):
-        first = panel * NODES
-        for j in range(NODES):
-            i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
-            if held[i] > 0.0:
-                missed[panel] += 2.0 * held[i] * _excess_beside(x, values, 1.0, first, j)
-            if least[i] > 0.0:
-                reach = (x[behind] - x[before]) / (behind - before) / span
-                missed[panel] += 2.0 * reach * _excess_beside(x, values, -1.0, first, j)
-
-
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:
     """Return the panel boundaries, ascending: the given positions, mirrored for a bar of unlike halves.
 
@@ -311,11 +220,3 @@ def merged(places: list[float], tolerance: float) -> list[float]:
         else:
             kept.append(place)
     return kept
-
-
-def first_stations(places: list[float], end: float, rests: Mapping[float, float] = MappingProxyType({})) -> Stations:
-    """Return the halves of panels on [0, end] bounded by the given positions; ``rests`` are rounding residuals of some
-    of them."""
-    edges = np.array([0.0, *(p for p in places if p < end), end])
-    whole = Stations(edges, np.array([rests.get(edge, 0.0) for edge in edges.tolist()]))
-    return whole.cut(whole.left + 0.5 * whole.width)

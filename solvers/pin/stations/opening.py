@@ -7,19 +7,17 @@ from numpy.typing import NDArray
 
 from solvers.pin.load.macaulay import breakpoints
 from solvers.pin.scene import Scene
-from solvers.pin.stations.lobatto_panels import Stations, first_stations, panel_edges
-
-
-def end_of(scene: Scene) -> float:
-    """Return the end of the stations: the middle of a symmetric pin, the far end of any other."""
-    return scene.geometry.length * (0.5 if scene.symmetric else 1.0)
+from solvers.pin.stations.lobatto_panels import Stations, panel_edges
 
 
 def opening_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
-    """Return the initial panels, bounded by load boundaries, the middle, and the deflection reference points."""
+    """Return the halves of the panels between load boundaries, the middle and the deflection reference points: up to
+    the middle of a symmetric pin, to the far end of any other."""
     length, r = scene.geometry.length, scene.reference
-    places = {*breakpoints(scene.cases, length), r.left, r.right, *further}
-    return first_stations(panel_edges(places, length, scene.symmetric), end_of(scene), dict(scene.geometry.places))
+    places = panel_edges({*breakpoints(scene.cases, length), r.left, r.right, *further}, length, scene.symmetric)
+    edges, rests = [0.0, *places, *(() if scene.symmetric else (length,))], dict(scene.geometry.places)
+    whole = Stations(np.array(edges), np.array([rests.get(edge, 0.0) for edge in edges]))
+    return whole.halved(np.ones(whole.width.size, dtype=bool))
 
 
 def kinks(scene: Scene) -> NDArray[np.float64]:

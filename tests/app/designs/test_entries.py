@@ -39,7 +39,7 @@ def test_units_contain_every_entry_once() -> None:
 
 @pytest.mark.parametrize(
     "entry",
-    [("solvers.pin.ring.ovalization.no_such_kernel", "f"), ("solvers.pin.ring.ovalization._figures", "f no.Such")],
+    [("solvers.pin.ring.ovalization.no_such_kernel", "f"), ("solvers.pin.ring.ovalization.ring", "f no.Such")],
 )
 def test_outdated_entries_are_skipped(entry: tuple[str, str]) -> None:
     assert not compile_entry(entry)

@@ -10,7 +10,7 @@ import numpy as np
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.one_station import densities
+from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 

@@ -12,8 +12,7 @@ import pytest
 from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin.closed_form.stepped import Steps, steps_of
-from solvers.pin.load.piston_pin import pin_places
-from solvers.pin.uniform import deflection_parts
+from solvers.pin.load.piston_pin import deflection_integrals, pin_places
 
 SAME = 1e-12
 STEEL = pin.PinMaterial(150e6, 2.1e11, 0.3, 7850.0)
@@ -68,7 +67,9 @@ def test_the_deflection_of_a_tube_is_that_of_its_closed_form():
 
 def test_what_a_solid_pin_bends_and_shears_is_what_its_check_says():
     scene = pin.Scene(pin.Geometry(22e-3, 24e-3, 30e-3, 1e-3), 15e3, STEEL)
-    bent, sheared = deflection_parts(scene)
+    g, m = scene.geometry, scene.material
+    bend, shear = deflection_integrals(scene.force, g.boss_length, g.small_end_length, g.gap)
+    bent, sheared = bend / (m.elastic_modulus * g.inertia), shear / (m.shear_modulus * g.area)
     solid = pin.Profile((0.0,), (0.0,))
     without = pin.check(scene, solid, effects=pin.EffectSelection(exclude=frozenset({"shear_deflection"}))).value
     both = pin.check(scene, solid, effects=pin.ALL).value

@@ -9,7 +9,7 @@ from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.load.macaulay import breakpoints
-from solvers.pin.stations.lobatto_panels import first_stations
+from solvers.pin.stations.lobatto_panels import Stations
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import VAZ, exact_forces, relative
 
@@ -32,7 +32,7 @@ def test_the_pin_is_in_equilibrium():
 
 def test_point_loads_jump_where_their_panels_meet():
     case = pin.LoadCase((pin.MacaulayTerm(5.0, 0.0, 0), pin.MacaulayTerm(-10.0, 0.5, 0)))
-    stations = first_stations(breakpoints([case], 1.0), 1.0)
+    stations = Stations(np.array([0.0, *breakpoints([case], 1.0), 1.0]))
     found = forces_at(case, stations.x, stations.side)
     at = stations.x == 0.5
     assert sorted(found.shear[0][at]) == [-5.0, 5.0]
@@ -48,7 +48,7 @@ def test_two_planes_add_as_vectors():
 
 
 def test_quadrature_is_exact_for_polynomials_and_doubts_kinks():
-    stations = first_stations([0.25], 1.0)
+    stations = Stations(np.array([0.0, 0.25, 1.0]))
     for power in range(14):
         assert stations.share @ stations.x**power == pytest.approx(1 / (power + 1), rel=1e-14)
         if power <= 6:

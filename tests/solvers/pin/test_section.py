@@ -11,9 +11,10 @@ import pytest
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.bore_sought import BoreSought
+from solvers.pin.optimum.sought import BoreSought
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
-from solvers.pin.section.strength import StrengthConstraint, least_wall, strength_constraints, uses
+from solvers.pin.section.least_wall import least_wall
+from solvers.pin.section.strength import StrengthConstraint, strength_constraints, uses
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 

@@ -17,11 +17,10 @@ from solvers.pin.optimum.dual_bound import (
     monotone_bound,
     pointwise_bound,
 )
-from solvers.pin.optimum.lagrangian import monotone_at, weigh
-from solvers.pin.optimum.one_station import densities
+from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import rising
 from solvers.pin.optimum.slope_limit import gentle
-from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.flexibility import cowper, densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, VAZ, grams, program, scaled, vaz
@@ -172,17 +171,18 @@ def by_dynamic_programming(p, low, multiplier, levels):
 
 @pytest.mark.parametrize(("scene", "limit"), [(VAZ, 8.4e-6), (VAZ, LIMIT), (WORST, 3.3001216212699878e-6)])
 def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(scene, limit):
-    """At prices around the answer's, against dynamic programming over 3,000 walls and every station's least one."""
+    """At prices around the answer's, against dynamic programming over 3,000 walls and every station's least one; the
+    tangents at the answer are close at the answer's price."""
     p = program(scene, max_deflection=limit)
     low = rising(p.lower, p.anchor)
     found = weigh(p, low, True)
     levels = np.unique(np.concatenate([np.linspace(0.0, 1.0, 3001), low]))
     for factor in (0.5, 0.95, 1.0, 1.05, 2.0):
         price = factor * found.multiplier
-        bound = monotone_bound(p, low, price, monotone_at(p, low, price, found.solidity))
+        bound = monotone_bound(p, low, price, found.solidity)
         least = by_dynamic_programming(p, low, price, levels)
         assert bound <= least + 1e-12
-        assert bound >= least * (1 - 3e-4)
+        assert factor != 1.0 or bound >= least * (1 - 3e-4)
 
 
 @pytest.mark.parametrize("stations", [50, 500, 2000])

@@ -11,13 +11,13 @@ from scipy.optimize import brentq, minimize_scalar
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
+from solvers.pin.shapes.break_points.bounds import Bounds
 from solvers.pin.shapes.break_points.cells import cells, points
-from solvers.pin.shapes.break_points.ground import ground
 from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import BENT, SHEARED
 from solvers.pin.shapes.break_points.search import lightest_steps
 from solvers.pin.stations.lobatto_panels import NODES
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.opening import kinks, opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6
@@ -64,15 +64,16 @@ def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
     """Random breaks in random cells, each wall by a bounded search, then raised so that walls rise, against what
     dynamic programming counts; the narrower the cells, the closer that is."""
     half, bend, shear, top = bored() if kind == "pin" else turned(SLEEVE if kind == "sleeve" else SHAFT)
-    rng, sums, base = np.random.default_rng(5), half.sums, ground(half, half.sums, 10)
+    rng, sums, base = np.random.default_rng(5), half.sums, Bounds(half)
+    edges = kinks(half.program.scene)
     for trial in range(40):
         # Cells lie between kinks and are one or do not overlap, as the search's.
         lam, narrow = (10.0 ** rng.uniform(-2, 1) if trial else 0.0), 10.0 ** rng.uniform(-4, 0)
         layers = []
-        for part, k in enumerate(np.sort(rng.choice(half.edges.size - 1, 3))):
-            wide = (half.edges[k + 1] - half.edges[k]) / 3
-            t = half.edges[k] + wide * (part + (1.0 - narrow) * rng.uniform())
-            layers.append(cells(half, np.array([t]), np.array([narrow * wide]), sums))
+        for part, k in enumerate(np.sort(rng.choice(edges.size - 1, 3))):
+            wide = (edges[k + 1] - edges[k]) / 3
+            t = edges[k] + wide * (part + (1.0 - narrow) * rng.uniform())
+            layers.append(cells(half, np.array([t]), np.array([narrow * wide])))
         if trial % 10 == 9:
             layers[1] = layers[0]
         bound = base.through(layers, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
@@ -102,11 +103,11 @@ def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
 def test_the_lines_below_the_deflections_sums():
     """At random places of random cells the sums are nowhere below the lines, and near them where cells are narrow."""
     half = Half(program(max_deflection=LIMIT))
-    rng, sums = np.random.default_rng(3), half.sums
+    rng, sums, edges = np.random.default_rng(3), half.sums, kinks(half.program.scene)
     for parts in (1, 8, 64):
-        t = np.concatenate([np.linspace(a, b, parts + 1)[:-1] for a, b in itertools.pairwise(half.edges)])
-        h = np.repeat(np.diff(half.edges) / parts, parts)
-        table = cells(half, t, h, sums).table
+        t = np.concatenate([np.linspace(a, b, parts + 1)[:-1] for a, b in itertools.pairwise(edges)])
+        h = np.repeat(np.diff(edges) / parts, parts)
+        table = cells(half, t, h).table
         for at in rng.uniform(size=(20, t.size)):
             for row, value in zip((BENT, SHEARED), sums.upto(t + at * h), strict=True):
                 above = value - table[:, row] - at * (table[:, row + 1] - table[:, row])
@@ -212,7 +213,7 @@ def test_a_duality_gap_is_closed():
     scene = pin.Scene(geometry, 0.5 * most, steel)
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
     half = Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
-    breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], half.edges[1:-1])
+    breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], kinks(scene)[1:-1])
     least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
     found = lightest_steps(half, 2)
     volume = found.walls.volume
@@ -220,8 +221,7 @@ def test_a_duality_gap_is_closed():
     assert volume == pytest.approx(least, rel=1e-4)
     assert volume * (1 - 1e-7) <= found.bound <= volume
     # One multiplier for all breaks leaves more than a ten-thousandth open.
-    base = ground(half, half.sums, 400)
-    one = base.around([points(half, base.edges, half.sums)], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    one = Bounds(half).around([points(half, half.edges(400))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert one.value < volume * (1 - 1e-4)
 
 
@@ -317,6 +317,6 @@ def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
     lightest = min(half.weigh(np.array([t, 1.0])).volume for t in np.linspace(0.29, 0.31, 2001))
     assert found.certificate.bound <= solid * lightest
     assert found.value.check.mass <= solid * lightest * (1 + 1e-6)
-    base, places = ground(half, half.sums, 24), found.value.corners[1][0] / (0.5 * scene.geometry.length)
-    fixed = base.around([points(half, np.array([places]), half.sums)], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    places = found.value.corners[1][0] / (0.5 * scene.geometry.length)
+    fixed = Bounds(half).around([points(half, np.array([places]))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert fixed.value < found.certificate.bound / solid * (1 - 1e-5)

@@ -51,18 +51,18 @@ class Cells:
         return [self.taken(slice(end - count, end)) for count, end in zip(counts, ends, strict=True)]
 
 
-def points(half: Half, t: Array, sums: Sums | None) -> Cells:
+def points(half: Half, t: Array) -> Cells:
     """Return cells of zero width, with exact f, B and S."""
     table = np.zeros((t.size, COLUMNS))
     table[:, AT : AT + 2] = t[:, None]
     table[:, FLOOR : FLOOR + 2] = half.least(t)[:, None]
-    if sums is not None:
-        bent, sheared = sums.upto(t)
+    if half.sums is not None:
+        bent, sheared = half.sums.upto(t)
         table[:, BENT : BENT + 2], table[:, SHEARED : SHEARED + 2] = bent[:, None], sheared[:, None]
     return Cells(t, np.zeros_like(t), np.zeros(t.size, dtype=bool), table)
 
 
-def cells(half: Half, t: Array, h: Array, sums: Sums | None) -> Cells:
+def cells(half: Half, t: Array, h: Array) -> Cells:
     """Return cells of width h from t, from samples inside each."""
     grid = t[:, None] + h[:, None] * _SAMPLES
     grid[:, -1] = np.minimum(t + h, 1.0)
@@ -78,9 +78,9 @@ def cells(half: Half, t: Array, h: Array, sums: Sums | None) -> Cells:
     table[:, FLOOR] = np.where(flat, first, low)
     table[:, FLOOR + 1] = np.where(flat, first, low + (last - first))
     still = np.ones(t.size, dtype=bool)
-    if sums is not None:
-        value = sums.upto(grid.ravel()).reshape(2, *grid.shape)
-        table[:, BENT : BENT + 2], table[:, SHEARED : SHEARED + 2] = _lines_below(grid, value, sums)
+    if half.sums is not None:
+        value = half.sums.upto(grid.ravel()).reshape(2, *grid.shape)
+        table[:, BENT : BENT + 2], table[:, SHEARED : SHEARED + 2] = _lines_below(grid, value, half.sums)
         still = np.all(value[:, :, 0] == value[:, :, -1], axis=0)
     return Cells(t, h, (last <= first) & still, table)
 
@@ -104,9 +104,9 @@ def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
     return ends
 
 
-def finer(half: Half, old: list[Cells], sums: Sums | None) -> list[Cells]:
+def finer(half: Half, old: list[Cells]) -> list[Cells]:
     """Split the cells of every layer into CUT parts each."""
     t, h = (np.concatenate([getattr(layer, name) for layer in old]) for name in ("t", "h"))
     h = h / CUT
     start = (t[:, None] + h[:, None] * np.arange(CUT)).ravel()
-    return cells(half, start, np.repeat(h, CUT), sums).split([CUT * layer.t.size for layer in old])
+    return cells(half, start, np.repeat(h, CUT)).split([CUT * layer.t.size for layer in old])

@@ -20,6 +20,10 @@ from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
 
+APART = 1e-12
+"""Distance below which two positions of the bar, 0 to 1, are identical."""
+_SAMPLES_PER_EDGE = 8
+
 
 @dataclass(frozen=True)
 class Walls:
@@ -42,7 +46,7 @@ class Half:
 
     @cached_property
     def law(self) -> Array:
-        """Flexibility law of the sections: kappa (``solvers.pin.optimum.one_station``) and Cowper's constants."""
+        """Flexibility law of the sections: kappa (``solvers.pin.section.flexibility``) and Cowper's constants."""
         law = self.program.law
         return np.array([self.program.sought.kappa, law.a, law.b])
 
@@ -61,11 +65,6 @@ class Half:
     def middle(self) -> float:
         """Position of the middle [m]."""
         return 0.5 * self.program.scene.geometry.length
-
-    @cached_property
-    def edges(self) -> Array:
-        """Fractions with kinks, including 0 and 1."""
-        return kinks(self.program.scene)
 
     @cached_property
     def _peaks(self) -> Array:
@@ -91,14 +90,50 @@ class Half:
     def weigh(self, places: Array) -> Walls | None:
         """Return the lightest walls for steps that end at these positions, the last at 1; None if none are stiff
         enough."""
-        share = np.diff(places, prepend=0.0)
+        share, least = np.diff(places, prepend=0.0), self.least(places)
+        if self.sums is None:
+            return Walls(least, float(share @ least), 0.0)
         sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0)
         bending, shear = np.maximum(mean, 0.0)
         p = self.program
         steps = Segments(share, bending, shear, 1.0, p.sought.kappa, p.law, places.size)
-        found = weigh_segments(steps, self.least(places), True)
+        found = weigh_segments(steps, least, True)
         return None if found is None else Walls(found.solidity, float(share @ found.solidity), found.multiplier)
+
+    def edges(self, count: int) -> Array:
+        """Return the edges of the first cells: at the half's kinks and at most 1/``count`` apart, from 0 to 1."""
+        edges = np.union1d(np.linspace(0.0, 1.0, count + 1), kinks(self.program.scene))
+        edges = np.union1d(edges, _plateau_ends(self, edges))
+        return edges[np.concatenate([[True], np.diff(edges) > APART])]
+
+
+def _plateau_ends(half: Half, edges: Array) -> list[float]:
+    """Return where the lower bound of u stops and resumes increasing: f has kinks there, and breaks favour the
+    latter."""
+    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
+    level = half.least(t)
+    flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
+    begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
+    found = []
+    for begin, end in zip(begins, ends, strict=True):
+        top = level[begin]
+        if begin:
+            found.append(_crossing(half, t[begin - 1], t[begin], top, 1.0))
+        if end + 1 < t.size:
+            found.append(_crossing(half, t[end], t[end + 1], top, 1.0 + 1e-14))
+    return found
+
+
+def _crossing(half: Half, low: float, high: float, top: float, times: float) -> float:
+    """Return where f reaches ``times`` ``top``."""
+    while high - low > 1e-15:
+        grid = np.linspace(low, high, 65)
+        first = int(np.argmax(half.least(grid) >= top * times))
+        if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
+            break
+        low, high = float(grid[first - 1]), float(grid[first])
+    return high if times == 1.0 else low
 
 
 def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:

@@ -34,7 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.one_station import place_below
+from solvers.pin.optimum.station_minimum import minimiser_below
 from solvers.pin.section.flexibility import curvatures, flexibilities
 
 Array = NDArray[np.float64]
@@ -124,7 +124,7 @@ def _step_cost(
             floor = min(after[FLOOR + f], most)
             pulls = lam > 0.0 and (bend > 0.0 or shear > 0.0)
             sought += 1 if pulls else 0
-            u = place_below(lam, width, bend, shear, floor, most, u, kappa, a, b)
+            u = minimiser_below(lam, width, bend, shear, floor, most, u, kappa, a, b)
             # A step may be solid only because the floor excludes a thinner, cheaper one.
             fixed = fixed or u <= floor or (kappa < 0.0 and u >= most)
             bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
@@ -211,7 +211,7 @@ def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
         bend, shear = max(after[BENT + f] - ahead[BENT + e], 0.0), max(after[SHEARED + f] - ahead[SHEARED + e], 0.0)
         u = min(after[FLOOR + f], layers.most[k])
         if lam > 0.0 and (bend > 0.0 or shear > 0.0):
-            u = place_below(lam, width, bend, shear, u, layers.most[k], 0.5, kappa, a, b)
+            u = minimiser_below(lam, width, bend, shear, u, layers.most[k], 0.5, kappa, a, b)
             beta, phi = flexibilities(max(u, 1e-300), kappa, a, b)
             total += bend * beta + shear * phi
         path[0, k], path[1, k] = after[AT + f], u

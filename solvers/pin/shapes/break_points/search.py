@@ -24,11 +24,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.section.flexibility import inflection
+from solvers.pin.shapes.break_points.bounds import Around, Bounds, Through
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, finer
-from solvers.pin.shapes.break_points.ground import APART, Around, Ground, Through, ground
-from solvers.pin.shapes.break_points.half import Half, Walls
+from solvers.pin.shapes.break_points.half import APART, Half, Walls
 from solvers.pin.shapes.break_points.paths import AT, FLOOR
-from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
 
@@ -87,17 +86,16 @@ def lightest_steps(half: Half, steps: int, known: float = 0.0, gap: float = GAP)
 
     ``known`` is a lower bound from elsewhere.
     """
-    limited = half.sums
-    if limited is not None:
-        even = half.weigh(np.arange(1, steps + 1) / steps)
-        if even is None:
-            return None
-        if even.multiplier > 0.0:
-            return _Search(half, steps, limited, gap).close(known)
-    found = _Search(half, steps, None, gap).close(known)
-    if limited is not None and half.weigh(found.places).multiplier > 0.0:
-        return _Search(half, steps, limited, gap).close(known)
-    return found
+    even = half.weigh(np.arange(1, steps + 1) / steps)
+    if even is None:
+        return None
+    if even.multiplier == 0.0:
+        # Probably the limit is not binding.
+        free = Half(replace(half.program, limit=None), half.solid_from)
+        found = _Search(free, steps, gap).close(known)
+        if half.weigh(found.places).multiplier == 0.0:
+            return found
+    return _Search(half, steps, gap).close(known)
 
 
 @dataclass(frozen=True)
@@ -117,11 +115,9 @@ class _Part:
 class _Search:
     """One search for steps and a bound within ``gap``; ``places`` and ``walls`` are the incumbent."""
 
-    def __init__(self, half: Half, steps: int, sums: Sums | None, gap: float) -> None:
-        self.half, self.steps, self.limited = half, steps, sums is not None
-        self.gap = gap
-        first = max(_INITIAL_CELLS[self.limited] * min(GAP / gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
-        self.ground: Ground = ground(half, sums, math.ceil(first))
+    def __init__(self, half: Half, steps: int, gap: float) -> None:
+        self.half, self.steps, self.gap, self.bounds = half, steps, gap, Bounds(half)
+        self.limited = half.sums is not None
         self.places, self.walls = np.zeros(0), None
         self.work = 0
         own = half.program
@@ -130,8 +126,9 @@ class _Search:
 
     def close(self, known: float) -> Steps | None:
         """Bound, refine and branch, lowest bound first."""
-        edges = self.ground.edges
-        first = _undominated(cells(self.half, edges[:-1], np.diff(edges), self.ground.sums))
+        count = max(_INITIAL_CELLS[self.limited] * min(GAP / self.gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
+        edges = self.half.edges(math.ceil(count))
+        first = _undominated(cells(self.half, edges[:-1], np.diff(edges)))
         whole = _Part(
             [first] * (self.steps - 1), (0.0,) * self.steps, (1.0 if self._capped else math.inf,) * self.steps,
             0.5 if self.limited else 0.0,
@@ -173,7 +170,7 @@ class _Search:
 
     def _bounded(self, part: _Part, bound: float) -> tuple[Through, float]:
         """Return the cheapest paths through the part's cells, and the part's bound; weigh the cheapest."""
-        found = self.ground.through(part.layers, part.least, np.array(part.most), part.multiplier)
+        found = self.bounds.through(part.layers, part.least, np.array(part.most), part.multiplier)
         self.work += found.work
         if (np.diff(found.path) >= 0.0).all():
             self._take(found.path)
@@ -189,17 +186,17 @@ class _Search:
         """Update the incumbent from paths through the cells' ends, and the part's multiplier."""
         distinct = {id(layer): layer for layer in part.layers}
         places = [_spread(np.unique(layer.table[:, :2])) for layer in distinct.values()]
-        own = dict(zip(distinct, self.ground.points(places), strict=True)) if places else {}
+        own = dict(zip(distinct, self.bounds.points(places), strict=True)) if places else {}
         ends, most = [own[id(layer)] for layer in part.layers], np.array(part.most)
         if not self.limited:
-            found = self.ground.through(ends, part.least, most, 0.0)
+            found = self.bounds.through(ends, part.least, most, 0.0)
             self.work += found.work
             self._take(found.path)
             return None, part
         volume = math.inf if self.walls is None else self.walls.volume
         size = volume if self.walls is not None else max(1.0, bound)
         tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
-        around = self.ground.around(ends, part.least, most, part.multiplier, tolerance, volume)
+        around = self.bounds.around(ends, part.least, most, part.multiplier, tolerance, volume)
         self.work += around.work
         if math.isfinite(around.value):
             self._take(around.stiff[0])
@@ -210,7 +207,7 @@ class _Search:
     def _take(self, places: Array) -> None:
         """Weigh steps, and keep them if they are the lightest yet."""
         self.work += _WEIGHING_WORK
-        walls = self.ground.walls(places)
+        walls = self.half.weigh(places)
         if walls is not None and (self.walls is None or walls.volume < self.walls.volume):
             self.places, self.walls = places, walls
 
@@ -224,7 +221,7 @@ class _Search:
                     return parted
         if sum(CUT * CUT * a.t.size * b.t.size for a, b in pairwise(kept.layers)) > _MOST_PAIRS:
             return []
-        split = finer(self.half, kept.layers, self.ground.sums)
+        split = finer(self.half, kept.layers)
         return [replace(kept, layers=[_undominated(layer) for layer in split])]
 
     def _parted(self, part: _Part, around: Around) -> list[_Part]:
@@ -270,7 +267,7 @@ class _Search:
         free = (0.0,) * self.steps, np.full(self.steps, 1.0 if self._capped else math.inf)
         while reach > least and math.isfinite(self.walls.multiplier):
             grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
-            self._take(self.ground.through(self.ground.points(grids), *free, self.walls.multiplier).path)
+            self._take(self.bounds.through(self.bounds.points(grids), *free, self.walls.multiplier).path)
             reach *= 0.25
 
 

@@ -23,7 +23,7 @@ class RingResult:
 
     ovalization: float
     ovalization_max: float | None
-    stresses: ovalization.RingStresses
+    stresses: ovalization.Ring
     stress_max: float | None
     model: str
 
@@ -43,7 +43,7 @@ def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
     middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
     own = ovalization.ring(*like(middle))
     if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
-        return RingResult(own.ovalization, None, own.stresses, None, own.model)
+        return RingResult(own.ovalization, None, own, None, own.model)
     most = own if like(thinnest) == like(middle) else ovalization.ring(*like(thinnest))
     stress = ovalization.greatest_stress(*like(thinnest))
-    return RingResult(own.ovalization, most.ovalization, own.stresses, stress, own.model)
+    return RingResult(own.ovalization, most.ovalization, own, stress, own.model)

@@ -1,4 +1,4 @@
-"""Common basis of the step search: the half, chains of layers and their bounds."""
+"""Bounds of the lightest steps over all break points in layers of cells, at one multiplier or at the best."""
 
 from __future__ import annotations
 
@@ -12,15 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.cells import Cells, points
-from solvers.pin.shapes.break_points.half import Half, Walls
+from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, greatest_dual, trace
-from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
 
-APART = 1e-12
-"""Distance below which two positions of the bar, 0 to 1, are identical."""
-_SAMPLES_PER_EDGE = 8
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work in cost evaluations: of a call, of a wall that requires a minimisation, and of one that does not."""
 
@@ -49,22 +45,19 @@ class Through:
 
 
 @dataclass(frozen=True)
-class Ground:
-    """A half with its deflection integrals and the ``edges`` of the first cells; ``sums`` is None without a binding
-    deflection limit."""
+class Bounds:
+    """Bounds of all break points of a half in layers of cells, one layer for each break point."""
 
     half: Half
-    sums: Sums | None
-    edges: Array
 
     @cached_property
     def _ends(self) -> tuple[Cells, Cells]:
         """The end and the middle of the bar as cells of zero width."""
-        return points(self.half, np.zeros(1), self.sums), points(self.half, np.ones(1), self.sums)
+        return points(self.half, np.zeros(1)), points(self.half, np.ones(1))
 
     def points(self, places: list[Array]) -> list[Cells]:
         """Return one layer of points, cells of zero width, for each array of positions."""
-        return points(self.half, np.concatenate(places), self.sums).split([t.size for t in places])
+        return points(self.half, np.concatenate(places)).split([t.size for t in places])
 
     def _chain(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
         """Return the layers between the bar's two ends with the walls' bounds, and room for their costs; steps between
@@ -109,45 +102,3 @@ class Ground:
         soft, stiff = np.empty((2, 2, most.size))
         multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
         return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
-
-    def walls(self, places: Array) -> Walls | None:
-        """Return the lightest walls for these break points; None if none are stiff enough."""
-        if self.sums is not None:
-            return self.half.weigh(places)
-        levels = self.half.least(places)
-        return Walls(levels, float(levels @ np.diff(places, prepend=0.0)), 0.0)
-
-
-def ground(half: Half, sums: Sums | None, count: int) -> Ground:
-    """Return the common basis with edges at the half's kinks and at most 1/``count`` apart."""
-    edges = np.union1d(np.linspace(0.0, 1.0, count + 1), half.edges)
-    edges = np.union1d(edges, _plateau_ends(half, edges))
-    return Ground(half, sums, edges[np.concatenate([[True], np.diff(edges) > APART])])
-
-
-def _plateau_ends(half: Half, edges: Array) -> list[float]:
-    """Return where the lower bound of u stops and resumes increasing: f has kinks there, and breaks favour the
-    latter."""
-    t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
-    level = half.least(t)
-    flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
-    begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
-    found = []
-    for begin, end in zip(begins, ends, strict=True):
-        top = level[begin]
-        if begin:
-            found.append(_crossing(half, t[begin - 1], t[begin], top, 1.0))
-        if end + 1 < t.size:
-            found.append(_crossing(half, t[end], t[end + 1], top, 1.0 + 1e-14))
-    return found
-
-
-def _crossing(half: Half, low: float, high: float, top: float, times: float) -> float:
-    """Return where f reaches ``times`` ``top``."""
-    while high - low > 1e-15:
-        grid = np.linspace(low, high, 65)
-        first = int(np.argmax(half.least(grid) >= top * times))
-        if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
-            break
-        low, high = float(grid[first - 1]), float(grid[first])
-    return high if times == 1.0 else low

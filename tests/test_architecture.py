@@ -119,7 +119,7 @@ ROOMS = {
         "shapes", "problem", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip
-"""The rooms of a wing, or of a large one of these, in the order in which the data flows: each may import those before it."""
+"""The rooms of a wing, or of a large room, in the order in which the data flows: each may import those before it."""
 
 
 def arrows(wing: str) -> set[tuple[str, str]]:

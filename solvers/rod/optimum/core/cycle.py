@@ -14,7 +14,7 @@ from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
 from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_force
-from solvers.rod.optimum import peak_model
+from solvers.rod.optimum.core import peak_model
 from solvers.rod.optimum.core.peak_model import Array, CorePeaks, side_and_pressure, stress_table
 from solvers.rod.optimum.peaks import ANGLE_STEP, ANGLES, Peaks, Wanted, from_corners, peaks_of, reaction_peaks
 from solvers.rod.optimum.sqp import ALL

@@ -21,6 +21,7 @@ SOURCES = (
         for path in sorted(_SOLVERS.rglob("*.py"))
         if not set(path.relative_to(_SOLVERS).with_suffix("").parts) & set(_SILENT)
     ),
+    _APP / "designs" / "references.py",
     *sorted(_APP.glob("designs/*/request.py")),
     *sorted(_APP.glob("designs/*/reference.py")),
     *(_APP / "designs" / f"{name}.py" for name in ("accuracy", "claims", "independent", "schema")),

@@ -111,7 +111,7 @@ class Pin(_Sought):
                 ovalization.ring(scene.force, g.outer_diameter, g.length, 1.0 - w, m.elastic_modulus, m.poisson)
                 for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
             )
-            oval, stress = widest.ovalization, max(widest.stresses.greatest, middle.stresses.greatest)
+            oval, stress = widest.ovalization, max(widest.greatest, middle.greatest)
         mass, use = sought.mass_of(scene, np.array(whole.x), sizes), float(program.uses(wall).max())
         return Figures(mass, use, program.deflection(program.sought.solidity_of(wall)), oval, stress)
 

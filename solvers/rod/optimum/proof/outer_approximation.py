@@ -234,7 +234,7 @@ def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted) 
     return governed, np.array(sections)
 
 
-def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View, fewer: int) -> Relaxation:
+def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: View, fewer: int = 1) -> Relaxation:
     """The problem at the view's angles and sections; the mean of friction power over every ``fewer``-th angle of the
     cycle, less what that may be wrong by."""
     angles = np.array(view.angles)

@@ -143,15 +143,15 @@ def test_the_error_of_a_plane_falls_with_the_square_of_the_box(force):
     assert errors[1] < 0.02 * errors[0]
 
 
-@pytest.mark.parametrize("gap", [1e-3, 1e-6])
-def test_a_proof_of_friction_power_leaves_no_better_strip_out(gap):
-    """It ends at an optimum that 4,000 random strips do not better."""
+@pytest.mark.parametrize(("gap", "fewer"), [(1e-3, certificate._FEWER), (1e-6, 1)])
+def test_a_proof_of_friction_power_leaves_no_better_strip_out(gap, fewer):
+    """It ends at an optimum that 4,000 random strips do not better by their mean over all angles."""
     cycle, limits = core_cycle(PAPER, serensen(PAPER.material), 0.0), limited(2.3, 1.5)
     view = certificate.View([*np.linspace(0, 2 * np.pi, 12, endpoint=False)], [1.0, 0.7, 0.4, 0.2])
-    p = certificate._relaxation(cycle, rod.OBJECTIVES["friction_power"], limits, view)
+    p, exact = (certificate._relaxation(cycle, rod.OBJECTIVES["friction_power"], limits, view, n) for n in (fewer, 1))
     bound, _, _, best = prove(p, SLICE[None], np.array([10e-3, 25e-3]), np.zeros(2), math.inf, gap, 20_000)
     assert best[0] - gap * (1.0 + 1e-9) <= bound <= best[0]
     rng = np.random.default_rng(7)
     x1, x2 = -math.log(SLICE[1] * SLICE[3] ** 3), -math.log(SLICE[0] * SLICE[2] ** 3)
-    least = min(best_at(p, rng.uniform(x1, x2), rng.uniform(10e-3, 25e-3)) for _ in range(4_000))
+    least = min(best_at(exact, rng.uniform(x1, x2), rng.uniform(10e-3, 25e-3)) for _ in range(4_000))
     assert least >= bound

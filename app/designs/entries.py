@@ -17,7 +17,7 @@ from importlib import import_module
 from typing import Any
 
 from app.designs.signatures import ENTRIES, TUPLES
-from solvers.numerics.jit import KERNELS, Kernel, sources
+from solvers.numerics.jit import KERNELS, Kernel
 
 Part = tuple[str, str]
 
@@ -29,29 +29,44 @@ _SHORT = {"float64": "f", "int64": "i", "bool": "b", "complex128": "c"}
 _WORD = re.compile(r"([fibc])(\d?)(F?)(r?)")
 
 
-def units_of(part: Part) -> list[tuple[Entry, ...]]:
-    """The part's entries in units, each compiled by one process: a module's entries, and those of the modules it uses.
+def units_of(part: Part) -> list[tuple[tuple[Entry, ...], frozenset[str]]]:
+    """The part's entries in units, each compiled by one process, and the names of all kernels of each.
 
-    A module includes the inner kernels of those that it uses; in another process these would be compiled again. The
+    A unit is an entry, with those that it calls as inner kernels: in another process these would be compiled again. The
     longest units come first, so that two processes finish at about the same time.
     """
-    left: dict[str, list[Entry]] = {}
-    for entry in ENTRIES.get(part, ()):
-        left.setdefault(_module(entry[0]), []).append(entry)
+    left = {entry: _called_by(_kernel(entry[0])) for entry in ENTRIES.get(part, ())}
     units = []
-    for module in sorted(left, key=_source_size, reverse=True):
-        used = [each for each in left if sources(each)[0] in sources(module)]
-        units.append(tuple(entry for each in used for entry in left.pop(each)))
-    return [unit for unit in units if unit]
+    for entry in sorted(left, key=lambda each: sum(map(code_size, left[each])), reverse=True):
+        if entry in left:
+            called = left[entry]
+            entries = (entry, *(each for each in left if each != entry and _kernel(each[0]) in called))
+            units.append((entries, frozenset(map(name_of, called))))
+            for each in entries:
+                del left[each]
+    return units
 
 
-def _module(name: str) -> str:
-    return name.rpartition(".")[0]
+def _called_by(kernel: Kernel) -> set[Kernel]:
+    """The kernel and all that it calls, directly or indirectly."""
+    found, waiting = {kernel}, [kernel]
+    while waiting:
+        of = waiting.pop().py_func
+        called = (of.__globals__.get(name) for name in of.__code__.co_names)
+        new = {each for each in called if isinstance(each, Kernel)} - found
+        found |= new
+        waiting += new
+    return found
 
 
-def _source_size(module: str) -> int:
-    """Size in bytes of the sources its kernels may include, as an estimate of the compilation time."""
-    return sum(path.stat().st_size for path in sources(module))
+def name_of(kernel: Kernel) -> str:
+    """Qualified name of a kernel."""
+    return f"{kernel.py_func.__module__}.{kernel.py_func.__name__}"
+
+
+def code_size(kernel: Kernel) -> int:
+    """Size of the kernel's own bytecode, by which the time to compile it is estimated."""
+    return len(kernel.py_func.__code__.co_code)
 
 
 def compile_entry(entry: Entry) -> bool:
@@ -65,7 +80,8 @@ def compile_entry(entry: Entry) -> bool:
 
 
 def _kernel(name: str) -> Kernel:
-    found = getattr(import_module(_module(name)), name.rpartition(".")[2])
+    module, _, own = name.rpartition(".")
+    found = getattr(import_module(module), own)
     assert isinstance(found, Kernel)
     return found
 
@@ -97,7 +113,7 @@ def called() -> Iterator[tuple[str, Any]]:
     for kernel in KERNELS:
         if "compiled" in kernel.__dict__:
             for types in kernel.compiled.signatures:
-                yield f"{kernel.py_func.__module__}.{kernel.py_func.__name__}", types
+                yield name_of(kernel), types
 
 
 def word_of(type_: Any, tuples: dict[str, str]) -> str:

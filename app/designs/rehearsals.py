@@ -63,8 +63,13 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
 """Further requests, as changes of the kind's example."""
 
 
-PARTS: tuple[tuple[str, str], ...] = tuple((kind.slug, str(mode)) for kind in KINDS.values() for mode in kind.jobs)
-"""All kinds and modes in compilation order: the kind of the first run first."""
+PARTS: tuple[tuple[str, str], ...] = tuple(
+    (kind.slug, str(mode))
+    for kind in KINDS.values()
+    for mode in sorted(kind.jobs, key=lambda each: each is Mode.DESIGN)
+)
+"""All kinds and modes in compilation order: the kind of the first run first, its check, which needs less, before its
+design."""
 
 WINGS: Mapping[str, str] = {
     "flexible-rod": "solvers.rod",

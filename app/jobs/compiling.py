@@ -9,28 +9,38 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from multiprocessing.connection import Connection
-from typing import Any
+from typing import NamedTuple
 
 from app.jobs import warm_markers
 from app.jobs.warm_markers import Part
 
-Unit = tuple[tuple[str, str], ...]
-"""Entries to compile together: names and type signatures."""
+
+class Unit(NamedTuple):
+    """Entries to compile together, by names and types, and the names of all kernels that this compiles."""
+
+    entries: tuple[tuple[str, str], ...]
+    kernels: frozenset[str]
+
 
 _NICENESS = 5
 _REPORT_INTERVAL_S = 0.25
 
 
 def report_compiled(connection: Connection) -> None:
-    """Child process: send which parts are compiled, the kernels of each kind, and the units of uncompiled parts."""
-    from app.designs.entries import units_of
+    """Child process: send which parts are compiled, the kernels of each kind with the sizes of their code, and the
+    units of uncompiled parts."""
+    from app.designs.entries import code_size, name_of, units_of
     from app.designs.rehearsals import PARTS, WINGS
     from solvers.numerics.jit import KERNELS
 
-    names = [_qualified_name(kernel) for kernel in KERNELS]
-    kernels = {kind: [name for name in names if name.startswith(wing + ".")] for kind, wing in WINGS.items()}
+    sizes = {name_of(kernel): code_size(kernel) for kernel in KERNELS}
+    kernels = {
+        kind: {name: size for name, size in sizes.items() if name.startswith(wing + ".")}
+        for kind, wing in WINGS.items()
+    }
     compiled = {part: warm_markers.exists(part) for part in PARTS}
-    connection.send((compiled, kernels, {part: units_of(part) for part, warm in compiled.items() if not warm}))
+    units = {part: [Unit(*each) for each in units_of(part)] for part, warm in compiled.items() if not warm}
+    connection.send((compiled, kernels, units))
     _wait_until_closed(connection)
 
 
@@ -43,7 +53,7 @@ def compile_units(connection: Connection) -> None:
         while True:
             unit: Unit = connection.recv()
             with _reporting(connection):
-                for entry in unit:
+                for entry in unit.entries:
                     compile_entry(entry)
             connection.send(None)
 
@@ -84,21 +94,18 @@ def _reporting(connection: Connection) -> Iterator[None]:
 
 
 def _report(connection: Connection, stopped: threading.Event) -> None:
+    from app.designs.entries import name_of
     from solvers.numerics.jit import KERNELS
 
     reported: set[str] = set()
     while True:
         last = stopped.wait(_REPORT_INTERVAL_S)
-        now = {_qualified_name(kernel) for kernel in list(KERNELS) if kernel.is_compiled}
+        now = {name_of(kernel) for kernel in list(KERNELS) if kernel.is_compiled}
         if now - reported:
             connection.send(sorted(now - reported))
             reported |= now
         if last:
             return
-
-
-def _qualified_name(kernel: Any) -> str:
-    return f"{kernel.py_func.__module__}.{kernel.py_func.__name__}"
 
 
 def _wait_until_closed(connection: Connection) -> None:

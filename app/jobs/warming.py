@@ -10,9 +10,9 @@ from __future__ import annotations
 import threading
 import time
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 from app.jobs.compiling import Unit, compile_units, report_compiled, solve_rehearsals
 from app.jobs.errors import Warming, WorkerCrashed
@@ -25,8 +25,8 @@ logger = get_logger(__name__)
 PROCESSES = 2
 _ATTEMPTS = 3
 _POLL_INTERVAL_S = 0.25
-_PRIOR_S, _PRIOR_WEIGHT = 0.1, 10
-"""Prior estimate of the seconds per kernel, and its weight in number of kernels."""
+_PRIOR_PACE, _PRIOR_SIZE = 1e-4, 60_000
+"""Prior estimate of the seconds per byte of a kernel's bytecode, and its weight in bytes."""
 
 
 @dataclass(frozen=True)
@@ -57,15 +57,7 @@ class _Task:
     """Work for a compiler process: a unit of entries to compile, or without one the part's rehearsals."""
 
     part: Part
-    unit: Unit = ()
-
-
-@dataclass
-class _KernelSet:
-    """The kernels of a kind: all of them, and those already compiled."""
-
-    kernels: frozenset[str] = frozenset()
-    compiled: set[str] = field(default_factory=set)
+    unit: Unit | None = None
 
 
 StatusListener = Callable[[WarmupStatus], None]
@@ -83,7 +75,11 @@ class KernelWarming:
     ) -> None:
         self._fork_server, self._on_status, self._processes = fork_server, on_status, processes
         self._parts: dict[Part, _Progress] = {}
-        self._kernel_sets: dict[str, _KernelSet] = {}
+        self._sizes: dict[str, dict[str, int]] = {}
+        """Size of the code of every kernel of a kind."""
+        self._compiled: set[str] = set()
+        self._finished: list[frozenset[str]] = []
+        """Kernels of every unit that is finished."""
         self._waiting: deque[_Task] = deque()
         self._running: list[_Task] = []
         self._lock = threading.RLock()
@@ -141,8 +137,8 @@ class KernelWarming:
         """Status of one kind."""
         with self._lock:
             states = [p.state for part, p in self._parts.items() if part[0] == kind]
-            kernels_of_kind = self._kernel_sets.get(kind, _KernelSet())
-            done, of = len(kernels_of_kind.compiled & kernels_of_kind.kernels), len(kernels_of_kind.kernels)
+            kernels = self._sizes.get(kind, {}).keys()
+            done, of = len(kernels & self._compiled), len(kernels)
             if not states or "unknown" in states:
                 return WarmupStatus(kind, "unknown", 0, 0, 1.0)
             if all(state == "warm" for state in states):
@@ -154,19 +150,21 @@ class KernelWarming:
 
     def _remaining(self, kind: str) -> float:
         """Estimated seconds until the kind is warm, at the pace so far; kinds before it in the queue are compiled
-        first."""
-        left = 0
-        for each, kernels_of_kind in self._kernel_sets.items():
-            open_ = any(p.state in ("waiting", "compiling") for part, p in self._parts.items() if part[0] == each)
-            left += len(kernels_of_kind.kernels - kernels_of_kind.compiled) if open_ else 0
-            if each == kind:
-                break
-        compiled = sum(
-            len(kernels_of_kind.compiled & kernels_of_kind.kernels) for kernels_of_kind in self._kernel_sets.values()
-        )
+        first.
+
+        The code of every kernel counts twice: when it has been read, and when a unit that includes it is machine code.
+        """
+        kinds = list(self._sizes)
+        open_ = {part[0] for part, p in self._parts.items() if p.state in ("waiting", "compiling")}
+        ahead = {each for each in kinds[: kinds.index(kind) + 1] if each in open_}
+        size_of = {name: size for sizes in self._sizes.values() for name, size in sizes.items()}
+        unread = {name for each in ahead for name in self._sizes[each]} - self._compiled
+        tasks = (*self._waiting, *self._running)
+        units = [task.unit.kernels for task in tasks if task.unit and task.part[0] in ahead]
+        left = _size(unread, size_of) + sum(_size(kernels, size_of) for kernels in units)
+        done = _size(self._compiled, size_of) + sum(_size(kernels, size_of) for kernels in self._finished)
         elapsed = time.monotonic() - self._began
-        pace = (elapsed + _PRIOR_S * _PRIOR_WEIGHT) / (compiled + _PRIOR_WEIGHT)
-        return max(1.0, left * pace)
+        return max(1.0, left * (elapsed + _PRIOR_PACE * _PRIOR_SIZE) / (done + _PRIOR_SIZE))
 
     def _run(self) -> None:
         try:
@@ -206,7 +204,7 @@ class KernelWarming:
         with self._lock:
             self._began = time.monotonic()
             self._parts = {part: _Progress("warm" if warm else "waiting") for part, warm in compiled.items()}
-            self._kernel_sets = {kind: _KernelSet(frozenset(names)) for kind, names in kernels.items()}
+            self._sizes = kernels
             for part in (part for part, warm in compiled.items() if not warm):
                 self._waiting.extend(_Task(part, unit) for unit in units[part])
                 self._waiting.append(_Task(part))
@@ -217,7 +215,7 @@ class KernelWarming:
         """Work through the tasks with one compiler process until none is left."""
         compiler = _Compiler(self._fork_server, self._kernels_compiled)
         try:
-            while (task := self._next_task(compiler.modules)) is not None:
+            while (task := self._next_task(compiler.kernels)) is not None:
                 try:
                     if task.unit:
                         compiler.compile(task)
@@ -226,15 +224,17 @@ class KernelWarming:
                 finally:
                     with self._changed:
                         self._running.remove(task)
+                        if task.unit:
+                            self._finished.append(task.unit.kernels)
                         self._changed.notify_all()
         finally:
             compiler.close()
 
-    def _next_task(self, modules: set[str]) -> _Task | None:
+    def _next_task(self, own: set[str]) -> _Task | None:
         """The first runnable task: rehearsals wait until the entries of earlier parts and their own are compiled.
 
-        Of the units of a part, the one with most modules among those the process has compiled kernels of: inner
-        kernels are then compiled once.
+        Of the units of a part, the one most of whose kernels are among the process's ``own``, which it has compiled,
+        and fewest among those of others: inner kernels are then compiled once.
         """
         with self._changed:
             while self._waiting and not self._closed:
@@ -242,8 +242,9 @@ class KernelWarming:
                 busy = min((order.index(task.part) for task in self._running if task.unit), default=len(order))
                 found = next((s for s in self._waiting if s.unit or order.index(s.part) < busy), None)
                 if found is not None:
+                    others = self._compiled - own
                     units = [task for task in self._waiting if task.unit and task.part == found.part]
-                    found = max(units, key=lambda task: _share(task.unit, modules)) if found.unit else found
+                    found = max(units, key=lambda task: _shared(task.unit, own, others)) if found.unit else found
                     self._waiting.remove(found)
                     self._running.append(found)
                     self._parts[found.part].state = "compiling"
@@ -253,8 +254,7 @@ class KernelWarming:
 
     def _kernels_compiled(self, part: Part, names: list[str]) -> None:
         with self._lock:
-            for kernels_of_kind in self._kernel_sets.values():
-                kernels_of_kind.compiled.update(name for name in names if name in kernels_of_kind.kernels)
+            self._compiled.update(names)
         self._on_status(self.status(part[0]))
 
     def _rehearse(self, task: _Task) -> None:
@@ -291,26 +291,25 @@ class KernelWarming:
             self._fork_server.exit_code(child)
 
 
-def _module(kernel: str) -> str:
-    return kernel.rpartition(".")[0]
+def _size(names: Iterable[str], size_of: Mapping[str, int]) -> int:
+    return sum(size_of.get(name, 0) for name in names)
 
 
-def _share(unit: Unit, modules: set[str]) -> float:
-    """Share of the unit's modules that are among ``modules``."""
-    own = {_module(name) for name, _ in unit}
-    return len(own & modules) / len(own)
+def _shared(unit: Unit, own: set[str], others: set[str]) -> float:
+    """Share of the unit's kernels that are among ``own``, less that among ``others``."""
+    return (len(unit.kernels & own) - len(unit.kernels & others)) / len(unit.kernels)
 
 
 class _Compiler:
     """A child process that compiles units one after another; inner kernels that they share are typed once.
 
-    ``modules`` are those it has compiled kernels of.
+    ``kernels`` are those it has compiled.
     """
 
     def __init__(self, fork_server: ForkServer, on_compiled: Callable[[Part, list[str]], None]) -> None:
         self._fork_server, self._on_compiled = fork_server, on_compiled
         self._child: Child | None = None
-        self.modules: set[str] = set()
+        self.kernels: set[str] = set()
 
     def compile(self, task: _Task) -> None:
         """Compile a unit; what fails is left to the rehearsals."""
@@ -319,7 +318,7 @@ class _Compiler:
                 self._child = self._fork_server.fork(compile_units)
             self._child.connection.send(task.unit)
             while (names := self._child.connection.recv()) is not None:
-                self.modules.update(map(_module, names))
+                self.kernels.update(names)
                 self._on_compiled(task.part, names)
         except (WorkerCrashed, EOFError, OSError):
             self.close()
@@ -330,7 +329,7 @@ class _Compiler:
             self._child.kill()
             self._fork_server.exit_code(self._child)
             self._child = None
-            self.modules.clear()
+            self.kernels.clear()
 
 
 def format_status(status: WarmupStatus) -> str:

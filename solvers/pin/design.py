@@ -199,6 +199,9 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         volume = program.volume(program.lower)
         rough = doubt.sum() > mass_tolerance * volume
         if not rough:
+            if coupled and result is not None:
+                former, answer, _ = result
+                program = replace(program, near=np.interp(stations.x, former.stations.x, answer.solidity))
             best = problem.form.find(program, accuracy)
             if best is None:
                 return None

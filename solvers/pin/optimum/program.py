@@ -47,7 +47,7 @@ class Program:
     the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even the solid section fails),
     ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``law`` the shear flexibility, ``limit``
     the maximum deflection (None: none), ``anchor`` the index of the second half's first station (n if one half
-    represents both).
+    represents both), ``near`` the u of an answer on other stations, to start from (None: none is known).
     """
 
     scene: Scene
@@ -65,6 +65,7 @@ class Program:
     law: ShearFlexibility
     limit: float | None
     anchor: int
+    near: Array | None = None
 
     @property
     def share(self) -> Array:

@@ -232,6 +232,8 @@ class ProcessPool:
                     self._fork_server.start()
                 except OSError as error:  # out of file descriptors, processes or memory: retried in a second
                     logger.error("fork_server_start_failed", reason=str(error))
+                    for lane in self._lanes:
+                        lane.refuse(_no_process(error))
             for lane in self._lanes:
                 self._reap(lane)
                 self._start_workers(lane)
@@ -256,9 +258,13 @@ class ProcessPool:
             try:
                 lane.add(Worker.start(self._fork_server, lane.settings))
             except OSError as error:  # out of file descriptors, processes or memory
-                lane.refuse(Busy(f"no worker process can be started: {error.strerror}", _RESOURCES_RETRY_S))
+                lane.refuse(_no_process(error))
                 return
             except WorkerCrashed as error:
                 if not self._closed:
                     logger.warning("worker_start_failed", reason=str(error))
                 return
+
+
+def _no_process(error: OSError) -> Busy:
+    return Busy(f"no worker process can be started: {error.strerror}", _RESOURCES_RETRY_S)

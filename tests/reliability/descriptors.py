@@ -23,6 +23,8 @@ from tests.app.running import Running, wait_until
 
 CHECK = KINDS["pin-profile"].example(Mode.CHECK)
 CHECKS = "/api/v1/checks/pin-profile"
+PATIENCE_S = 20.0
+"""Within this time a request on an open connection is answered or refused, whatever cannot be started."""
 
 
 def held(pid: int) -> int:
@@ -58,10 +60,11 @@ class Asked:
 
     def ask(self, client: httpx.Client, times: int, label: str) -> None:
         for _ in range(times):
-            number = self.statuses.total()
+            number, asked = self.statuses.total(), time.monotonic()
             body: dict[str, Any] = {**CHECK, "effect_tolerance": 0.01 + 1e-6 * number}
             try:
                 answer = client.post(CHECKS, json=body, headers={"Idempotency-Key": f"{number}"})
+                assert time.monotonic() - asked < PATIENCE_S, f"{label}: {answer.status_code} after that time"
             except httpx.TransportError:
                 self.statuses[f"{label}: no answer"] += 1
                 time.sleep(0.05)
@@ -74,7 +77,7 @@ class Asked:
 def exhaust(folder: Path, rounds: int, spare: int = 12) -> Counter[str]:
     """Exhaust the descriptors ``rounds`` times while killing a worker or the template; returns counts of answers.
 
-    Asserts that all answers are documented ones, no acknowledged run is lost, and the service recovers.
+    Asserts that all answers are documented ones and in time, no acknowledged run is lost, and the service recovers.
     """
     asked = Asked()
     with Running(folder, workers=2, batch_workers=0, head_timeout_s=60) as running, running.client() as client:

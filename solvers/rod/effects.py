@@ -14,7 +14,12 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Correction
 from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effect_bounds.first_order import always, in_closed_form, large_displacement, rod_inertia
-from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING
+from solvers.rod.effect_bounds.main_results import (
+    AXIAL_COUPLING,
+    FRICTION_FEEDBACK,
+    RECIPROCATING_MASS,
+    SHEAR_FLEXIBILITY,
+)
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import RodInertia
@@ -48,28 +53,28 @@ EFFECTS: tuple[RodEffect, ...] = (
         name="reciprocating_inertia",
         summary="inertia of the reciprocating mass in the axial force",
         measure="greatest relative change of the main results without the mass, times a margin",
-        influence=partial(in_closed_form, part=MASS),
+        influence=partial(in_closed_form, part=RECIPROCATING_MASS),
         join=partial(replace, moves=True),
     ),
     RodEffect(
         name="beam_column",
         summary="the axial force stiffens (tension) or softens (compression) the strip",
         measure="greatest relative change of the main results in plain bending, times a margin",
-        influence=partial(in_closed_form, part=COUPLES),
+        influence=partial(in_closed_form, part=AXIAL_COUPLING),
         join=partial(replace, beam=BEAM_COLUMN),
     ),
     RodEffect(
         name="shear",
         summary="shear flexibility of the strip (Engesser)",
         measure="greatest relative change of the main results rigid in shear, times a margin",
-        influence=partial(in_closed_form, part=SHEARING),
+        influence=partial(in_closed_form, part=SHEAR_FLEXIBILITY),
         join=_sheared,
     ),
     RodEffect(
         name="friction_feedback",
         summary="the friction force acts back on the axial force",
         measure="greatest relative change of the main results without friction in the axial force, times a margin",
-        influence=partial(in_closed_form, part=FRICTION),
+        influence=partial(in_closed_form, part=FRICTION_FEEDBACK),
         join=partial(replace, feedback=True),
     ),
     RodEffect(

@@ -31,7 +31,7 @@ from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
 from solvers.rod.effect_bounds.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.effect_bounds.sampling import Sampling
-from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
+from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 
 Array = NDArray[np.float64]
 
@@ -193,7 +193,7 @@ def first_frequencies(coupling: Array, head: float, inertia: float, tables: Coll
             load[0] = 0.5 * shape[0] - shape[1] / 6.0
             for k in range(1, n):
                 load[k] = tables.low[k] * shape[k - 1] - tables.high[k] * shape[k + 1]
-            bent_by(q, head, 0.0, shape[0], load, none, tables, workspace, curvature, deflection)
+            solve_bending(q, head, 0.0, shape[0], load, none, tables, workspace, curvature, deflection)
             rayleigh, square = 0.0, 0.0
             for k in range(n + 2):
                 rayleigh += deflection[k] * shape[k] / (2 * k + 1)
@@ -222,7 +222,9 @@ def _quasi_static(states: Array, compliance: float, l: float, head: float, table
     for i in range(count):
         m, sheared = states[SOFTENING, i], compliance * states[SHEAR, i]
         offset = m * (states[STROKE, i] / l + sheared)
-        bent_by(l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, workspace, curvature, out[i])
+        solve_bending(
+            l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, workspace, curvature, out[i]
+        )
         for k in range(n + 2):
             out[i, k] = out[i, k] / m
         # z/l is (P_0 + P_1)/2.
@@ -254,7 +256,9 @@ def _first_iterate(
         load[0] = -(0.5 * acceleration[0] - acceleration[1] / 6.0)
         for k in range(1, n):
             load[k] = -(tables.low[k] * acceleration[k - 1] - tables.high[k] * acceleration[k + 1])
-        q, c = bent_by(coupling[i], head, 0.0, -acceleration[0], load, none, tables, workspace, curvature, response)
+        q, c = solve_bending(
+            coupling[i], head, 0.0, -acceleration[0], load, none, tables, workspace, curvature, response
+        )
         out[0, j], out[1, j] = q, c
         for k in range(n + 2):
             out[2 + k, j] = curvature[k]

@@ -118,7 +118,7 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
         friction=4.0 / math.pi * friction,
         lever=6.0 / scene.piston.skirt_length,
         offset=scene.piston.clamp_offset,
-        buckled=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
+        buckled_force=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
     )
 
 

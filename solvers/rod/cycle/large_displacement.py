@@ -90,14 +90,9 @@ class ElasticaExpansion:
 
 @kernel
 def add_third_order(
-    states: Array,
-    strip: Strip,
-    tables: Collocation,
-    curvature_series: Array,
-    deflection_series: Array,
-    side: Array,
+    states: Array, strip: Strip, tables: Collocation, curvature_series: Array, deflection_series: Array, side: Array,
     moment: Array,
-) -> None:
+) -> None:  # fmt: skip
     """Kernel of ``ElasticaExpansion.add``."""
     n, l, head = tables.nodes.size - 1, strip.length, strip.rod_length - strip.length
     per_force = l * l / strip.stiffness

@@ -84,7 +84,7 @@ def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
     share = np.cos(3.0 * EVEN)
     found, *_ = first_mode_response(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
     expected = 9.0 / (pace**2 - 9.0) * share
-    # The phase after a revolution is shifted toward resonance by a few hundredths of a radian, more for high frequencies.
+    # The phase after a revolution is shifted toward resonance by a few hundredths of a radian, more at high ones.
     assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
 
 

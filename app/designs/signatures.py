@@ -48,7 +48,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.numerics.panels._points", "f1 f1 solvers.numerics.panels.Rule"),
         ("solvers.numerics.panels.tail_errors", "f2 solvers.numerics.panels.Rule"),
         ("solvers.numerics.panels.values_at", "f1 solvers.numerics.panels.Rule f2 f1"),
-        ("solvers.numerics.ripple.reaches", "solvers.numerics.ripple.Ripple f1"),
+        ("solvers.numerics.ripple.amplitude_bounds", "solvers.numerics.ripple.Ripple f1"),
         ("solvers.numerics.ripple.ripple_at", "solvers.numerics.ripple.Ripple i f2 f1"),
         ("solvers.rod.cycle.guide_loads.friction_power", "f1 solvers.numerics.panels.Rule solvers.rod.cycle.guide_loads.Guide f"),
         ("solvers.rod.cycle.large_displacement.add_third_order", "f2 solvers.rod.cycle.state.Strip solvers.rod.strip.elastica_kernels.Collocation f2 f2 f1 f1"),

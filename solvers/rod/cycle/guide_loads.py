@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
-from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.sampling import TURN
 from solvers.rod.piston.friction import travel
@@ -100,7 +100,7 @@ def magnitude(
         above, of_above, _ = greatest(edges, rule, quantity, 1.0, wanted)
         below, of_below, _ = greatest(edges, rule, quantity, -1.0, wanted)
     else:
-        reach = reaches(ripple, parts)
+        reach = amplitude_bounds(ripple, parts)
         above, of_above, _ = greatest_with_ripple(edges, rule, quantity, 1.0, wanted, ripple, parts, reach)
         below, of_below, _ = greatest_with_ripple(edges, rule, quantity, -1.0, wanted, ripple, parts, reach)
     return greater(above, of_above, below, of_below)

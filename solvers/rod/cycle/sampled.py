@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Panels, Rule, inside, resolve, rule_of, split, tail_errors, values_at
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import no_ripple, reaches, ripple_at
+from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, read_guide
 from solvers.rod.cycle.sampling import CHECKED, MOST_PANELS, TURN, first_edges, rule_for
@@ -112,8 +112,8 @@ class SampledCycle:
         ripple, rung = rings.ripple, np.stack([rings.side, rings.moment])
         couple, of_couple = (guide.lever * (m + guide.offset * t) for t, m in (smooth, rung))
         most = float(np.abs(self.side).max() + np.abs(couple).max())
-        reach = reaches(ripple, rung[0]) + reaches(ripple, of_couple)
-        reach, pace = reach.max(axis=0) / most, ripple.pace.max(axis=0)
+        reach = amplitude_bounds(ripple, rung[0]) + amplitude_bounds(ripple, of_couple)
+        reach, pace = reach.max(axis=0) / most, ripple.frequency.max(axis=0)
         # Ringing contributes to a mean by its restarts, by slope jumps of its weight, and quadratically.
         begins, turns = 2.0 * rings.begins / TURN, _MAX_SLOPE_JUMPS / TURN
         noticed = reach * np.minimum(begins / pace + turns / pace**2 + reach.sum(), 1.0)

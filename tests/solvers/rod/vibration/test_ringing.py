@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import rod
-from solvers.numerics.ripple import reaches
+from solvers.numerics.ripple import amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.cycle.guide_loads import magnitude
@@ -165,7 +165,7 @@ def test_a_turn_is_read_with_all_that_rings(load, feedback):
     ):
         wanted = 1e-8 * np.abs(values).max()
         top, error, angle = greatest_with_ripple(
-            edges, rule, values, 1.0, wanted, ripple, parts, reaches(ripple, parts)
+            edges, rule, values, 1.0, wanted, ripple, parts, amplitude_bounds(ripple, parts)
         )
         assert row.max() <= top + error
         near = angle + np.linspace(-1e-4, 1e-4, 201)

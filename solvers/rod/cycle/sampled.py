@@ -132,7 +132,7 @@ class SampledCycle:
 def _widest(cycle: Cycle, rule: Rule) -> float:
     """The widest panels whose last coefficients tell whether the corrections' oscillations are resolved. With fewer
     points than half a turn of theirs has, oscillations look like slower ones."""
-    pace = max(one.pace for one in cycle.refinements)
+    pace = max(one.highest_frequency for one in cycle.refinements)
     return _RADIANS_PER_POINT * rule.points.size / pace if pace else np.inf
 
 
@@ -158,7 +158,7 @@ class _Sampler:
 
     def __init__(self, cycle: Cycle, rule: Rule) -> None:
         self._cycle, self._rule = cycle, rule
-        self._corrections = [refinement.quiet for refinement in cycle.refinements]
+        self._corrections = [refinement.without_ringing for refinement in cycle.refinements]
         self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)

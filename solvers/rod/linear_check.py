@@ -56,7 +56,7 @@ from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
 from solvers.rod.vibration.natural_frequencies import (
     FEW_POLYNOMIALS,
-    OF_FEW,
+    FEW_POLYNOMIALS_ERROR,
     POLYNOMIALS,
     Polynomials,
     all_polynomials,
@@ -190,7 +190,7 @@ def _check_row(
     error = max(relative(compression_error, compression), relative(tension_error, tension))
     mean, mean_error = mean_of(edges, rule, states[FORCE])
     out[0], out[1], out[2], out[3] = 1.0 if is_stable else 0.0, critical, compression, tension
-    few = accuracy >= 10.0 * OF_FEW
+    few = accuracy >= 10.0 * FEW_POLYNOMIALS_ERROR
     polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
     out[4] = frequency_under(modes, stiffness, row[10] * b * h, l, length, mean, polynomials)
     if is_stable and row[22] != 0.0:
@@ -207,7 +207,7 @@ def _check_row(
             error = max(error, ROUNDING_OF_INPUTS / (1.0 - compression / critical))
     if critical + mean > 0.0:
         # The frequency is proportional to the square root of the critical force plus the mean force.
-        error = max(error, 0.5 * mean_error / (critical + mean) + (OF_FEW if few else 0.0))
+        error = max(error, 0.5 * mean_error / (critical + mean) + (FEW_POLYNOMIALS_ERROR if few else 0.0))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 

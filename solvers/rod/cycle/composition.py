@@ -37,9 +37,9 @@ class Refinement(Protocol):
 
     ``error`` estimates its numerical error, relative to the maximum bending; ``lasting_error`` the part of it that does
     not average out over the revolution. ``bent_terms`` and ``sunk_terms`` are the numbers of Legendre coefficients of
-    V'' and V; ``inclines`` whether the axial force becomes tangential to the deflected strip. ``quiet`` is the
-    correction without its ringing, ``ringing`` the latter, if any. ``pace`` is the highest frequency [1/rad] at which
-    it oscillates without its ringing, 0 if it follows force and stroke.
+    V'' and V; ``inclines`` whether the axial force becomes tangential to the deflected strip. ``ringing`` is its
+    free vibration, if any, and ``without_ringing`` the correction without it, which oscillates at up to
+    ``highest_frequency`` [1/rad], 0 if it follows force and stroke.
     """
 
     error: float
@@ -47,10 +47,10 @@ class Refinement(Protocol):
     bent_terms: int
     sunk_terms: int
     inclines: bool
-    pace: float
+    highest_frequency: float
 
     @property
-    def quiet(self) -> Refinement: ...
+    def without_ringing(self) -> Refinement: ...
 
     @property
     def ringing(self) -> Rippling | None: ...
@@ -65,7 +65,7 @@ class Correction(Protocol):
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+    def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
         """Prepare the correction for cycles of neighbouring strips, all at once, with the resolution of ``found``; None
         for a strip to which that resolution does not apply."""
 
@@ -82,8 +82,8 @@ class Prepared:
         """The prepared refinement; prepared again if the cycle asks for a smaller tolerance."""
         return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
-        return self.correction.beside(found, cycles)
+    def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        return self.correction.neighbours(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -168,7 +168,7 @@ class Cycle:
         """This cycle with the linear shape."""
         return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
-    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
+    def neighbours(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
         """The cycles of neighbouring strips, with corrections at this cycle's resolution; None where that does not
         apply. None of the strips may buckle.
 
@@ -176,7 +176,7 @@ class Cycle:
         """
         cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
         found = [
-            correction.beside(refinement, cycles)
+            correction.neighbours(refinement, cycles)
             for correction, refinement in zip(corrections, self.refinements, strict=True)
         ]
         return [

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
-from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.sampling import TURN
 from solvers.rod.piston.friction import travel
@@ -100,7 +100,7 @@ def magnitude(
         upper, upper_error, _ = greatest(edges, rule, quantity, 1.0, target)
         lower, lower_error, _ = greatest(edges, rule, quantity, -1.0, target)
     else:
-        reach = reaches(ripple, weights)
+        reach = amplitude_bounds(ripple, weights)
         upper, upper_error, _ = greatest_with_ripple(edges, rule, quantity, 1.0, target, ripple, weights, reach)
         lower, lower_error, _ = greatest_with_ripple(edges, rule, quantity, -1.0, target, ripple, weights, reach)
     return larger_with_error(upper, upper_error, lower, lower_error)

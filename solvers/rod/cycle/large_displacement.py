@@ -49,7 +49,7 @@ class LargeDisplacement:
         q = strip.couples * cycle.axial_force(_ANGLES) * strip.length**2 / strip.stiffness
         return ElasticaExpansion(strip, nodes_for(float(q.min()), float(q.max())))
 
-    def beside(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
+    def neighbours(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
         """Prepare each strip separately, as the expansion has no adaptive resolution."""
         return [self.prepare(cycle) for cycle in cycles]
 
@@ -63,11 +63,11 @@ class ElasticaExpansion:
     error: float = 0.0
     lasting_error: float = 0.0
     inclines = True
-    pace = 0.0
+    highest_frequency = 0.0
     ringing = None
 
     @property
-    def quiet(self) -> ElasticaExpansion:
+    def without_ringing(self) -> ElasticaExpansion:
         return self
 
     @property

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Panels, Rule, inside, resolve, rule_of, split, tail_errors, values_at
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import no_ripple, reaches, ripple_at
+from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, rule_for
@@ -116,8 +116,8 @@ class SampledCycle:
         ripple, weights = ringing.ripple, np.stack([ringing.side, ringing.moment])
         couple, couple_weights = (guide.lever * (m + guide.offset * t) for t, m in (without_ringing, weights))
         scale = float(np.abs(self.side).max() + np.abs(couple).max())
-        reach = reaches(ripple, weights[0]) + reaches(ripple, couple_weights)
-        reach, frequency = reach.max(axis=0) / scale, ripple.pace.max(axis=0)
+        reach = amplitude_bounds(ripple, weights[0]) + amplitude_bounds(ripple, couple_weights)
+        reach, frequency = reach.max(axis=0) / scale, ripple.frequency.max(axis=0)
         # Ringing contributes to a mean by its restarts, by slope jumps of its weight, and quadratically.
         restarts, slope_jumps = 2.0 * ringing.begins / TURN, _MAX_SLOPE_JUMPS / TURN
         effect = reach * np.minimum(restarts / frequency + slope_jumps / frequency**2 + reach.sum(), 1.0)
@@ -138,7 +138,7 @@ class SampledCycle:
 def _max_width(cycle: Cycle, rule: Rule) -> float:
     """Maximum width of panels whose last coefficients indicate whether the corrections' oscillations are resolved. With
     fewer points than two per period, oscillations are aliased to lower frequencies."""
-    frequency = max(one.pace for one in cycle.refinements)
+    frequency = max(one.highest_frequency for one in cycle.refinements)
     return _RADIANS_PER_POINT * rule.points.size / frequency if frequency else np.inf
 
 
@@ -165,7 +165,7 @@ class _Sampler:
 
     def __init__(self, cycle: Cycle, rule: Rule) -> None:
         self._cycle, self._rule = cycle, rule
-        self._corrections = [refinement.quiet for refinement in cycle.refinements]
+        self._corrections = [refinement.without_ringing for refinement in cycle.refinements]
         self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
         self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
         self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)

@@ -23,7 +23,7 @@ from solvers.fatigue.kernels import GREATEST, utilisation_of
 from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
-from solvers.numerics.ripple import Ripple, reaches
+from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
 from solvers.rod.strip.shape import bend
@@ -166,7 +166,7 @@ def extremes_at(
                     parts *= field.bending if layer == UPPER else -field.bending
                 value, error, _ = greatest_with_ripple(
                     field.edges, field.rule, work[layer], sign, target, rings.ripple, parts,
-                    reaches(rings.ripple, parts),
+                    amplitude_bounds(rings.ripple, parts),
                 )  # fmt: skip
             out[layer, 2 * side], out[layer, 2 * side + 1] = sign * value, error
 

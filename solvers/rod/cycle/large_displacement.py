@@ -71,12 +71,12 @@ class ElasticaExpansion:
         return self
 
     @property
-    def bent_terms(self) -> int:
+    def curvature_terms(self) -> int:
         """Number of Legendre coefficients of V''."""
         return self.nodes + 2
 
     @property
-    def sunk_terms(self) -> int:
+    def deflection_terms(self) -> int:
         """Number of Legendre coefficients of V."""
         return self.nodes + 2
 

@@ -68,8 +68,8 @@ class SampledCycle:
             rule=panels.rule,
             states=states,
             side=states[SIDE],
-            curvature_series=series[: sampler.bent_terms],
-            deflection_series=series[sampler.bent_terms :],
+            curvature_series=series[: sampler.curvature_terms],
+            deflection_series=series[sampler.curvature_terms :],
             length=d.l,
             compliance=strip.compliance,
             direct=1.0 / (d.b * d.h),
@@ -156,39 +156,40 @@ def _results(
 
 @cache
 def _legendre_at_midspan(terms: int) -> Array:
-    """Legendre's polynomials at 0."""
+    """Legendre polynomials at 0."""
     return legendre.legvander(np.zeros(1), terms - 1)[0]
 
 
 class _Sampler:
-    """The rows of a cycle at any angles: the resolved quantities, the states, and the corrections' series."""
+    """Rows of a cycle at given angles: the resolved quantities, the states, and the corrections' series."""
 
     def __init__(self, cycle: Cycle, rule: Rule) -> None:
         self._cycle, self._rule = cycle, rule
         self._corrections = [refinement.without_ringing for refinement in cycle.refinements]
         self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
-        self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
-        self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
+        self.curvature_terms = max((c.curvature_terms for c in self._corrections), default=0)
+        self.deflection_terms = max((c.deflection_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
 
     def __call__(self, angle: Array) -> Array:
         if self.ringing is not NO_RINGING:
-            # The non-ringing part jumps at corners.
+            # The part without ringing has jumps at corners.
             angle = inside(angle, self._rule)
-        rows = np.zeros((RESOLVED_ROWS + ROWS + self.bent_terms + self.sunk_terms, angle.size))
+        rows = np.zeros((RESOLVED_ROWS + ROWS + self.curvature_terms + self.deflection_terms, angle.size))
         states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
         rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-        # Bending at head and midspan, each added to that at the clamp; without this, a strip as long as its rod would
-        # have a row of zeros.
+        # Bending at head and midspan, each added to that at the clamp; otherwise a strip as long as its rod would have
+        # a row of zeros.
         rows[3] = states[CLAMP] + states[HEAD]
         rows[4] = states[CLAMP]
-        bent, sunk = rows[RESOLVED_ROWS + ROWS :][: self.bent_terms], rows[RESOLVED_ROWS + ROWS + self.bent_terms :]
+        curvature_series = rows[RESOLVED_ROWS + ROWS :][: self.curvature_terms]
+        deflection_series = rows[RESOLVED_ROWS + ROWS + self.curvature_terms :]
         for correction in self._corrections:
-            side, moment = correction.add(states, bent, sunk)
+            side, moment = correction.add(states, curvature_series, deflection_series)
             rows[1] += side
             rows[2] += moment
-        if self.bent_terms:
-            rows[3] += bent.sum(axis=0)
-            rows[4] += _legendre_at_midspan(self.bent_terms) @ bent
+        if self.curvature_terms:
+            rows[3] += curvature_series.sum(axis=0)
+            rows[4] += _legendre_at_midspan(self.curvature_terms) @ curvature_series
         return rows

@@ -81,8 +81,8 @@ def _modulo_revolution(angle: Array) -> Array:
 
 @kernel
 def _resolved_rows(states: Array) -> Array:
-    """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp
-    (without this, a strip as long as its rod would have a row of zeros)."""
+    """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp;
+    otherwise a strip as long as its rod would have a row of zeros."""
     rows = np.empty((RESOLVED_ROWS, states.shape[1]))
     for j in range(states.shape[1]):
         rows[0, j], rows[1, j], rows[2, j] = states[FORCE, j], states[SIDE, j], states[MOMENT, j]

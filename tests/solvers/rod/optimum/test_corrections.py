@@ -67,7 +67,7 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
     angles = np.linspace(0.0, 2.0 * np.pi, 50)
     for k, beside in enumerate(centre.neighbours(strips)):
         found, own = centre.refinements[0], beside.refinements[0]
-        assert own.motion.edges.size == found.motion.edges.size and own.bent_terms == found.bent_terms
+        assert own.motion.edges.size == found.motion.edges.size and own.curvature_terms == found.curvature_terms
         moment = beside.at(angles).shape.clamp_moment()
         exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
         assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))

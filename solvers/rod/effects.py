@@ -88,8 +88,8 @@ EFFECTS: tuple[RodEffect, ...] = (
     RodEffect(
         name="rod_inertia",
         summary="transverse inertia of the strip, with all harmonics of the axial force",
-        measure="greatest relative change of the main results by the motion that follows the load and by what "
-        "the first mode rings with, times a margin",
+        measure="greatest relative change of the main results by the response that follows the load and by the "
+        "ringing of the first mode, times a margin",
         influence=rod_inertia,
         add_to=partial(_with_correction, RodInertia()),
     ),

@@ -105,20 +105,10 @@ def fibre_stresses(
     angles = states.shape[1]
     out, rotation, integral = np.empty((2, stations.size, angles)), np.empty(angles), np.empty(angles)
     for j in range(stations.size):
-        psi_derivative = out[1, j]
-        bend(
-            states[COUPLING],
-            states[CLAMP],
-            states[SHEAR],
-            states[HEAD],
-            strip.length,
-            stations[j],
-            psi_derivative,
-            rotation,
-            integral,
-        )
+        bent, z = out[1, j], stations[j]
+        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, bent, rotation, integral)
         for i in range(angles):
-            curvature, force = psi_derivative[i], states[FORCE, i]
+            curvature, force = bent[i], states[FORCE, i]
             if correction.size > 0:
                 curvature += correction[j, i]
             if inclined:

@@ -78,39 +78,39 @@ def test_main_results_are_the_checks():
 EVEN, NO_ENDS = 2.0 * np.pi / 256 * np.arange(256), np.zeros(256, bool)
 
 
-@pytest.mark.parametrize("pace", [0.4, 7.3, 33.3])
-def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
+@pytest.mark.parametrize("frequency", [0.4, 7.3, 33.3])
+def test_response_of_a_mode_of_constant_frequency_to_a_harmonic(frequency):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
-    share = np.cos(3.0 * EVEN)
-    found, *_ = first_mode_response(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
-    expected = 9.0 / (pace**2 - 9.0) * share
+    projection = np.cos(3.0 * EVEN)
+    found, *_ = first_mode_response(EVEN, projection, np.full(256, frequency), NO_ENDS, 0.0, True, -1.0)
+    expected = 9.0 / (frequency**2 - 9.0) * projection
     # The phase after a revolution is shifted toward resonance by a few hundredths of a radian, more at high ones.
-    assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
+    assert found == pytest.approx(expected, abs=(0.02 + 0.002 * frequency) * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("loss", [0.01, 0.1])
 def test_damping_bounds_a_resonance(loss):
     """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
-    found, _, free, _ = first_mode_response(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
+    found, _, amplitude, _ = first_mode_response(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
     assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
-    assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
+    assert amplitude == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.01])
-@pytest.mark.parametrize("pace", [5.3, 30.3, 101.3])
-def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, loss):
-    """Of c that falls by 1 at once and comes back evenly, a - -c''/W^2 has the amplitude 1/|1 - k exp(2 pi i W)| after
-    the fall, where k = exp(-pi eta W) is left of it after a turn."""
+@pytest.mark.parametrize("frequency", [5.3, 30.3, 101.3])
+def test_ringing_after_a_jump_of_the_load_adds_up_over_revolutions_until_it_is_damped(frequency, loss):
+    """If c drops by 1 at once and returns linearly, a + c''/W^2 has the amplitude 1/|1 - k exp(2 pi i W)| after the
+    drop, where k = exp(-pi eta W) is its decay over a revolution."""
     width = 1e-5
     angle = np.sort(np.concatenate([2.0 * np.pi / 128 * np.arange(1, 128), 1.0 + width * np.arange(5) / 4]))
     since = np.mod(angle - 1.0, 2.0 * np.pi)
     inside = np.clip(since / width, 0.0, 1.0)
-    share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
+    projection = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
     ends = (angle == 1.0) | (angle == 1.0 + width)
-    _, _, free, _ = first_mode_response(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
-    expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
-    after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
-    assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected
+    _, _, amplitude, _ = first_mode_response(angle, projection, np.full(angle.size, frequency), ends, loss, False, -1.0)
+    expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * frequency) * np.exp(2j * np.pi * frequency))
+    after = amplitude[np.searchsorted(angle, 1.0 + 2.0 * width)]
+    assert 0.95 * expected <= after <= (1.08 + 0.002 * frequency) * expected
 
 
 @pytest.mark.parametrize("name", ["shear", "friction_feedback", "large_displacement", "rod_inertia"])
@@ -375,7 +375,7 @@ BENT = (
     [(*TIED, "rod_inertia"), (*TIED, "large_displacement"), (*TIED, "shear"), (*POINTED, "rod_inertia")],
     ids=["tied, inertia", "tied, large", "tied, shear", "pointed"],
 )
-def test_effects_are_judged_beside_the_corrections(scene, strip, name):
+def test_influences_include_changes_of_the_corrections(scene, strip, name):
     truth = change_without(scene, strip, name)
     assert truth <= influence(scene, strip, name) <= 3.0 * truth
 

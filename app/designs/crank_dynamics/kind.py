@@ -216,7 +216,7 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
     """Analyse a mechanism."""
     try:
         case = case_of(request)
-        return _answer(request, case, case.alone())
+        return _answer(request, case, case.evaluate())
     except InvalidInput as refusal:
         return refused(request, refusal)
 

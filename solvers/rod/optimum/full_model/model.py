@@ -171,7 +171,7 @@ class FullModel:
         x = logarithms(d)
         for known in self._sought:
             near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _BESIDE
-            beside = known.beside([d])[0] if near else None
+            beside = known.neighbours([d])[0] if near else None
             if beside is not None:
                 return beside
         self._sought = [sought, *self._sought[: _KEPT - 1]]

@@ -71,12 +71,12 @@ class RowsAtPeaks:
     def _read_loads(self, strip: FullStrip, states: Array, out: Array) -> None:
         """The other rows; of a strip that buckles they mean nothing."""
         if out[rows.STABILITY] < 0.0:
-            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent(states)
+            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent_strip(states)
             stations, modulus = (1.0 - self._stations) * d.l, self.scene.material.elastic_modulus
             read_loads(
-                shape.strip, states, stations, shape.more_bent(stations), shape.more_side, shape.more_moment,
-                shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order, parts.starts, parts.utilisations,
-                parts.stresses, *self.diagram, self.peaks.reactions.size,
+                shape.strip, states, stations, shape.curvature_correction(stations), shape.side_correction,
+                shape.moment_correction, shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order,
+                parts.starts, parts.utilisations, parts.stresses, *self.diagram, self.peaks.reactions.size,
                 pressure_per_load(piston.diameter, piston.skirt_length), out,
             )  # fmt: skip
             if self.power:

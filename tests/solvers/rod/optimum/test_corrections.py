@@ -65,9 +65,9 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
         for moved in (0.0, 1e-3, -0.03)
     ]
     angles = np.linspace(0.0, 2.0 * np.pi, 50)
-    for k, beside in enumerate(centre.beside(strips)):
+    for k, beside in enumerate(centre.neighbours(strips)):
         found, own = centre.refinements[0], beside.refinements[0]
-        assert own.motion.edges.size == found.motion.edges.size and own.bent_terms == found.bent_terms
+        assert own.motion.edges.size == found.motion.edges.size and own.curvature_terms == found.curvature_terms
         moment = beside.at(angles).shape.clamp_moment()
         exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
         assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))
@@ -101,4 +101,4 @@ def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):
     assert replace(centre, scene=replace(centre.scene, piston=piston)).strip.friction == 0.0
     smooth = replace(centre, scene=replace(centre.scene, piston=piston))
     assert centre.refinements[0].excitation.corners.size
-    assert centre.refinements[0].excitation.beside(smooth) is None
+    assert centre.refinements[0].excitation.neighbour(smooth) is None

@@ -31,7 +31,7 @@ from solvers.rod.optimum.search.costly_limits import with_finer_checks
 from solvers.rod.optimum.search.feasibility import least_violating, least_violation
 from solvers.rod.optimum.search.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.search.local_search import Local, Task
-from solvers.rod.optimum.sqp import wanted_of
+from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
@@ -194,7 +194,7 @@ class _Design:
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         # With settled effects any strip will do.
         composition = compose(choose_for(p.scene, p.bounds.stiffest, settled, self.effect_tolerance))
-        wanted = wanted_of(p.objective, self.limits)
+        wanted = required_results(p.objective, self.limits)
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
         )

@@ -70,7 +70,7 @@ class Answers:
         p, result = self.problem, outcome.value
         x = logarithms(best.dimensions)
         conditions = stationarity(
-            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
+            best.active.values(x), best.active.jacobian(x), best.active.layout, p.objective, limits, p.bounds,
             self.sizes.around(result.dimensions), result.dimensions,
         )  # fmt: skip
         value, density = p.objective.read(result), p.scene.material.density

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.bending import STRONG, bessel, clamp, curvature
+from solvers.rod.optimum.core.bending import STRONG_TENSION, bessel, clamp, curvature
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def bending_over(force: float, modulus: float, rod_length: float, tau: Array, l:
         out[LOW, j], out[HIGH, j] = (0.0, high) if force > 0.0 else (-UNKNOWN, UNKNOWN)
     ends = -scale * tau[0] * l[0] * l[0], -scale * tau[2] * l[2] * l[2]
     t = min(ends[0], ends[1]), max(ends[0], ends[1])
-    if low > -UNKNOWN and t[0] >= STRONG:
+    if low > -UNKNOWN and t[0] >= STRONG_TENSION:
         closed_forms(t, rod_length, tau, l, eta, out)
     out[LOW, 0], out[HIGH, 0] = max(out[LOW, 0], low), min(out[HIGH, 0], high)
     for j in range(eta.size):

@@ -18,10 +18,10 @@ from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished, polish
-from solvers.rod.optimum.peaks import Peaks, Wanted
+from solvers.rod.optimum.peaks import Peaks, RequiredResults
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove
-from solvers.rod.optimum.sqp import wanted_of
+from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -131,7 +131,7 @@ def search(
     Stepped widths with a free thickness are branched on: a range of widths is searched as if continuous, and split at
     the width of its best strip if the neighbouring available widths do not reach its bound.
     """
-    view, incumbent = View([*grid(_FIRST_ANGLES), cycle.hardest], list(_FIRST_SECTIONS)), None
+    view, incumbent = View([*grid(_FIRST_ANGLES), cycle.peak_compression_angle], list(_FIRST_SECTIONS)), None
     if before is not None:
         view, incumbent = View([*before.view.angles], [*before.view.sections]), before.best
     if sizes.step_b is None or sizes.stock_h is not None:
@@ -170,7 +170,7 @@ def _search(
     """``search`` over all widths within the bounds; ``incumbent`` if it is optimal within ``gap``."""
     slices, length = sizes.slices(), np.array([sizes.bounds.l[0], min(sizes.bounds.l[1], cycle.rod_length)])
     steps = np.array([sizes.step_b or 0.0, sizes.step_l or 0.0])
-    looked_at = wanted_of(objective, limits)
+    looked_at = required_results(objective, limits)
     # Half of the gap is left for the relaxation's own best strip, which may be slightly suboptimal.
     gap = max(0.45 * gap, _MIN_GAP)
     looked, bound = 0, -math.inf
@@ -194,7 +194,7 @@ def _search(
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if turn == 0:
-                view = View([0.0, cycle.hardest], [1.0])
+                view = View([0.0, cycle.peak_compression_angle], [1.0])
         if looked >= boxes:
             break
         better = found is not None and found is incumbent
@@ -208,7 +208,7 @@ def _search(
     return Proof(incumbent, bound, looked, turn + 1, view)
 
 
-def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: Wanted) -> tuple[Array, Array]:
+def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, looked_at: RequiredResults) -> tuple[Array, Array]:
     """The angles and sections (eta) that govern a strip: where a fibre's cycle is nearly as severe as the worst.
 
     If the maximum stress is relevant besides the utilisation, at the sections of both; if reactions are, including the
@@ -239,9 +239,9 @@ def _relaxation(cycle: CoreCycle, objective: Objective, limits: Limits, view: Vi
     cycle, less what that may be wrong by."""
     angles = np.array(view.angles)
     force, stroke, speed = cycle.axial_force(angles), cycle.lateral_stroke(angles), np.zeros(angles.size)
-    if wanted_of(objective, limits).power:
+    if required_results(objective, limits).power:
         # Power is a mean: it requires the whole cycle.
-        whole_force, whole_stroke, whole_speed = (values[::fewer] for values in cycle.whole)
+        whole_force, whole_stroke, whole_speed = (values[::fewer] for values in cycle.mean_samples)
         force, stroke = np.append(force, whole_force), np.append(stroke, whole_stroke)
         share = (1.0 - (_FEWER_ERROR if fewer > 1 else 0.0)) / whole_speed.size
         speed = np.append(speed, share * whole_speed)

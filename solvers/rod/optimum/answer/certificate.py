@@ -153,6 +153,6 @@ def _proof(proof: Proof) -> Evidence:
     return {
         "boxes": proof.boxes,
         "rounds": proof.rounds,
-        "angles": len(proof.view.angles),
+        "angles": len(proof.samples.angles),
         "rests_on": _PROOF_RESTS_ON,
     }

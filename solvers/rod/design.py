@@ -21,7 +21,7 @@ from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import stands
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -301,7 +301,7 @@ class _Design:
         if nearest.found is not None:
             yield close.dimensions
         # If it misses none, its sizes are not to be had: any requirement will do.
-        missed = alone.first_missed(close)
+        missed = alone.first_violated(close)
         worth = alone.quick or (not hopeless and nearest.best.excess < _CLOSE)
         best = alone.best(missed) if worth and missed is not None else None
         if best is not None and self.problem.requirements.met_by(best.check):
@@ -309,7 +309,7 @@ class _Design:
         # Without time left the best one may not have been found.
         self.watch()
 
-    def reached(self, effects: EffectSelection, problem: RodProblem) -> Reached | None:
+    def reached(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene, roughly; None where it is infeasible or no time is left."""
         try:
             self.watch()
@@ -320,7 +320,7 @@ class _Design:
             return None
         outcome = end.answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        return Reached(outcome.value.check, outcome.accuracy.estimated, opponents)
+        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def led(self, effects: EffectSelection, problem: RodProblem, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The end of one local search for another problem in the same scene, roughly; None where it meets not all

@@ -69,7 +69,7 @@ class RodResult(Strict):
     natural_frequency_hz: float
     mass_g: float
     fatigue_criterion: str
-    repairs: list[RepairDone] = Field(description="what was done to the load's points; empty unless asked for")
+    repairs: list[RepairDone] = Field(description="repairs of the load's points; empty unless requested")
     warnings: list[str]
 
 

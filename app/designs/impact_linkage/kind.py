@@ -93,7 +93,7 @@ class AlternativeResult(Strict):
     """The best linkage of a type, or why there is none."""
 
     type: str
-    value: float | None = Field(description="of the objective, in the unit of the certificate")
+    value: float | None = Field(description="value of the objective, in the unit of the certificate")
     lengths_mm: Lengths | None
     ratios: Ratios | None
     reason: str

@@ -108,7 +108,7 @@ def prove(
             point = box[1] - box[0] < _POINT and box[3] - box[2] < _POINT * box[3]
             if bound >= target or point:
                 if point and best[0] == np.inf and bound < pruned:
-                    # The feasible set of the relaxation may have shrunk to a single point.
+                    # The feasible set of the relaxation may be so small that no centre of a box lies in it.
                     best[1], best[2], best[3] = centre[0], centre[2], min_thickness(slice_, centre[0])
                 pruned = min(pruned, bound)
                 continue

@@ -108,7 +108,7 @@ class Answers:
         return self._succeeded(best.outcome, active, estimated, statement)
 
     def infeasible(
-        self, context: Context, alone: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
+        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
         beyond: tuple[str, ...], nearest: Optimum | None,
     ) -> Outcome[RodDesign]:  # fmt: skip
         """Outcome of an infeasible problem: proven on the core, on the full model based on searches only."""
@@ -120,7 +120,7 @@ class Answers:
         core = CoreOptima(
             self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
         )
-        entries, error = diagnose(core, limits, alone, context.model, influence)
+        entries, error = diagnose(core, limits, attainable, context.model, influence)
         statement = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
         accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
         return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=statement, diagnosis=entries)

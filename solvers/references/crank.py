@@ -234,16 +234,16 @@ class Machine:
         moving = self.reciprocating * self.motion.velocity(phi) ** 2 - self.defect * angular**2
         return moving * self.omega**2 / 2
 
-    def mean_surplus(self):
+    def mean_torque(self):
         """Mean torque of all cylinders together [N m]."""
         start, period = self.gas.breaks[0], self.gas.period
         return len(self.phases) * self.gas.work_to(start + period) / period
 
-    def surplus(self, phi):
+    def excess_work(self, phi):
         """Work of all cylinders in excess of that of the mean torque [J], for phi in the first period."""
         period = self.gas.period
         done = self.m.fsum([self.energy(phi - psi + 2 * period) for psi in self.phases])
-        return done - self.mean_surplus() * (phi + 2 * period)
+        return done - self.mean_torque() * (phi + 2 * period)
 
     def shifted_breaks(self):
         """Breakpoints of all cylinders' cycles over the first period."""
@@ -296,21 +296,21 @@ def cycle(case: Case, watch: Callable[[], None]) -> dict[str, tuple[Number, floa
         work = exact.gas.work_to(exact.gas.breaks[0] + exact.gas.period)
         checked = Machine(case, mp.mp, panels(_CHECKED)).gas
         uncertainty = abs(checked.work_to(checked.breaks[0] + checked.period) - work)
-        share = float(uncertainty / abs(work)) if work else 0.0
-        found["mean_torque"] = (work / exact.gas.period, share)
-        found["indicated_power"] = (work * exact.x["speed"] * 2 * mp.pi / exact.gas.period, share)
-        samples = [(grid, [rough.surplus(a) for a in grid]) for grid in _grids(rough.shifted_breaks(), watch)]
+        relative = float(uncertainty / abs(work)) if work else 0.0
+        found["mean_torque"] = (work / exact.gas.period, relative)
+        found["indicated_power"] = (work * exact.x["speed"] * 2 * mp.pi / exact.gas.period, relative)
+        samples = [(grid, [rough.excess_work(a) for a in grid]) for grid in _grids(rough.shifted_breaks(), watch)]
 
-        def surplus(angle, _before=False, sign=1):
+        def excess_work(angle, _before=False, sign=1):
             watch()
-            return sign * exact.surplus(angle)
+            return sign * exact.excess_work(angle)
 
-        high = _greatest(surplus, samples, exact.shifted_breaks())
+        high = _greatest(excess_work, samples, exact.shifted_breaks())
         negated = [(grid, [-value for value in row]) for grid, row in samples]
-        low = _greatest(lambda a, b=False: surplus(a, b, -1), negated, exact.shifted_breaks())
-        several = len(exact.phases) * 2 * uncertainty
-        found["work_fluctuation"] = (high + low, float(several / (high + low)) if high + low else 0.0)
-        return {name: (+value, off) for name, (value, off) in found.items()}
+        low = _greatest(lambda a, b=False: excess_work(a, b, -1), negated, exact.shifted_breaks())
+        total = len(exact.phases) * 2 * uncertainty
+        found["work_fluctuation"] = (high + low, float(total / (high + low)) if high + low else 0.0)
+        return {name: (+value, error) for name, (value, error) in found.items()}
 
 
 def _grids(breaks: Sequence[float], watch: Callable[[], None]) -> list[list[float]]:

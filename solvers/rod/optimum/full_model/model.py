@@ -65,7 +65,7 @@ class FullModel:
     ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
     counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
     as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
-    is ``fine``; what they change beside a strip is that of a ``coarse`` model, if there is one. ``watch`` is
+    is ``fine``; what they change beside a strip is that of strips of a ``coarse`` model, if there is one. ``watch`` is
     called before each strip and check and may raise OutOfTime.
     """
 
@@ -134,9 +134,9 @@ class FullModel:
         effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
         return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, curved=True)
 
-    def finer(self, coarse: FullModel | None = None) -> FullModel:
+    def finer(self, coarse: FullModel) -> FullModel:
         """The same with corrections to second order over short steps and rows as good as checks; its checks are the
-        same."""
+        same. Differences between strips of one resolution are as good at that of a ``coarse`` model."""
         return replace(self._anew(), fine=True, curved=True, coarse=coarse)
 
     def _anew(self) -> FullModel:
@@ -224,14 +224,13 @@ class FullModel:
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
         """One that serves a strip: one of the last, or a new one around it."""
-        if self.coarse is not None:
-            return self.coarse._stencil_for(d)
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil
         # Beside what noise makes of a strip the other curvatures are not worth the time of six motions.
         bends = (CURVED_ACROSS if self.textured else CURVED) if self.curved else FLAT
-        stencil = Stencil.around(self.strip(d), self.correction_step, bends, self.free, self.watch)
+        centre = (self.coarse or self).strip(d)
+        stencil = Stencil.around(centre, self.correction_step, bends, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
         return stencil
 

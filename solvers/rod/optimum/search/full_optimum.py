@@ -136,10 +136,8 @@ class Context:
         return self.rough
 
     def finer(self) -> Context:
-        """The same with smaller steps and rows as good as checks. Where checks leave more unknown than the accuracy,
-        what corrections change beside a strip, which takes most of the time, is as good from the rough model."""
-        coarse = self.rough if self.task.enough > self.model.accuracy else None
-        return replace(self, model=self.model.finer(None if coarse is None else coarse.model), ends=[])
+        """The same with smaller steps and rows as good as checks."""
+        return replace(self, model=self.model.finer(self.rough.model), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""

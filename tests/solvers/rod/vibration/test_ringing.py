@@ -99,7 +99,7 @@ def integrated(equation, excitation, angles):
 )
 def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow, loss):
     """Of so few modes that all can ring."""
-    monkeypatch.setattr(motions, "chosen", lambda shares, *_: (shares.size, 0.0))
+    monkeypatch.setattr(motions, "choose_ringing", lambda shares, *_: (shares.size, 0.0))
     beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
     cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
     excitation = Excitation.of(cycle, 1e-9)

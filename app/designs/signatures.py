@@ -151,6 +151,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
+        ("solvers.linkage.optimum.radius_bounds.least_radii", "f2 f2 f2 f2 f1 f"),
         ("solvers.linkage.swept_area.bounding_box.least_fits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (

@@ -22,7 +22,9 @@ Reach = tuple[float, float]
 
 @kernel
 def scaled(a: Ranged, factor: float) -> Ranged:
-    """A multiple by a nonnegative factor."""
+    """A multiple."""
+    if factor < 0.0:
+        return a[0] * factor, a[2] * factor, a[1] * factor, a[4] * factor, a[3] * factor
     return a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor
 
 

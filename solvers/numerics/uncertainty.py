@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 """Named input arrays -> named output arrays of the same shape; built from operations that support complex numbers."""
 
-COMPLEX_STEP = 1e-100
+_COMPLEX_STEP = 1e-100
 DRAWS = 100_000
 _SEED = 20260101
 _NO_SPREAD = 1e-12
@@ -36,11 +36,11 @@ class Propagated:
 def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """d output/d input by the complex step, exact to rounding: {output: {input: derivative}}."""
     names = list(values)
-    matrix = np.eye(len(names)) * 1j * COMPLEX_STEP
+    matrix = np.eye(len(names)) * 1j * _COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
     outputs = function(inputs)
     return {
-        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / COMPLEX_STEP).tolist(), strict=True))
+        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / _COMPLEX_STEP).tolist(), strict=True))
         for out, found in outputs.items()
     }
 

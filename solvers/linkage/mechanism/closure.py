@@ -1,8 +1,8 @@
 """Errors of the lengths of a change-point mechanism: of its closure, with their effect on the crank's rotation, and of
 its restitution.
 
-A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks, see
-``ChangePoint.surplus``) prevents the collinear position within a window phi_w about phi = 0:
+A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: what
+is left of ``ChangePoint``'s closure less 1) prevents the collinear position within a window phi_w about phi = 0:
 
     delta < 0  the crank is blocked within +-phi_w,    sin^2(phi_w/2) = |delta| (2 e +- |delta|)/(4 lambda0)
     delta > 0  the crank passes, but the rocker reverses short of its end position by psi,

@@ -10,10 +10,10 @@ import pytest
 
 from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
+from solvers.linkage.limits import Limits
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.optimum.range_bounds import RangeBounds
-from solvers.linkage.problem import Limits
 from tests.solvers.linkage import brute_force
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
 

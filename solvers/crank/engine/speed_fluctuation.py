@@ -135,7 +135,7 @@ def work_extremes(
     return greatest, least, missed
 
 
-def shaft_inertia(cycle: Cycle) -> float:
+def _shaft_inertia(cycle: Cycle) -> float:
     """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins.
 
     A single cylinder whose crank pin has two rods turns both, as in the rotating mass.
@@ -151,7 +151,7 @@ def speed_swing(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedSwing:
     """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
     count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
     average, doubt = count * found.whole / period, count * found.error / period
-    inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
+    inertia, wanted = _shaft_inertia(cycle), engine.wanted_irregularity
     return SpeedSwing(
         work_fluctuation=found.fluctuation,
         inertia=inertia,

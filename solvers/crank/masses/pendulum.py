@@ -21,7 +21,7 @@ from solvers.numerics.uncertainty import combined, sensitivities
 STANDARD_GRAVITY = 9.80665
 _NOMINAL_UNCERTAINTY = 1e-5
 """Best attainable relative uncertainty of a period, used to judge a request without uncertainties."""
-MEANINGLESS = 0.1
+_MEANINGLESS = 0.1
 """Uncertainty of the centre of mass, relative to the rod's length, above which the result is rejected."""
 
 
@@ -101,7 +101,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
         found = _swung({name: np.array(value) for name, value in values.items()})
         moves = sensitivities(_swung, values)["rod_cg_from_pin"]
         spread = combined(moves, judged) if np.isfinite(list(found.values())).all() else math.inf
-    if not spread <= MEANINGLESS * length:
+    if not spread <= _MEANINGLESS * length:
         by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
         raise InvalidInput(

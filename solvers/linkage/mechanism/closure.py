@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.mechanism.kinematics import FourBar
 
-CLOSES = 1e-12
+_CLOSES = 1e-12
 """Relative closure error attributable to the rounding of decimal lengths."""
 
 
@@ -35,7 +35,7 @@ class Closure:
 
     @property
     def closes(self) -> bool:
-        return abs(self.relative) <= CLOSES
+        return abs(self.relative) <= _CLOSES
 
 
 @dataclass(frozen=True)

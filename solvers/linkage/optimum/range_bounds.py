@@ -33,7 +33,7 @@ from solvers.numerics.arrays import Array
 _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 
-AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
+_AREA_TOLERANCE, _FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation search within bounds. An area is only compared with ``enough``, so it need not
 be sharp; a fit decides feasibility."""
 
@@ -98,8 +98,8 @@ class RangeBounds:
     @cached_property
     def fit(self) -> Array:
         width, height = self.subproblem.room
-        found = least_fits(self._outlines, *self._moves, width, height, FIT_TOLERANCE)
-        return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
+        found = least_fits(self._outlines, *self._moves, width, height, _FIT_TOLERANCE)
+        return np.maximum(found * (1 - _FIT_TOLERANCE), 0.0)
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
@@ -131,9 +131,9 @@ class RangeBounds:
         limits = self.subproblem.limits
         pads = 2.0 * limits.joint_radius
         along, across = self._moves
-        room = *limits.sides, AREA_TOLERANCE, self.enough
+        room = *limits.sides, _AREA_TOLERANCE, self.enough
         found = least_boxes(self._outlines, scale, along, across, pads, *room)[:, 0]
-        found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
+        found = np.where(found < self.enough, found * (1.0 - _AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).
         crank, base = self._lengths[:2, :, :2].min(axis=0).T

@@ -33,7 +33,7 @@ def _gauss() -> tuple[Array, Array, Array]:
     return c, 0.5 * weights, np.linalg.solve((c[:, None] ** powers).T, moments.T).T
 
 
-NODES, WEIGHTS, MATRIX = _gauss()
+_NODES, _WEIGHTS, _MATRIX = _gauss()
 
 
 class Machine(NamedTuple):
@@ -87,9 +87,9 @@ def inertias(machine: Machine, steps: Array) -> Array:
         for i in range(_STAGES):
             # In the second half, from the end of the step backward, to full precision near the blow.
             if steps[n, 0] < 0.0:
-                angles[_STAGES * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * NODES[_STAGES - 1 - i]
+                angles[_STAGES * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * _NODES[_STAGES - 1 - i]
             else:
-                angles[_STAGES * n + i] = steps[n, 0] + steps[n, 1] * NODES[i]
+                angles[_STAGES * n + i] = steps[n, 0] + steps[n, 1] * _NODES[i]
     u, _ = transfer_and_slope(machine.coefficients, angles)
     return (machine.crank + machine.rocker * u * u).reshape(-1, _STAGES)
 
@@ -102,13 +102,13 @@ def _step(total: Array, width: float, energy: float, machine: Machine, torque: A
         for i in range(_STAGES):
             inner = energy
             for j in range(_STAGES):
-                inner += width * MATRIX[i, j] * torque[j]
+                inner += width * _MATRIX[i, j] * torque[j]
             inner = max(inner, 1e-12 * energy)
             speed = math.sqrt(2.0 * inner / total[i])
             fall = machine.slope / (total[i] * speed)
             change[i] = machine.stall - machine.slope * speed - torque[i]
             for j in range(_STAGES):
-                lhs[i, j] = fall * width * MATRIX[i, j]
+                lhs[i, j] = fall * width * _MATRIX[i, j]
             lhs[i, i] += 1.0
         for i in range(_STAGES):
             for k in range(i + 1, _STAGES):
@@ -142,11 +142,11 @@ def turn(total: Array, steps: Array, energy: float, machine: Machine) -> tuple[A
             return work, math.nan
         done = 0.0
         for i in range(_STAGES):
-            done += width * WEIGHTS[i] * torque[i]
+            done += width * _WEIGHTS[i] * torque[i]
             inner = now
             for j in range(_STAGES):
-                inner += width * MATRIX[i, j] * torque[j]
-            time += width * WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
+                inner += width * _MATRIX[i, j] * torque[j]
+            time += width * _WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
         work[n + 1] = work[n] + done
         torque[:] = torque[_STAGES - 1]
     return work, time

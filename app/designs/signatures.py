@@ -140,7 +140,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
         ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i"),
-        ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
+        ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_slope", "f1 f1"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
@@ -151,6 +151,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
+        ("solvers.linkage.optimum.radius_bounds.least_radii", "f2 f2 f2 f2 f1 f"),
         ("solvers.linkage.swept_area.bounding_box.least_fits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (

@@ -123,12 +123,12 @@ class SteadyVibration:
         return self.motion.highest_frequency
 
     @property
-    def bent_terms(self) -> int:
+    def curvature_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._bent.shape[0]
 
     @property
-    def sunk_terms(self) -> int:
+    def deflection_terms(self) -> int:
         """Legendre coefficients of V."""
         return self._sunk.shape[0]
 
@@ -159,10 +159,12 @@ class SteadyVibration:
         stiffness, basis, clamp = self.motion.strip.stiffness, self.motion.basis, np.zeros(1)
         return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
 
-    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
+    def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
         there."""
-        return add_amplitudes(self._amplitudes(states), self._bent, self._sunk, *self._reactions, bent, sunk)
+        return add_amplitudes(
+            self._amplitudes(states), self._bent, self._sunk, *self._reactions, curvature_series, deflection_series
+        )
 
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles).

@@ -23,7 +23,7 @@ from solvers.rod.optimum.full_model.corrections import CURVED, CURVED_ACROSS, FL
 from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
 from solvers.rod.optimum.full_model.smooth_parts import Parts
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
-from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
+from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, RequiredResults, compression_peaks, find_peaks
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
@@ -65,7 +65,7 @@ class FullModel:
     ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
     counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
     as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
-    is ``fine``; what they change beside a strip is that of a ``coarse`` model, if there is one. ``watch`` is
+    is ``fine``; what they change beside a strip is that of strips of a ``coarse`` model, if there is one. ``watch`` is
     called before each strip and check and may raise OutOfTime.
     """
 
@@ -75,7 +75,7 @@ class FullModel:
     effects: EffectSelection
     effect_tolerance: float
     accuracy: float
-    wanted: Wanted
+    wanted: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
@@ -134,9 +134,9 @@ class FullModel:
         effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
         return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, curved=True)
 
-    def finer(self, coarse: FullModel | None = None) -> FullModel:
+    def finer(self, coarse: FullModel) -> FullModel:
         """The same with corrections to second order over short steps and rows as good as checks; its checks are the
-        same."""
+        same. Differences between strips of one resolution are as good at that of a ``coarse`` model."""
         return replace(self._anew(), fine=True, curved=True, coarse=coarse)
 
     def _anew(self) -> FullModel:
@@ -213,25 +213,24 @@ class FullModel:
         """Where a strip's results peak; it must not buckle."""
         strip = self.strip(d)
         pushed = compression_peaks(strip.cycle.axial_force)
-        peaks = peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
-        return peaks.on_one_side(self.scene.load.jumps(), self.angle_step)
+        peaks = find_peaks(strip, self.criterion.diagram(), self.wanted)._replace(compressions=pushed)
+        return peaks.split_at_jumps(self.scene.load.jumps(), self.angle_step)
 
-    def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
+    def rows_near(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one, which has these peaks, maybe with those of others."""
-        stresses = self.strip(d).stresses(peaks.threes(self.angle_step), peaks.stations())
+        stresses = self.strip(d).stresses(peaks.stencils(self.angle_step), peaks.stations())
         parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
         return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
         """One that serves a strip: one of the last, or a new one around it."""
-        if self.coarse is not None:
-            return self.coarse._stencil_for(d)
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil
         # Beside what noise makes of a strip the other curvatures are not worth the time of six motions.
         bends = (CURVED_ACROSS if self.textured else CURVED) if self.curved else FLAT
-        stencil = Stencil.around(self.strip(d), self.correction_step, bends, self.free, self.watch)
+        centre = (self.coarse or self).strip(d)
+        stencil = Stencil.around(centre, self.correction_step, bends, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
         return stencil
 
@@ -295,7 +294,7 @@ class FullRows:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
         return self.plain_values(x), self._read.added(self.model.strip(self._dimensions(x)))
 
-    def slopes(self, x: Array, free: Array = ALL) -> Array:
+    def jacobian(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
         zero."""
         plain = self.plain_slopes(x, free)

@@ -41,7 +41,7 @@ def with_finer_checks(context: Context, optimum: Optimum, within: Bounds) -> tup
         return context, optimum
     task = replace(context.task, guard=finer * context.task.guard)
     model = context.model.at_accuracy(finer * accuracy)
-    sharper = replace(context, model=model.finer() if model.rings else model, task=task, rough=None)
+    sharper = replace(context, model=model.finer(context.rough.model) if model.rings else model, task=task, rough=None)
     local = local_search(sharper.model, task, within, best.x, _RADIUS)
     if local is None or local.found is None:
         return context, optimum

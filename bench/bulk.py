@@ -64,7 +64,7 @@ def _joblib(check: Callable[[object], object], items: list[object]) -> float:
 
 
 def _alone(case: rod.Case | linkage.Case | pin.Case | crank.Case) -> object:
-    return case.alone().status
+    return case.evaluate().status
 
 
 def _rods(name: str, effects: EffectSelection) -> Row:
@@ -82,7 +82,7 @@ def _rods(name: str, effects: EffectSelection) -> Row:
         name,
         table,
         _per_item(lambda: rod.check_many(cases), FEW),
-        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _per_item(lambda: [case.evaluate() for case in cases], FEW),
         _joblib(_alone, cases),
     )
 
@@ -101,7 +101,7 @@ def _linkages(name: str, envelope: bool) -> Row:
         name,
         _per_item(lambda: linkage.check_family(kind, restitution, ratio, 0.1, 10.0, pad), COUNT),
         _per_item(lambda: linkage.check_many(cases), FEW),
-        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _per_item(lambda: [case.evaluate() for case in cases], FEW),
         _joblib(_alone, cases),
     )
 
@@ -122,7 +122,7 @@ def _pins(name: str, steps: int) -> Row:
         name,
         _per_item(lambda: pin.check_bores(*sizes, scene.material, bores, ends), COUNT),
         _per_item(lambda: pin.check_many(cases), FEW),
-        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _per_item(lambda: [case.evaluate() for case in cases], FEW),
         _joblib(_alone, cases),
     )
 
@@ -143,7 +143,7 @@ def _dynamics(name: str, *names: str) -> Row:
         name,
         None,
         _per_item(lambda: crank.analyse_many(cases), FEW),
-        _per_item(lambda: [case.alone() for case in cases], FEW),
+        _per_item(lambda: [case.evaluate() for case in cases], FEW),
         _joblib(_alone, cases),
     )
 

@@ -1,9 +1,9 @@
 """Work-precision study of any problem: error against time over a ladder of requested accuracies.
 
-The case is solved at every accuracy from loose to tight. The error of a level is its distance from a reference: an
+The case is solved at every accuracy from loose to tight. The error of a level is its deviation from a reference: an
 independent solution where available, otherwise the solver's own at an accuracy two orders tighter than any level it
-judges. Errors below the reference's own uncertainty are not resolved. Runs are interleaved, one of each level in turn,
-so that machine load affects all levels alike.
+judges. Errors below the reference's own uncertainty are not resolved. Runs of the levels are interleaved, so that
+machine load affects all of them alike.
 
 Source: work-precision diagrams in E. Hairer, G. Wanner, Solving Ordinary Differential Equations II.
 """
@@ -121,9 +121,9 @@ class Exact:
 
 @dataclass(frozen=True)
 class Reference:
-    """An independent reference: a description, and main results; the solver itself is used for results it omits.
+    """An independent reference: its description, and main results; the solver itself is used for results it omits.
 
-    ``results`` must call the given watch often, which raises OutOfTime.
+    ``results`` must often call the given watch, which raises OutOfTime.
     """
 
     made: str
@@ -215,28 +215,30 @@ def study(
     Propagates other exceptions of ``solve`` and of the reference; an ArithmeticError of the reference discards it.
     """
     plan = plan or Plan()
-    rungs = sorted(set(plan.ladder), reverse=True)
-    judge = _judge(solve, rungs, plan, reference, clock)
-    rungs = [accuracy for accuracy in rungs if judge.judges(accuracy)]
+    accuracies = sorted(set(plan.ladder), reverse=True)
+    judge = _judge(solve, accuracies, plan, reference, clock)
+    accuracies = [accuracy for accuracy in accuracies if judge.judges(accuracy)]
 
     started = clock()
     solved: dict[float, Solved | None] = {}
-    times: dict[float, list[float]] = {accuracy: [] for accuracy in rungs}
-    for turn in range(plan.runs):
-        for accuracy in rungs:
-            done, begun = times[accuracy], clock()
-            if turn and (solved.get(accuracy) is None or plan.enough(done)):
+    times: dict[float, list[float]] = {accuracy: [] for accuracy in accuracies}
+    for repetition in range(plan.runs):
+        for accuracy in accuracies:
+            done, start = times[accuracy], clock()
+            if repetition and (solved.get(accuracy) is None or plan.enough(done)):
                 continue
-            if solved and begun + min(done, default=0.0) - started > plan.time:
+            if solved and start + min(done, default=0.0) - started > plan.time:
                 continue
             try:
                 answer = solve(accuracy)
             except ArithmeticError:
                 answer = None
-            done.append(clock() - begun)
+            done.append(clock() - start)
             solved.setdefault(accuracy, answer)
 
-    levels = tuple(judge.level(accuracy, solved[accuracy], times[accuracy]) for accuracy in rungs if times[accuracy])
+    levels = tuple(
+        judge.level(accuracy, solved[accuracy], times[accuracy]) for accuracy in accuracies if times[accuracy]
+    )
     return Study(levels, judge.made, judge.accuracy, goal.pick(levels))
 
 
@@ -263,15 +265,15 @@ class _Judge:
 
     def level(self, accuracy: float, solved: Solved | None, times: Sequence[float]) -> Level:
         exact = {**self.independent, **(self.own if self._is_looser(accuracy) else {})}
-        errors, told = {}, 0.0
+        errors, resolved = {}, 0.0
         if solved is not None:
             measured = relative_errors(solved.results, {name: e.value for name, e in exact.items()})
             # errors below the reference's uncertainty are not resolved
             errors = {
-                name: off if exact[name].value is None else max(off, exact[name].accuracy)
-                for name, off in measured.items()
+                name: deviation if exact[name].value is None else max(deviation, exact[name].accuracy)
+                for name, deviation in measured.items()
             }
-            told = max((off for name, off in measured.items() if off > exact[name].accuracy), default=0.0)
+            resolved = max((d for name, d in measured.items() if d > exact[name].accuracy), default=0.0)
         error = None if solved is None else max(errors.values(), default=0.0)
         if error is not None and not math.isfinite(error):
             # A result that exists only on one side is a failure, not a large error.
@@ -281,7 +283,7 @@ class _Judge:
             settings={} if solved is None else solved.settings,
             error=error,
             errors=errors,
-            at_most=error is not None and told < error,
+            at_most=error is not None and resolved < error,
             gap=None if solved is None else solved.gap,
             time_min=min(times),
             time_median=statistics.median(times),
@@ -290,31 +292,31 @@ class _Judge:
 
 
 def _judge(
-    solve: Callable[[float], Solved], rungs: Sequence[float], plan: Plan, reference: Independent, clock: Clock
+    solve: Callable[[float], Solved], accuracies: Sequence[float], plan: Plan, reference: Independent, clock: Clock
 ) -> _Judge:
     """Compute the reference: the solver's own tightest solution, and independent results as far as available in time.
 
     Done first, so that one-time initialisation is not attributed to the first level.
     """
-    judged = [accuracy for accuracy in rungs if accuracy >= REFERENCE_FACTOR * LEAST_ACCURACY]
-    tightest = max(LEAST_ACCURACY, (judged or rungs)[-1] / REFERENCE_FACTOR)
+    judged = [accuracy for accuracy in accuracies if accuracy >= REFERENCE_FACTOR * LEAST_ACCURACY]
+    tightest = max(LEAST_ACCURACY, (judged or accuracies)[-1] / REFERENCE_FACTOR)
     solution = solve(tightest)
-    known, found, told = reference(), {}, ""
-    if known is not None:
+    external, independent, origin = reference(), {}, ""
+    if external is not None:
         try:
-            found = known.results(Watch(plan.reference_time, clock))
-            told = known.made
+            independent = external.results(Watch(plan.reference_time, clock))
+            origin = external.made
         except OutOfTime:
-            told = f"one {known.made} was given up after {plan.reference_time:.3g} s"
+            origin = f"one {external.made} was given up after {plan.reference_time:.3g} s"
         except ArithmeticError as failure:
-            told = f"one {known.made} broke off ({type(failure).__name__})"
-    doubt = max(tightest, solution.estimated)
-    own = {name: Exact(value, doubt) for name, value in solution.results.items() if name not in found}
+            origin = f"one {external.made} broke off ({type(failure).__name__})"
+    uncertainty = max(tightest, solution.estimated)
+    own = {name: Exact(value, uncertainty) for name, value in solution.results.items() if name not in independent}
     itself = f"the same case solved to {tightest:g}"
-    if doubt > tightest:
-        itself += f", its own estimate {doubt:.1g}"
-    if all(exact.value is None for exact in own.values()) and found:
-        return _Judge(told, found, own, tightest)
-    if found:
+    if uncertainty > tightest:
+        itself += f", its own estimate {uncertainty:.1g}"
+    if all(exact.value is None for exact in own.values()) and independent:
+        return _Judge(origin, independent, own, tightest)
+    if independent:
         itself = f"{', '.join(name for name, exact in own.items() if exact.value is not None)}: {itself}"
-    return _Judge(f"{told}; {itself}" if told else itself, found, own, tightest)
+    return _Judge(f"{origin}; {itself}" if origin else itself, independent, own, tightest)

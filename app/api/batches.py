@@ -55,10 +55,10 @@ def _answer(shown: bytes) -> Response:
 @router.post("", status_code=202, summary="Submit a batch", responses=_REFUSALS)
 async def submit_batch(
     request: Request,
-    kind: Annotated[str, Query(max_length=64, description="of every row; a sweep specifies its own")] = "",
-    mode: Annotated[str, Query(max_length=16, description="of every row; a sweep specifies its own")] = "",
+    kind: Annotated[str, Query(max_length=64, description="kind and mode of every row; a sweep names its own")] = "",
+    mode: Annotated[str, Query(max_length=16, description="kind and mode of every row; a sweep names its own")] = "",
     name: Annotated[str, Query(max_length=200, pattern=r"^[^\x00]*$")] = "",
-    detail: Annotated[Detail, Query(description="of the stored results: without curves and tables, or full")] = (
+    detail: Annotated[Detail, Query(description="detail of the stored results: without curves and tables, or full")] = (
         Detail.SCALARS
     ),
     idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
@@ -107,7 +107,7 @@ async def list_batches(
     kind: str | None = None,
     mode: Mode | None = None,
     status: Literal["queued", "running", "ended", "cancelled"] | None = None,
-    name: Annotated[str | None, Query(max_length=200, description="the whole name")] = None,
+    name: Annotated[str | None, Query(max_length=200, description="the exact name")] = None,
     cursor: Annotated[str | None, Query(max_length=36)] = None,
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, Any]:
@@ -146,8 +146,12 @@ async def batch_results(
     request: Request,
     batch_id: str,
     format: Format = Format.NDJSON,
-    status: Annotated[str | None, Query(max_length=100, description="of the items, several with commas")] = None,
-    fields: Annotated[str | None, Query(max_length=8000, description="dotted names with commas; all")] = None,
+    status: Annotated[
+        str | None, Query(max_length=100, description="status of the items; several separated by commas")
+    ] = None,
+    fields: Annotated[
+        str | None, Query(max_length=8000, description="dotted names of the columns, separated by commas; default: all")
+    ] = None,
 ) -> Response:
     """Results of the items finished so far, in order, as a stream."""
     service = _service(request)

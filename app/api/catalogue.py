@@ -40,7 +40,7 @@ class ExportInfo(_Shown):
     title: str
     media_type: str
     extension: str
-    tools: list[str] = Field(description="values of ?for= of the parameters export; empty for all others")
+    tools: list[str] = Field(description="values that ?for= accepts, for the parameters export; empty for all others")
     available: bool = Field(description="false: a required extra is not installed")
 
 
@@ -48,11 +48,11 @@ class ModeInfo(_Shown):
     """A mode of a kind: path, fields and examples."""
 
     mode: Mode
-    path: str = Field(description="path to post requests to")
+    path: str = Field(description="path that requests are posted to")
     fields: list[FieldInfo]
     example: dict[str, Any]
     examples: dict[str, Any] = Field(description="further examples by title")
-    plots: list[str] = Field(description="plots that its runs may have; each run lists its own")
+    plots: list[str] = Field(description="plots that runs of this kind may have; each run lists its own")
 
 
 class KindLine(_Shown):
@@ -89,14 +89,16 @@ class MaterialInfo(_Shown):
     shear_modulus_gpa: float
     poisson: float
     density_kg_m3: float
-    allowable_stress_mpa: float | None = Field(description="of a pin; a design convention, not a property of the steel")
-    fatigue_limit_mpa: float | None = Field(description="smooth, in alternating bending")
-    fatigue_reduction: float | None = Field(description="K: notch, size and surface together")
-    mean_stress_sensitivity: float | None = Field(description="ψ of Serensen")
+    allowable_stress_mpa: float | None = Field(
+        description="allowable stress of a pin: a design convention, not a property of the steel"
+    )
+    fatigue_limit_mpa: float | None = Field(description="fatigue limit of a smooth specimen in alternating bending")
+    fatigue_reduction: float | None = Field(description="K, fatigue reduction factor: notch, size and surface together")
+    mean_stress_sensitivity: float | None = Field(description="ψ, mean stress sensitivity of Serensen's criterion")
     yield_strength_mpa: float | None
     ultimate_strength_mpa: float | None
-    loss_factor: float | None = Field(description="η of a strip in its clamps, twice the damping ratio")
-    sources: dict[str, str] = Field(description="of every value, by its name")
+    loss_factor: float | None = Field(description="η, loss factor of a strip in its clamps: twice the damping ratio")
+    sources: dict[str, str] = Field(description="source of every value, by the value's name")
     kinds: list[str] = Field(description="kinds whose requests accept the name")
 
 

@@ -124,7 +124,7 @@ class RunLine(_Shown):
     spec_hash: str
     cached: bool
     batch_id: str | None
-    holds: bool | None = Field(description="the verdict's; null: no verdict")
+    holds: bool | None = Field(description="whether every criterion of the verdict holds; null: no verdict")
     figure: Figure | None = Field(description="null: no result, or a run of an early version")
     solver: Solver
 
@@ -158,7 +158,7 @@ class Run(RunLine):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     verdict: VerdictResult | None = Field(
-        description="of every answered design and check; null otherwise, and for runs of early versions"
+        description="the verdict of an answered design or check; null otherwise, and for runs of early versions"
     )
     spec: dict[str, Any]
     result: dict[str, Any] | None
@@ -167,7 +167,7 @@ class Run(RunLine):
     accuracy: AccuracyResult | None
     timing: dict[str, float]
     links: Links
-    progress: RunProgress | None = Field(description="of a long run in progress")
+    progress: RunProgress | None = Field(description="progress of a long run that is not finished")
 
 
 class BatchItems(_Shown):
@@ -204,7 +204,7 @@ class Batch(_Shown):
     created_at: datetime
     ended_at: datetime | None
     items: BatchItems
-    rate_per_s: float | None = Field(description="items per second since the first was started")
+    rate_per_s: float | None = Field(description="items per second since the first one started")
     remaining_s: float | None = Field(description="null: not known yet")
     solver: Solver
     links: BatchLinks

@@ -47,14 +47,14 @@ async def run_export(
     request: Request,
     run_id: str,
     export: str,
-    tool: Annotated[Tool, Query(alias="for", description="of parameters: the CAD program that reads them")] = (
-        Tool.FREECAD
-    ),
+    tool: Annotated[
+        Tool, Query(alias="for", description="parameters export only: the CAD program that reads the file")
+    ] = (Tool.FREECAD),
     angle_deg: Annotated[
         float | None,
-        Query(ge=-3600, le=3600, allow_inf_nan=False, description="of a linkage: the crank's angle; none: at the blow"),
+        Query(ge=-3600, le=3600, allow_inf_nan=False, description="linkage only: crank angle; default: at the blow"),
     ] = None,
-    report_language: Annotated[Language, Query(alias="language", description="of a report")] = Language.EN,
+    report_language: Annotated[Language, Query(alias="language", description="language of a report")] = Language.EN,
 ) -> Response:
     """One of the run's exports, as its `links.exports` lists them."""
     service: Service = request.app.state.service

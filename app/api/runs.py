@@ -57,13 +57,19 @@ async def list_runs(
     mode: Annotated[Mode | None, Query(description="what was requested")] = None,
     status: Annotated[RunStatus | None, Query(description="how the solve ended; see holds, too")] = None,
     name: Annotated[str | None, Query(max_length=200, description="the exact name; use text for parts of it")] = None,
-    batch_id: Annotated[str | None, Query(description="the items of this batch")] = None,
-    created_after: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
-    holds: Annotated[bool | None, Query(description="runs whose verdict holds, or does not")] = None,
+    batch_id: Annotated[str | None, Query(description="only items of this batch")] = None,
+    created_after: Annotated[
+        datetime | None, Query(description="exclusive; a date and time with its time zone")
+    ] = None,
+    holds: Annotated[bool | None, Query(description="only runs whose verdict holds (true) or does not (false)")] = None,
     text: Annotated[str | None, Query(max_length=200, description="any part of the name, case-insensitive")] = None,
-    created_before: Annotated[datetime | None, Query(description="exclusive, with its zone")] = None,
-    order: Annotated[RunOrder, Query(description="least and greatest: by each run's figure")] = RunOrder.NEWEST,
-    cursor: Annotated[str | None, Query(max_length=2000, description="the next_cursor of the page before")] = None,
+    created_before: Annotated[
+        datetime | None, Query(description="exclusive; a date and time with its time zone")
+    ] = None,
+    order: Annotated[
+        RunOrder, Query(description="smallest and largest order by the runs' main figure")
+    ] = RunOrder.NEWEST,
+    cursor: Annotated[str | None, Query(max_length=2000, description="next_cursor of the previous page")] = None,
     limit: Annotated[int, Query(ge=1, le=200, description="runs per page")] = 50,
 ) -> dict[str, object]:
     """Runs matching all filters; ``next_cursor`` requests the next page."""

@@ -93,7 +93,7 @@ class Sweep(Strict):
     base: dict[str, Any] = Field(description="what every request has")
     vary: dict[str, Vary] = Field(min_length=1, max_length=32, description="dotted field: its values")
     combine: Literal["grid", "zip", "latin_hypercube", "sobol"] = "grid"
-    samples: int | None = Field(default=None, ge=1, description="of latin_hypercube and sobol")
+    samples: int | None = Field(default=None, ge=1, description="number of points of latin_hypercube and sobol")
     seed: int = Field(default=0, ge=0, le=2**32 - 1)
 
     @classmethod

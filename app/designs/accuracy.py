@@ -54,14 +54,14 @@ class StudyRequest(Strict):
         default=None,
         ge=1e-6,
         le=1e6,
-        description="what one solution may take; null: the spec's accuracy decides what is recommended",
+        description="time that one solution may take; null: the recommendation goes by the accuracy of the spec",
     )
     study_budget_s: float = Field(
         default=10.0,
         ge=0.1,
         le=MAX_BUDGET_S,
-        description="time of the independent reference and of the runs, the tightest solution not counted; an "
-        "independent reference that takes too long is given up, rungs that the time does not reach are left out",
+        description="time for the independent reference and the runs, without the tightest solution; a "
+        "reference that takes longer is abandoned, levels for which no time is left are omitted",
     )
 
     def goal(self) -> Goal:
@@ -81,10 +81,14 @@ class LevelResult(Strict):
 
     accuracy: float
     settings: dict[str, float | int | str]
-    error: float | None = Field(description="greatest relative error over the main results; null: the level failed")
-    errors: dict[str, float] = Field(description="never less than the reference may be off itself")
-    at_most: bool = Field(description="true: lost in what the reference may be off, which is shown instead")
-    proven_gap: float | None = Field(description="how far a proof leaves the best design there may be; null: no proof")
+    error: float | None = Field(description="maximum relative error of the main results; null: the level failed")
+    errors: dict[str, float] = Field(
+        description="relative error of each main result, at least the uncertainty of the reference"
+    )
+    at_most: bool = Field(
+        description="true: the error is below the uncertainty of the reference, which is shown instead"
+    )
+    proven_gap: float | None = Field(description="relative gap between the design and its proven bound; null: no proof")
     time_min_s: float
     time_median_s: float
     runs: int
@@ -95,8 +99,8 @@ class EffectCostResult(Strict):
 
     name: str
     active: bool
-    change: float | None = Field(description="greatest relative change of the main results between with and without")
-    brings: list[str] = Field(description="main results that exist only with it")
+    change: float | None = Field(description="maximum relative change of the main results if the effect is left out")
+    brings: list[str] = Field(description="main results that exist only with the effect")
     time_with_s: float | None
     time_without_s: float | None
     runs: int
@@ -106,14 +110,14 @@ class StudyResult(Strict):
     """Error against time, from loose to tight, and the influence of each effect."""
 
     levels: list[LevelResult]
-    reference: str = Field(description="how the reference was made")
-    reference_accuracy: float = Field(description="what it may be off, relative, in the result of which it knows least")
+    reference: str = Field(description="method of the reference")
+    reference_accuracy: float = Field(description="relative uncertainty of the reference, of its least certain result")
     recommended: LevelResult | None = Field(
         description="the cheapest level that meets the spec's accuracy, or the best within the time"
     )
     certified: LevelResult | None = Field(
-        description="the cheapest level whose design is proven to be the best to the spec's accuracy, or else the one "
-        "with the closest proof; null: nothing is proven"
+        description="the cheapest level whose design is proven optimal within the accuracy of the spec, or else "
+        "the one with the smallest gap; null: nothing is proven"
     )
     effect_costs: list[EffectCostResult]
 

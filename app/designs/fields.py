@@ -27,22 +27,25 @@ class FieldInfo(BaseModel):
     label: str
     unit: str
     type: str = Field(
-        description="number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"
+        description="number, integer, string, boolean, choice, list, or form (a choice between objects, which "
+        "is not a field itself)"
     )
-    required: bool = Field(description="of the object it is in; a form that is chosen needs its own only")
+    required: bool = Field(
+        description="whether its object requires the field; of a chosen form only its own fields are required"
+    )
     nullable: bool
-    default: Any = Field(description="null where there is none")
+    default: Any = Field(description="null: no limit")
     minimum: float | None
     maximum: float | None
     exclusive_minimum: bool
     exclusive_maximum: bool
-    items: str | None = Field(description="of a list: the type of its items, whose limits are told here")
+    items: str | None = Field(description="lists only: the type of the items, to which the limits apply")
     least_items: int | None
-    most: int | None = Field(description="characters of a string, items of a list")
+    most: int | None = Field(description="number of characters of a string, or of items of a list")
     choices: list[str | float] | None
     when: str = Field(
-        description="the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where "
-        "a form is told by its fields alone; empty: always there"
+        description="the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial "
+        "where the fields alone identify a form; empty: in every form"
     )
     help: str
 

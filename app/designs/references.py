@@ -119,7 +119,7 @@ Instant = Literal[LOADS]
 class RunForce(RunReference):
     """The force at a worst instant of a stored crank-dynamics run; filled in by the service."""
 
-    instant: Instant = Field(default="wrist_pin_load_max", description="which greatest force is taken")
+    instant: Instant = Field(default="wrist_pin_load_max", description="which of the maximum forces is used")
     force_n: Positive | None = Field(default=None, description="filled in from the run")
     taken_from: str | None = Field(default=None, description="filled in: kind and hash of the run's own request")
 

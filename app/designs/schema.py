@@ -120,13 +120,19 @@ class SolverRequest(Strict):
     """Fields of every check and design."""
 
     name: Cleaned = Field(
-        default="", max_length=200, pattern=r"^[^\x00]*$", description="a name for people; it changes no result"
+        default="",
+        max_length=200,
+        pattern=r"^[^\x00]*$",
+        description="a name for display; it does not affect the result",
     )
     effects: _Effects = Field(default="auto", description="auto, all, or a choice with include and exclude")
     effect_tolerance: float = Field(
-        default=1e-2, gt=0, le=1, description="what all effects left out may change together, relative"
+        default=1e-2,
+        gt=0,
+        le=1,
+        description="maximum relative change of the main results that all omitted effects may cause together",
     )
-    accuracy: float = Field(default=1e-6, ge=1e-12, le=1e-1, description="wanted relative numerical accuracy")
+    accuracy: float = Field(default=1e-6, ge=1e-12, le=1e-1, description="requested relative numerical accuracy")
 
     def contradictions(self) -> list[Entry]:
         """Cross-field validation: one problem entry per contradiction."""
@@ -155,9 +161,10 @@ class DesignSettings(Strict):
         default=None,
         ge=1e-3,
         le=MAX_TIME_S,
-        description="wall-clock time that this design may take, at most the service's own limit; null: that limit. A "
-        "kind that finds better and better designs answers with the best that meets every requirement, with the gap "
-        "that is left and accuracy.met false; any other run that does not end in time fails",
+        description="wall-clock limit of this design, at most the limit of the service; null: that limit. A "
+        "kind that improves its design iteratively answers with the best one so far that meets "
+        "every requirement, with the remaining gap and accuracy.met false; any other run that does "
+        "not finish in time fails",
     )
 
 
@@ -176,7 +183,9 @@ class EffectResult(Strict):
 
     name: str
     state: Literal["active", "skipped"]
-    influence: float = Field(description="bound on the relative change of the main results; 1e9 stands for unbounded")
+    influence: float = Field(
+        description="estimated relative change of the main results if the effect is left out; 1e9: unbounded"
+    )
     why: str
 
 
@@ -192,17 +201,18 @@ class AccuracyResult(Strict):
 class CertificateResult(Strict):
     """Proof of a design's optimality: what is proven, over which set, by which argument, and what is not covered."""
 
-    method: str = Field(description="by which argument")
-    bound: float | None = Field(description="no feasible design is better, in the objective's unit; null: none exists")
-    gap: float | None = Field(
-        description="relative distance of the answer, as it is told, from the bound; null: no bound is known"
+    method: str = Field(description="argument of the proof")
+    bound: float | None = Field(
+        description="proven bound on the objective of every feasible design, in the objective's unit; null: none is "
+        "known"
     )
+    gap: float | None = Field(description="relative distance of the answer from the bound; null: no bound is known")
     evidence: dict[str, float | int | str]
     proven: str = Field(description="what is proven")
-    physics: str = Field(description="for which physics")
-    form: str = Field(description="for which designs")
-    range: str = Field(description="over which range of them")
-    estimated: list[str] = Field(description="what is only estimated, and where it is told")
+    physics: str = Field(description="the physics to which the proof applies")
+    form: str = Field(description="the designs to which the proof applies")
+    range: str = Field(description="the range of designs covered")
+    estimated: list[str] = Field(description="what is only estimated, and where the estimate is reported")
 
 
 class ShortfallResult(Strict):
@@ -210,7 +220,7 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="the best to be had, known as accuracy.estimated says; null: nothing")
+    attainable: float | None = Field(description="best attainable value, accurate to accuracy.estimated; null: unknown")
     advice: str
 
 
@@ -226,7 +236,7 @@ class Infeasible(Strict):
 
     diagnosis: list[ShortfallResult]
     certificate: CertificateResult | None = None
-    repairs: list[RepairDone] = Field(default=[], description="what was done to the request's points")
+    repairs: list[RepairDone] = Field(default=[], description="repairs of the request's points")
 
 
 def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, Any] | None:

@@ -25,23 +25,20 @@ _NEGLIGIBLE_MARGIN = 5e-4
 class CriterionResult(Strict):
     """A criterion: value and requirement."""
 
-    name: str = Field(description="of the request's field where asked is true, else of the result")
-    label: str = Field(description="the same in words")
+    name: str = Field(description="name of the request's field if asked is true, else of the result")
+    label: str = Field(description="label of the criterion")
     sense: Literal["at_least", "at_most", "equal", "yes"] = Field(
-        description="how reached must stand to required; yes: 1 for yes, 0 for no"
+        description="relation between reached and required; yes: a condition that is 1 if true and 0 if false"
     )
     required: float
-    reached: float | None = Field(
-        description="null: nothing acts, or where it does not hold, nothing is known or it has no bound"
-    )
+    reached: float | None = Field(description="null: no load acts; if the criterion fails: unknown or unbounded")
     unit: str
     margin: float | None = Field(
-        description="how many times more it could bear, less 1: reached/required - 1 of a least value, "
-        "required/reached - 1 of a greatest one; 0: all of it is used; negative where it does not hold; null where "
-        "nothing acts or nothing is known"
+        description="margin of safety: reached/required - 1 of a minimum, required/reached - 1 of a maximum; 0: "
+        "fully used; negative: the criterion fails; null: no load acts, or unknown"
     )
-    holds: bool = Field(description="within the accuracy asked for, at most 1e-3, of what is required")
-    asked: bool = Field(description="whether the request asks for it, or every such part must keep it")
+    holds: bool = Field(description="whether the requirement is met, within the requested accuracy and at most 1e-3")
+    asked: bool = Field(description="true: required by the request; false: required of every such part")
 
 
 class VerdictResult(Strict):
@@ -50,18 +47,18 @@ class VerdictResult(Strict):
     holds: bool
     certain: bool = Field(
         default=True,
-        description="false: the estimated error of the figures is more than what lies between them and their limits",
+        description="false: the estimated error exceeds the distance of a figure from its limit",
     )
     error: float = Field(
-        default=0.0, description="the estimated error of the figures where the verdict depends on it, relative; else 0"
+        default=0.0, description="estimated relative error of the figures if the verdict depends on it, else 0"
     )
-    summary: str = Field(description="one sentence with the figure that governs")
+    summary: str = Field(description="one sentence with the governing figure")
     governed_by: str | None = Field(
-        description="the criterion that fails most, or has least to spare; where certain is false the one that makes "
-        "it so; null: none acts"
+        description="the criterion with the smallest margin; if certain is false, the one that makes it "
+        "uncertain; null: no load acts"
     )
     criteria: list[CriterionResult]
-    cautions: list[str] = Field(description="what to know beside the criteria")
+    cautions: list[str] = Field(description="remarks beyond the criteria")
 
 
 @dataclass(frozen=True, eq=False)

@@ -217,7 +217,7 @@ async def map_points(
     x: Annotated[str, Query(max_length=200)] = "",
     y: Annotated[str, Query(max_length=200)] = "",
     colour: Annotated[str, Query(max_length=200)] = "",
-    beside: Annotated[str, Query(max_length=2000, description="more fields, with commas between")] = "",
+    beside: Annotated[str, Query(max_length=2000, description="further fields, separated by commas")] = "",
 ) -> dict[str, Any]:
     """A sample of items as points, and the fields usable as axis or colour."""
     service = _service(request)

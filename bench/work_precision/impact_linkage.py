@@ -163,7 +163,7 @@ def _least_area(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], crank: mp.mpf, 
 
 def _ours(accuracy: float, case: LinkageCase) -> Results:
     # From the ratios on, as the peers: scene, mechanism and limits are made within the time.
-    found = case_of(case.request)._replace(accuracy=accuracy).alone().value
+    found = case_of(case.request)._replace(accuracy=accuracy).evaluate().value
     values = found.strike.greatest, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
     return dict(zip(JUDGED, values, strict=True))
 

@@ -62,7 +62,7 @@ class Beside:
             return sought
         near = min(self._known, key=lambda known: np.abs(x - known[0]).max(), default=None)
         if near is not None and np.abs(x - near[0]).max() < _NEAR:
-            beside = near[1].beside([d])[0]
+            beside = near[1].neighbours([d])[0]
             if beside is not None:
                 return beside
         self._known = [(x, sought), *self._known[: _KEPT - 1]]

@@ -22,7 +22,7 @@ class Case:
     accuracy: float = 1e-6
     series_angles: int = SERIES_ANGLES
 
-    def alone(self) -> Outcome[CrankDynamics]:
+    def evaluate(self) -> Outcome[CrankDynamics]:
         """Run this analysis on its own."""
         return analyse(self.scene, self.effects, self.effect_tolerance, self.accuracy, self.series_angles)
 
@@ -32,7 +32,7 @@ def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | Invalid
     found: list[Outcome[CrankDynamics] | InvalidInput] = []
     for case in cases:
         try:
-            found.append(case.alone())
+            found.append(case.evaluate())
         except InvalidInput as refusal:
             found.append(refusal)
     return found

@@ -75,7 +75,7 @@ def check(
     effects that limits require. Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that
     is required.
     """
-    return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).alone()
+    return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).evaluate()
 
 
 class Case(NamedTuple):
@@ -89,7 +89,7 @@ class Case(NamedTuple):
     accuracy: float = 1e-6
     demands: tuple[Demand, ...] = ()
 
-    def alone(self) -> Outcome[LinkageCheck]:
+    def evaluate(self) -> Outcome[LinkageCheck]:
         """Evaluate this case by ``check``."""
         return check_case(self, peak_rows([self.mechanism])[0])
 

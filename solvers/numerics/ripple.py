@@ -21,8 +21,8 @@ from solvers.numerics.radau import Radau, radau, shares_of
 
 TURN = 2.0 * math.pi
 _MARGIN = 1.2
-"""Safety factor on a mode's amplitude on an element, sampled at three points."""
-_PROBED = 3
+"""Safety factor on the amplitude of a mode on an element, sampled at three points."""
+_PROBES = 3
 KINDS = 6
 """Columns of a table per mode."""
 
@@ -30,13 +30,13 @@ KINDS = 6
 class Ripple(NamedTuple):
     """Modes on elements over one revolution, at the points of a rule in each.
 
-    edges   (elements + 1,)
-    start   (elements, modes), complex amplitudes at an element's start
-    phase   (elements, modes, points), complex, accumulated from there
-    rate    (elements, modes, points), its derivative
-    pace    (elements, modes), its largest imaginary part
-    shape   (elements, modes, points, 2, parts), real and imaginary parts to which weights are applied
-    probe   (elements, modes, 3, 2, parts), shape times amplitude at an element's first, middle and last point
+    edges      (elements + 1,)
+    start      (elements, modes), complex amplitudes at an element's start
+    phase      (elements, modes, points), complex, accumulated from there
+    rate       (elements, modes, points), its derivative
+    frequency  (elements, modes), largest imaginary part of the rate
+    shape      (elements, modes, points, 2, parts), real and imaginary parts to which weights are applied
+    probe      (elements, modes, 3, 2, parts), shape times amplitude at an element's first, middle and last point
 
     and of the elements' rule its points, their weights and the matrix of first derivatives (``radau``).
     """
@@ -45,7 +45,7 @@ class Ripple(NamedTuple):
     start: Complex
     phase: Complex
     rate: Complex
-    pace: Array
+    frequency: Array
     shape: Array
     probe: Array
     points: Array
@@ -62,53 +62,53 @@ def ripple_of(edges: Array, start: Complex, phase: Complex, shape: Array, rule: 
     """Build from amplitudes (elements, modes), phases (elements, modes, points) and shapes (elements, modes, points, 2,
     parts)."""
     count, modes, p, _, parts = shape.shape
-    rate, pace = np.zeros((count, modes, p), np.complex128), np.zeros((count, modes))
-    probe = np.empty((count, modes, _PROBED, 2, parts))
+    rate, frequency = np.zeros((count, modes, p), np.complex128), np.zeros((count, modes))
+    probe = np.empty((count, modes, _PROBES, 2, parts))
     for e in range(count):
         for n in range(modes):
             for i in range(p):
                 for k in range(p):
                     rate[e, n, i] += rule.first[i, k] / (edges[e + 1] - edges[e]) * phase[e, n, k]
-                pace[e, n] = max(pace[e, n], abs(rate[e, n, i].imag))
-            for k in range(_PROBED):
+                frequency[e, n] = max(frequency[e, n], abs(rate[e, n, i].imag))
+            for k in range(_PROBES):
                 i = (0, p // 2, p - 1)[k]
                 size = abs(start[e, n]) * math.exp(phase[e, n, i].real)
                 for side in range(2):
                     for part in range(parts):
                         probe[e, n, k, side, part] = shape[e, n, i, side, part] * size
-    return Ripple(edges, start, phase, rate, pace, shape, probe, rule.points, rule.weights, rule.first)
+    return Ripple(edges, start, phase, rate, frequency, shape, probe, rule.points, rule.weights, rule.first)
 
 
 def no_ripple(parts: int, rule: Radau) -> Ripple:
     """A ripple without modes."""
-    return _nothing(parts, rule.points.size - 1)
+    return _empty_ripple(parts, rule.points.size - 1)
 
 
 @cache
-def _nothing(parts: int, stages: int) -> Ripple:
+def _empty_ripple(parts: int, stages: int) -> Ripple:
     rule, none = radau(stages), np.empty((1, 0), np.complex128)
     p, edges = rule.points.size, np.array([0.0, TURN])
     phase, shape = np.empty((1, 0, p), np.complex128), np.empty((1, 0, p, 2, parts))
-    probe = np.empty((1, 0, _PROBED, 2, parts))
+    probe = np.empty((1, 0, _PROBES, 2, parts))
     return Ripple(edges, none, phase, phase, np.empty((1, 0)), shape, probe, rule.points, rule.weights, rule.first)
 
 
 @kernel
-def reaches(ripple: Ripple, weights: Array) -> Array:
+def amplitude_bounds(ripple: Ripple, weights: Array) -> Array:
     """Amplitude bound of every mode on every element, (elements, modes)."""
     elements, modes = ripple.start.shape
-    out = np.zeros((elements, modes))
+    bounds = np.zeros((elements, modes))
     if modes == 0:
-        return out
-    seen = np.dot(ripple.probe.reshape(elements * modes * _PROBED * 2, weights.size), weights)
+        return bounds
+    weighted = np.dot(ripple.probe.reshape(elements * modes * _PROBES * 2, weights.size), weights)
     for e in range(elements):
         for n in range(modes):
-            at = (e * modes + n) * _PROBED * 2
-            for k in range(_PROBED):
-                real, imag = seen[at + 2 * k], seen[at + 2 * k + 1]
-                out[e, n] = max(out[e, n], real * real + imag * imag)
-            out[e, n] = _MARGIN * math.sqrt(out[e, n])
-    return out
+            start = (e * modes + n) * _PROBES * 2
+            for k in range(_PROBES):
+                real, imag = weighted[start + 2 * k], weighted[start + 2 * k + 1]
+                bounds[e, n] = max(bounds[e, n], real * real + imag * imag)
+            bounds[e, n] = _MARGIN * math.sqrt(bounds[e, n])
+    return bounds
 
 
 @kernel
@@ -116,15 +116,15 @@ def ripple_at(ripple: Ripple, modes: int, weights: Array, angle: Array) -> Array
     """Contribution of the first ``modes`` modes for several weights (rows, parts) at angles: (rows, angles)."""
     rows, p = weights.shape[0], ripple.points.size
     out, last = np.zeros((rows, angle.size)), -1
-    table, room, z = np.empty((rows, p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
+    table, interpolated, z = np.empty((rows, p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
     share = np.empty(p)
     for i in range(angle.size):
-        place = _place(ripple, angle[i])
-        e = element_at(ripple, place)
+        position = _position(ripple, angle[i])
+        e = element_at(ripple, position)
         for row in range(rows):
             if e != last:
                 tabulate(ripple, weights[row], e, modes, table[row])
-            out[row, i] = modes_at(ripple, e, place, table[row], share, room, z)[0]
+            out[row, i] = modes_at(ripple, e, position, table[row], share, interpolated, z)[0]
         last = e
     return out
 
@@ -135,18 +135,18 @@ def parts_at(ripple: Ripple, angle: Array) -> Array:
     modes, p, parts = ripple.shape.shape[1], ripple.shape.shape[2], ripple.shape.shape[4]
     out, row, share = np.zeros((parts, angle.size)), np.empty(parts), np.empty(p)
     for i in range(angle.size if modes > 0 else 0):
-        place = _place(ripple, angle[i])
-        e = element_at(ripple, place)
-        x = (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e])
+        position = _position(ripple, angle[i])
+        e = element_at(ripple, position)
+        x = (position - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e])
         shares_of(ripple.points, ripple.weights, x, share)
         row[:] = 0.0
         for n in range(modes):
-            grown = 0.0j
+            factor = 0.0j
             for k in range(p):
-                grown += share[k] * ripple.phase[e, n, k]
-            grown = ripple.start[e, n] * np.exp(grown)
+                factor += share[k] * ripple.phase[e, n, k]
+            factor = ripple.start[e, n] * np.exp(factor)
             for k in range(p):
-                real, imag = share[k] * grown.real, share[k] * grown.imag
+                real, imag = share[k] * factor.real, share[k] * factor.imag
                 for b in range(parts):
                     row[b] += real * ripple.shape[e, n, k, 0, b] - imag * ripple.shape[e, n, k, 1, b]
         for b in range(parts):
@@ -155,29 +155,29 @@ def parts_at(ripple: Ripple, angle: Array) -> Array:
 
 
 @kernel
-def _place(ripple: Ripple, angle: float) -> float:
-    """The angle within the revolution that starts at the first element."""
+def _position(ripple: Ripple, angle: float) -> float:
+    """The angle modulo a revolution, in the one that starts at the first element."""
     turns = (angle - ripple.edges[0]) / TURN
     return ripple.edges[0] + (turns - math.floor(turns)) * TURN
 
 
 @kernel
-def element_at(ripple: Ripple, place: float) -> int:
+def element_at(ripple: Ripple, position: float) -> int:
     """The element of an angle within the revolution that starts at the first element."""
-    return min(max(np.searchsorted(ripple.edges, place, side="right"), 1), ripple.edges.size - 1) - 1
+    return min(max(np.searchsorted(ripple.edges, position, side="right"), 1), ripple.edges.size - 1) - 1
 
 
 @fusing_kernel
 def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -> None:
-    """Tabulate what is interpolated on an element: phases, weighted shapes, and their counterparts for derivatives,
-    real and imaginary parts of all modes side by side: (points, 6 modes)."""
+    """Fill ``table`` (points, 6 modes) with what is interpolated on an element: real and imaginary parts of the phases,
+    of the weighted shapes, and of their derivatives including the phase's."""
     p, h = ripple.points.size, ripple.edges[e + 1] - ripple.edges[e]
-    seen = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
+    weighted = np.dot(ripple.shape[e, :modes].reshape(modes * p * 2, weights.size), weights)
     for k in range(p):
         for n in range(modes):
             table[k, n], table[k, modes + n] = ripple.phase[e, n, k].real, ripple.phase[e, n, k].imag
             at = 2 * (n * p + k)
-            table[k, 2 * modes + n], table[k, 3 * modes + n] = seen[at], seen[at + 1]
+            table[k, 2 * modes + n], table[k, 3 * modes + n] = weighted[at], weighted[at + 1]
     shape, slope = table[:, 2 * modes : 4 * modes], table[:, 4 * modes :]
     for k in range(p):
         for n in range(modes):
@@ -192,23 +192,25 @@ def tabulate(ripple: Ripple, weights: Array, e: int, modes: int, table: Array) -
 
 @fusing_kernel
 def modes_at(
-    ripple: Ripple, e: int, place: float, table: Array, share: Array, room: Array, z: Array
+    ripple: Ripple, e: int, position: float, table: Array, share: Array, interpolated: Array, z: Array
 ) -> tuple[float, float]:
     """The modes' sum and its derivative; ``z`` (2, modes) receives real and imaginary parts of every Z."""
     modes, p = z.shape[1], share.size
-    shares_of(ripple.points, ripple.weights, (place - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share)
-    room[:] = 0.0
+    shares_of(
+        ripple.points, ripple.weights, (position - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share
+    )
+    interpolated[:] = 0.0
     for k in range(p):
-        for i in range(room.size):
-            room[i] += share[k] * table[k, i]
-    value, steep = 0.0, 0.0
+        for i in range(interpolated.size):
+            interpolated[i] += share[k] * table[k, i]
+    value, slope = 0.0, 0.0
     for n in range(modes):
-        grown, turn = math.exp(room[n]), room[modes + n]
-        c, s = grown * math.cos(turn), grown * math.sin(turn)
+        factor, angle = math.exp(interpolated[n]), interpolated[modes + n]
+        c, s = factor * math.cos(angle), factor * math.sin(angle)
         start = ripple.start[e, n]
         c, s = c * start.real - s * start.imag, c * start.imag + s * start.real
-        a, b = room[2 * modes + n], room[3 * modes + n]
+        a, b = interpolated[2 * modes + n], interpolated[3 * modes + n]
         z[0, n], z[1, n] = c * a - s * b, c * b + s * a
         value += z[0, n]
-        steep += c * room[4 * modes + n] - s * room[5 * modes + n]
-    return value, steep
+        slope += c * interpolated[4 * modes + n] - s * interpolated[5 * modes + n]
+    return value, slope

@@ -29,20 +29,20 @@ from solvers.numerics.ripple import KINDS, TURN, Ripple, element_at, modes_at, t
 
 _MARGIN = 1.2
 """Safety factor on the second derivative of f, sampled at a panel's points."""
-_ONE_TOP = 0.5
+_SINGLE_MAXIMUM_PHASE = 0.5
 """Rotation of the fastest mode in half an interval that guarantees at most one maximum [rad]."""
 _NEGLIGIBLE = 0.3
 """Fraction of the tolerance for omitting the fastest modes."""
 _DRIFT = 0.1
 """Relative change of a mode's amplitude per radian of rotation."""
-_DEEPEST = 200
+_STACK_SIZE = 200
 _MOST_STEPS = 30
-_SLIGHTLY, _LEAST = 1e-9, 1e-14
+_RELATIVE_OFFSET, _LEAST_OFFSET = 1e-9, 1e-14
 """Offset from an end for looking up its element: relative to a panel, and minimum in radians."""
 _EPS = float(np.finfo(float).eps)
 
 
-class _Place(NamedTuple):
+class _Location(NamedTuple):
     """Data of one panel and element: values and slopes of f with respect to the angle, the panel's centre and half
     width; the element, the map from angle to position, its table, and workspace."""
 
@@ -54,109 +54,111 @@ class _Place(NamedTuple):
     shift: float
     table: Array
     share: Array
-    room: Array
+    interpolated: Array
     z: Array
 
 
 @fusing_kernel
-def _both(rule: Rule, ripple: Ripple, at: _Place, sign: float, x: float) -> tuple[float, float, float, float]:
+def _value_and_slope(
+    rule: Rule, ripple: Ripple, at: _Location, sign: float, x: float
+) -> tuple[float, float, float, float]:
     """f, its slope, and the modes' contribution to both at the angle x, all times ``sign``; leaves Z in the
     workspace."""
     u = (x - at.middle) / at.half
-    below, value, steep, exact = 0.0, 0.0, 0.0, -1
+    denominator, value, slope, node = 0.0, 0.0, 0.0, -1
     for j in range(rule.points.size):
-        apart = u - rule.points[j]
-        if apart == 0.0:
-            exact = j
-            apart = 1.0
-        share = rule.weights[j] / apart
-        below += share
-        value += share * at.f[j]
-        steep += share * at.slope[j]
-    if exact >= 0:
-        value, steep, below = at.f[exact], at.slope[exact], 1.0
-    ring, more = modes_at(ripple, at.e, x + at.shift, at.table, at.share, at.room, at.z)
-    return sign * value / below, sign * steep / below, sign * ring, sign * more
+        distance = u - rule.points[j]
+        if distance == 0.0:
+            node = j
+            distance = 1.0
+        weight = rule.weights[j] / distance
+        denominator += weight
+        value += weight * at.f[j]
+        slope += weight * at.slope[j]
+    if node >= 0:
+        value, slope, denominator = at.f[node], at.slope[node], 1.0
+    ripple_value, ripple_slope = modes_at(ripple, at.e, x + at.shift, at.table, at.share, at.interpolated, at.z)
+    return sign * value / denominator, sign * slope / denominator, sign * ripple_value, sign * ripple_slope
 
 
 @fusing_kernel
-def _highest(real: float, imag: float, turn: float, reach: float) -> float:
-    """Maximum real part of z exp(i t), |t| <= turn; ``reach`` if that is too far to know |z|."""
-    if turn >= 0.5 * math.pi:
-        return reach
-    c, s, imag = math.cos(turn), math.sin(turn), abs(imag)
+def _largest_real_part(real: float, imag: float, rotation: float, bound: float) -> float:
+    """Maximum real part of z exp(i t), |t| <= rotation; ``bound`` if that is too far to know |z|."""
+    if rotation >= 0.5 * math.pi:
+        return bound
+    c, s, imag = math.cos(rotation), math.sin(rotation), abs(imag)
     ahead = imag * c - real * s
     # whether the rotation crosses the real axis
-    return (math.hypot(real, imag) if ahead <= 0.0 and real > 0.0 else real * c + imag * s) + _DRIFT * turn * reach
+    return (math.hypot(real, imag) if ahead <= 0.0 and real > 0.0 else real * c + imag * s) + _DRIFT * rotation * bound
 
 
 @fusing_kernel
-def _top(
-    rule: Rule, ripple: Ripple, at: _Place, sign: float, a: float, b: float, tolerance: float
+def _single_maximum(
+    rule: Rule, ripple: Ripple, at: _Location, sign: float, a: float, b: float, tolerance: float
 ) -> tuple[float, float]:
     """Maximum and its angle in an interval with at most one maximum."""
-    f, df, g, dg = _both(rule, ripple, at, sign, a)
+    f, df, g, dg = _value_and_slope(rule, ripple, at, sign, a)
     left, best, x = df + dg, f + g, a
-    f, df, g, dg = _both(rule, ripple, at, sign, b)
+    f, df, g, dg = _value_and_slope(rule, ripple, at, sign, b)
     right = df + dg
     if f + g > best:
         best, x = f + g, b
     if not (left > 0.0 and right < 0.0):
         return best, x
-    bend = (left - right) / (b - a)
+    curvature = (left - right) / (b - a)
     for _ in range(_MOST_STEPS):
         middle = b - right * (b - a) / (right - left)
-        f, df, g, dg = _both(rule, ripple, at, sign, middle)
-        steep = df + dg
+        f, df, g, dg = _value_and_slope(rule, ripple, at, sign, middle)
+        slope = df + dg
         if f + g > best:
             best, x = f + g, middle
         # a value misses the maximum by slope^2 / (2 |second derivative|)
-        if steep * steep <= tolerance * bend or abs(b - a) <= 8.0 * _EPS * TURN:
+        if slope * slope <= tolerance * curvature or abs(b - a) <= 8.0 * _EPS * TURN:
             break
-        if steep * right < 0.0:
+        if slope * right < 0.0:
             a, left = b, right
         else:
             left *= 0.5
-        b, right = middle, steep
+        b, right = middle, slope
     return best, x
 
 
 @fusing_kernel
 def greatest_with_ripple(
-    edges: Array, rule: Rule, f: Array, sign: float, tolerance: float, ripple: Ripple, weights: Array, reach: Array
+    edges: Array, rule: Rule, f: Array, sign: float, tolerance: float, ripple: Ripple, weights: Array, bounds: Array
 ) -> tuple[float, float, float]:
-    """Maximum of sign F over the revolution, its error bound, and its angle; ``tolerance`` is absolute, ``reach`` is
-    that of the weights (``reaches``)."""
-    best, missed, where = greatest(edges, rule, f, sign, tolerance)
-    elements, modes = reach.shape
+    """Maximum of sign F over the revolution, its error bound, and its angle; ``tolerance`` is absolute, ``bounds``
+    are those of the weights (``amplitude_bounds``)."""
+    best, error_found, where = greatest(edges, rule, f, sign, tolerance)
+    elements, modes = bounds.shape
     # omit the fastest modes if their total amplitude is small
-    left_out = 0.0
+    omitted = 0.0
     while modes > 0:
-        most = 0.0
+        largest = 0.0
         for e in range(elements):
-            most = max(most, reach[e, modes - 1])
-        if left_out + most > _NEGLIGIBLE * tolerance:
+            largest = max(largest, bounds[e, modes - 1])
+        if omitted + largest > _NEGLIGIBLE * tolerance:
             break
-        left_out += most
+        omitted += largest
         modes -= 1
     if modes == 0:
-        return best, missed + left_out, where
+        return best, error_found + omitted, where
     n, p = rule.points.size, ripple.points.size
-    tall, bends, pace = np.zeros(elements), np.zeros(elements), np.zeros(elements)
+    total_bound, ripple_curvature, highest_frequency = np.zeros(elements), np.zeros(elements), np.zeros(elements)
     for e in range(elements):
         for k in range(modes):
-            tall[e] += reach[e, k]
-            bends[e] += reach[e, k] * (ripple.pace[e, k] + 1.0) ** 2
-            pace[e] = max(pace[e], ripple.pace[e, k])
-    table, room, z = np.empty((p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
-    share, slope, bend, domed = np.empty(p), np.empty(n), np.empty(n), np.empty(n)
-    stack, enough = np.empty((_DEEPEST, 2)), 0.5 * tolerance
+            total_bound[e] += bounds[e, k]
+            ripple_curvature[e] += bounds[e, k] * (ripple.frequency[e, k] + 1.0) ** 2
+            highest_frequency[e] = max(highest_frequency[e], ripple.frequency[e, k])
+    table, interpolated, z = np.empty((p, KINDS * modes)), np.empty(KINDS * modes), np.empty((2, modes))
+    share, slope, curvature, concavity = np.empty(p), np.empty(n), np.empty(n), np.empty(n)
+    stack, enough = np.empty((_STACK_SIZE, 2)), 0.5 * tolerance
     # start with the panel of the smooth part's maximum: a good value excludes most others
     first = min(max(np.searchsorted(edges, where, side="right"), 1), edges.size - 1) - 1
-    summit, top, tabulated = where, first, -1
-    best -= tall.max()
-    for turn in range(edges.size - 1):
-        panel = first if turn == 0 else turn - 1 if turn <= first else turn
+    smooth_angle, best_panel, tabulated = where, first, -1
+    best -= total_bound.max()
+    for order in range(edges.size - 1):
+        panel = first if order == 0 else order - 1 if order <= first else order
         g, middle, half = f[panel * n : (panel + 1) * n], 0.5 * (edges[panel] + edges[panel + 1]), 0.0
         half = 0.5 * (edges[panel + 1] - edges[panel])
         highest, jump = -np.inf, 0.0
@@ -164,33 +166,34 @@ def greatest_with_ripple(
             highest = max(highest, sign * g[j])
             if j > 0:
                 jump = max(jump, abs(g[j] - g[j - 1]))
-        bent, begin, nudge = False, edges[panel], max(_SLIGHTLY * half, _LEAST)
-        while begin < edges[panel + 1] - nudge:
+        has_bounds, begin, offset = False, edges[panel], max(_RELATIVE_OFFSET * half, _LEAST_OFFSET)
+        while begin < edges[panel + 1] - offset:
             # the part of the panel within one element
-            inner = begin + nudge
-            place = inner - math.floor((inner - ripple.edges[0]) / TURN) * TURN
-            e = element_at(ripple, place)
-            start, end = begin, min(edges[panel + 1], inner + max(ripple.edges[e + 1] - place, 0.0))
+            inner = begin + offset
+            position = inner - math.floor((inner - ripple.edges[0]) / TURN) * TURN
+            e = element_at(ripple, position)
+            start, end = begin, min(edges[panel + 1], inner + max(ripple.edges[e + 1] - position, 0.0))
             begin = end
-            if highest + 0.5 * jump + tall[e] <= best + enough:
+            if highest + 0.5 * jump + total_bound[e] <= best + enough:
                 continue
-            if not bent:
-                _bends(g, sign, half, rule, slope, bend, domed)
-                bent = True
+            if not has_bounds:
+                _derivative_bounds(g, sign, half, rule, slope, curvature, concavity)
+                has_bounds = True
             for j in range(n - 1):
                 low, high = middle + half * rule.points[j], middle + half * rule.points[j + 1]
-                over = max(sign * g[j], sign * g[j + 1]) + 0.125 * bend[j] * (high - low) ** 2
-                if high <= start or low >= end or over + tall[e] <= best + enough:
+                upper = max(sign * g[j], sign * g[j + 1]) + 0.125 * curvature[j] * (high - low) ** 2
+                if high <= start or low >= end or upper + total_bound[e] <= best + enough:
                     continue
                 if tabulated != e:
                     tabulate(ripple, weights, e, modes, table)
                     tabulated = e
-                at = _Place(g, slope, middle, half, e, place - inner, table, share, room, z)
-                if domed[j] > bends[e]:
+                at = _Location(g, slope, middle, half, e, position - inner, table, share, interpolated, z)
+                if concavity[j] > ripple_curvature[e]:
                     # concave including all modes: a single maximum
-                    found, angle = _top(rule, ripple, at, sign, max(low, start), min(high, end), 0.1 * tolerance)
+                    low, high = max(low, start), min(high, end)
+                    found, angle = _single_maximum(rule, ripple, at, sign, low, high, 0.1 * tolerance)
                     if found > best:
-                        best, where, top = found, angle, panel
+                        best, where, best_panel = found, angle, panel
                     continue
                 stack[0, 0], stack[0, 1] = max(low, start), min(high, end)
                 count = 1
@@ -198,43 +201,47 @@ def greatest_with_ripple(
                     count -= 1
                     low, high = stack[count, 0], stack[count, 1]
                     x, r = 0.5 * (low + high), 0.5 * (high - low)
-                    value, steep, ring, more = _both(rule, ripple, at, sign, x)
-                    if value + ring > best:
-                        best, where, top = value + ring, x, panel
-                    close = value + ring + abs(steep + more) * r + 0.5 * (bend[j] + bends[e]) * r * r
-                    if close <= best + enough:
+                    value, smooth_slope, ripple_value, ripple_slope = _value_and_slope(rule, ripple, at, sign, x)
+                    if value + ripple_value > best:
+                        best, where, best_panel = value + ripple_value, x, panel
+                    total_slope, total_curvature = smooth_slope + ripple_slope, curvature[j] + ripple_curvature[e]
+                    taylor_bound = value + ripple_value + abs(total_slope) * r + 0.5 * total_curvature * r * r
+                    if taylor_bound <= best + enough:
                         continue
-                    far = value + abs(steep) * r + 0.5 * bend[j] * r * r
+                    amplitude_bound = value + abs(smooth_slope) * r + 0.5 * curvature[j] * r * r
                     for k in range(modes):
-                        far += _highest(sign * z[0, k], z[1, k], ripple.pace[e, k] * r, reach[e, k])
-                    if far <= best + enough:
+                        rotation = ripple.frequency[e, k] * r
+                        amplitude_bound += _largest_real_part(sign * z[0, k], z[1, k], rotation, bounds[e, k])
+                    if amplitude_bound <= best + enough:
                         continue
-                    if pace[e] * r <= _ONE_TOP or count + 2 > _DEEPEST:
-                        found, angle = _top(rule, ripple, at, sign, low, high, 0.1 * tolerance)
+                    if highest_frequency[e] * r <= _SINGLE_MAXIMUM_PHASE or count + 2 > _STACK_SIZE:
+                        found, angle = _single_maximum(rule, ripple, at, sign, low, high, 0.1 * tolerance)
                         if found > best:
-                            best, where, top = found, angle, panel
+                            best, where, best_panel = found, angle, panel
                         continue
                     # the half closer to the smooth part's maximum first
-                    near = 1 if x < summit else 0
-                    stack[count + near, 0], stack[count + near, 1] = x, high
-                    stack[count + 1 - near, 0], stack[count + 1 - near, 1] = low, x
+                    closer = 1 if x < smooth_angle else 0
+                    stack[count + closer, 0], stack[count + closer, 1] = x, high
+                    stack[count + 1 - closer, 0], stack[count + 1 - closer, 1] = low, x
                     count += 2
-    error = panel_error(f[top * n : (top + 1) * n], rule)
-    return best, error + left_out + enough + 4.0 * _EPS * abs(best), where
+    error = panel_error(f[best_panel * n : (best_panel + 1) * n], rule)
+    return best, error + omitted + enough + 4.0 * _EPS * abs(best), where
 
 
 @fusing_kernel
-def _bends(g: Array, sign: float, half: float, rule: Rule, slope: Array, bend: Array, domed: Array) -> None:
+def _derivative_bounds(
+    g: Array, sign: float, half: float, rule: Rule, slope: Array, curvature: Array, concavity: Array
+) -> None:
     """Slopes of a panel's polynomial at its points with respect to the angle; and, for each, bounds on the second
     derivative and on the distance over which ``sign`` f is concave."""
     n = g.size
-    own = np.empty(n)
+    second = np.empty(n)
     slopes_of(g, rule, slope)
     slope /= half
-    slopes_of(slope, rule, own)
-    own *= -sign / half
+    slopes_of(slope, rule, second)
+    second *= -sign / half
     for j in range(n):
-        most, least = abs(own[j]), own[j]
+        largest, smallest = abs(second[j]), second[j]
         for k in range(max(j - 1, 0), min(j + 3, n)):
-            most, least = max(most, abs(own[k])), min(least, own[k])
-        bend[j], domed[j] = _MARGIN * most, least / _MARGIN
+            largest, smallest = max(largest, abs(second[k])), min(smallest, second[k])
+        curvature[j], concavity[j] = _MARGIN * largest, smallest / _MARGIN

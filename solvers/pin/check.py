@@ -57,7 +57,7 @@ def check(
     ``limits`` do not change a result; violations are reported as warnings. Raises InvalidInput for an invalid
     request, EffectConflict if an excluded effect is required by a limit.
     """
-    return Case(scene, profile, criterion, limits, effects, effect_tolerance, accuracy).alone()
+    return Case(scene, profile, criterion, limits, effects, effect_tolerance, accuracy).evaluate()
 
 
 class Case(NamedTuple):
@@ -84,7 +84,7 @@ class Case(NamedTuple):
         pin = stepped(scene, profile, self.criterion, limits, physics)
         return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
 
-    def alone(self) -> Outcome[PinCheck]:
+    def evaluate(self) -> Outcome[PinCheck]:
         """Run this check on its own."""
         started = time.perf_counter()
         prepared = self.prepared()

@@ -1,5 +1,8 @@
-"""Reference for the impact linkage: ratios from the closure and R_k = R as linear equations, joints by intersecting
-circles, u31 from joint velocities, its slope by differences, boxes by search over directions."""
+"""Reference for the impact linkage.
+
+Ratios solve the closure and R_k = R as linear equations; joints are intersections of circles; u31 follows from joint
+velocities and its derivative from differences; boxes are found by a search over directions.
+"""
 
 from __future__ import annotations
 
@@ -7,14 +10,14 @@ from collections.abc import Callable
 
 import mpmath as mp
 
-from solvers.references.searching import Number, golden_section, greatest, unwatched
+from solvers.references.searching import Number, golden_section, maximum, unwatched
 
 DIGITS = 120
 _ROUNDS = 45
 _BOX_DIGITS = 30
 
 SIGNS = {"largest_coupler": (1, 1), "largest_rocker": (1, -1), "largest_base": (-1, -1)}
-"""Directions of crank pin and rocker joint at the blow along the base."""
+"""Directions, along the base, of crank pin and rocker joint at the blow."""
 
 
 def ratios(kind: str, restitution: float, parameter: float) -> tuple[mp.mpf, mp.mpf, mp.mpf]:
@@ -32,7 +35,8 @@ def ratios(kind: str, restitution: float, parameter: float) -> tuple[mp.mpf, mp.
 
 
 def rocker_angle(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp.mpf:
-    """phi3 by intersecting the circles about crank pin and rocker pivot, on the branch that leaves the blow outward."""
+    """phi3 from the intersection of the circles around crank pin and rocker pivot, on the branch that moves outward
+    after the blow."""
     base, coupler, rocker = links
     crank_sign, rocker_sign = SIGNS[kind]
     x, y = crank_sign * mp.cos(phi) - base, crank_sign * mp.sin(phi)
@@ -54,10 +58,10 @@ def transfer(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], phi: mp.mpf) -> mp
     """u31 = lambda1 sin(phi - phi2)/(lambda3 sin(phi3 - phi2)) from the joints' velocities."""
     base, _, rocker = links
     crank_sign, rocker_sign = SIGNS[kind]
-    swung = rocker_angle(kind, links, phi)
+    phi3 = rocker_angle(kind, links, phi)
     bx, by = crank_sign * mp.cos(phi), crank_sign * mp.sin(phi)
-    rx, ry = rocker_sign * rocker * mp.cos(swung), rocker_sign * rocker * mp.sin(swung)
-    # rigid coupler: equal velocities of its ends along it
+    rx, ry = rocker_sign * rocker * mp.cos(phi3), rocker_sign * rocker * mp.sin(phi3)
+    # rigid coupler: its ends have equal velocity components along it
     dx, dy = base + rx - bx, ry - by
     return (-by * dx + bx * dy) / (-ry * dx + rx * dy)
 
@@ -89,14 +93,14 @@ class Mechanism:
     def force(self, phi):
         base, coupler, rocker = self.links
         crank_sign, rocker_sign = SIGNS[self.kind]
-        swung = rocker_angle(self.kind, self.links, phi)
-        x = base + rocker_sign * rocker * mp.cos(swung) - crank_sign * mp.cos(phi)
-        y = rocker_sign * rocker * mp.sin(swung) - crank_sign * mp.sin(phi)
-        lever = abs(x * mp.sin(swung) - y * mp.cos(swung)) * rocker / coupler
+        phi3 = rocker_angle(self.kind, self.links, phi)
+        x = base + rocker_sign * rocker * mp.cos(phi3) - crank_sign * mp.cos(phi)
+        y = rocker_sign * rocker * mp.sin(phi3) - crank_sign * mp.sin(phi)
+        lever = abs(x * mp.sin(phi3) - y * mp.cos(phi3)) * rocker / coupler
         return 2 / self.end**2 * abs(self.slope(phi)) / lever
 
     def extent(self, alpha):
-        """Width of the swept area along a direction."""
+        """Extent of the swept area in the direction alpha [rad]."""
         self.watch()
         base, _, rocker = self.links
         _, rocker_sign = SIGNS[self.kind]
@@ -115,12 +119,12 @@ class Mechanism:
         return out
 
     def area(self, alpha, pad=0):
-        """Area of the box along a direction, with ``pad`` on every side."""
+        """Area of the bounding box with a side in the direction alpha [rad], with ``pad`` on every side."""
         return (self.extent(alpha) + 2 * pad) * (self.extent(alpha + mp.pi / 2) + 2 * pad)
 
 
-def places_over_the_cycle():
-    """Uniform, and denser at mid-cycle and at both ends."""
+def cycle_angles():
+    """Crank angles over the cycle [rad]: uniform, and graded towards mid-cycle and both ends."""
     near = mp.mpf(10) ** -(mp.mp.dps // 6)
     out = {near, 2 * mp.pi - near} | {2 * mp.pi * i / 64 for i in range(1, 64)}
     for k in range(1, 40):
@@ -129,16 +133,16 @@ def places_over_the_cycle():
     return sorted(out)
 
 
-def least_area(mechanism, pad=0):
+def smallest_box(mechanism, pad=0):
     """(direction, area) of the smallest box."""
-    places = [mp.pi / 2 * i / 360 for i in range(361)]
-    values = [mechanism.area(x, pad) for x in places]
-    floor = min(values)
+    angles = [mp.pi / 2 * i / 360 for i in range(361)]
+    values = [mechanism.area(x, pad) for x in angles]
+    least = min(values)
     best = None
     for i, value in enumerate(values):
-        beside = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
-        if value <= floor * mp.mpf("1.01") and value <= min(beside):
-            low, high = places[max(i - 1, 0)], places[min(i + 1, len(values) - 1)]
+        neighbours = values[max(i - 1, 0)], values[min(i + 1, len(values) - 1)]
+        if value <= least * mp.mpf("1.01") and value <= min(neighbours):
+            low, high = angles[max(i - 1, 0)], angles[min(i + 1, len(values) - 1)]
             at, found = golden_section(lambda x: -mechanism.area(x, pad), low, high, 3 * mp.mp.dps)
             best = min([best, (at, -found)] if best else [(at, -found)], key=lambda pair: pair[1])
     return best
@@ -147,14 +151,14 @@ def least_area(mechanism, pad=0):
 def strike(
     kind: str, restitution: float, parameter: float, energy: bool, watch: Callable[[], None]
 ) -> dict[str, tuple[Number, float]]:
-    """name -> (value, relative uncertainty) of a linkage of unit crank.
+    """name -> (value, relative uncertainty) of a linkage with unit crank.
 
     |u31| after and before the blow and its maximum, R_k, the mid-cycle transmission angle [rad], the longest link; with
     ``energy``, peak torque and pin force for an impact energy of 1.
     """
     with mp.workdps(DIGITS):
-        made = Mechanism(kind, restitution, parameter)
-        places = places_over_the_cycle()
+        mechanism = Mechanism(kind, restitution, parameter)
+        angles = cycle_angles()
 
         def watched(value):
             def look(phi):
@@ -164,22 +168,22 @@ def strike(
             return look
 
         found = {
-            "start": made.start,
-            "end": made.end,
-            "greatest": max(made.end, greatest(watched(lambda phi: abs(made.u(phi))), places, _ROUNDS)[1]),
-            "restitution": (made.g - 1) / (made.g + 1),
-            "transmission_angle": made.nu,
-            "rocker": made.links[2],
-            "longest": max(mp.mpf(1), *made.links),
+            "start": mechanism.start,
+            "end": mechanism.end,
+            "greatest": max(mechanism.end, maximum(watched(lambda phi: abs(mechanism.u(phi))), angles, _ROUNDS)[1]),
+            "restitution": (mechanism.g - 1) / (mechanism.g + 1),
+            "transmission_angle": mechanism.nu,
+            "rocker": mechanism.links[2],
+            "longest": max(mp.mpf(1), *mechanism.links),
         }
         if energy:
-            found["torque"] = greatest(watched(made.torque), places, _ROUNDS)[1]
-            found["force"] = greatest(watched(made.force), places, _ROUNDS)[1]
+            found["torque"] = maximum(watched(mechanism.torque), angles, _ROUNDS)[1]
+            found["force"] = maximum(watched(mechanism.force), angles, _ROUNDS)[1]
         return {name: (+value, 0.0) for name, value in found.items()}
 
 
 def box_area(kind: str, restitution: float, parameter: float, pad: Number, watch: Callable[[], None]) -> Number:
-    """Area of the smallest box around the swept area of a unit-crank linkage and its pads."""
+    """Area of the smallest box around the swept area of a unit-crank linkage, with ``pad`` on every side."""
     with mp.workdps(_BOX_DIGITS):
-        made = Mechanism(kind, restitution, parameter, watch)
-        return least_area(made, mp.mpf(pad))[1]
+        mechanism = Mechanism(kind, restitution, parameter, watch)
+        return smallest_box(mechanism, mp.mpf(pad))[1]

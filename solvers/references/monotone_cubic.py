@@ -1,4 +1,4 @@
-"""Reference for monotone cubic interpolation: Hermite's form, in the numbers of any context."""
+"""Reference for monotone cubic interpolation: Hermite form, in the numbers of any mpmath context."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from solvers.references.searching import Number
 
 
 def hermite_slopes(x: Sequence[Number], y: Sequence[Number], closed: bool, numbers: Any = mp) -> list[Number]:
-    """Slopes of the monotone cubic of F. N. Fritsch and J. Butland (1984), its ends by Moler's three points."""
+    """Slopes of the monotone cubic of F. N. Fritsch and J. Butland (1984); at the ends Moler's three-point formula."""
     n, sign = len(x), numbers.sign
     width = [x[i + 1] - x[i] for i in range(n - 1)]
     rise = [(y[i + 1] - y[i]) / width[i] for i in range(n - 1)]

@@ -1,6 +1,9 @@
-"""Reference for a piston pin: the textbook's piecewise forces, the criteria's stresses in bore ratios, roots by
-bisection and secants, masses by Gauss quadrature on intervals that end where the governing demand changes and are
-denser at the weakest section, deflections by the unit-load method with Cowper's coefficient."""
+"""Reference for a piston pin.
+
+Forces are the textbook's piecewise polynomials and stresses functions of the bore ratio; wall thicknesses are roots by
+bisection and secants; masses are Gauss quadratures over intervals that end where the governing demand changes and are
+graded towards the weakest section; deflections follow from the unit-load method with Cowper's coefficient.
+"""
 
 from __future__ import annotations
 
@@ -12,10 +15,10 @@ from typing import Any
 
 import mpmath as mp
 
-from solvers.references.searching import Number, gauss, greatest, unwatched
+from solvers.references.searching import Number, gauss, maximum, unwatched
 
 Case = Mapping[str, Any]
-"""SI units: what ``INPUTS`` names, elastic_modulus, poisson, density, allowable_shear or None, criterion, min_wall."""
+"""SI units: those in ``INPUTS``, elastic_modulus, poisson, density, allowable_shear or None, criterion, min_wall."""
 
 INPUTS = ("outer_diameter", "boss_length", "small_end_length", "gap", "force", "allowable_stress")
 ORDER = 40
@@ -36,7 +39,7 @@ class Pin:
         self.wall = cache(self._wall)
 
     def forces(self, x):
-        """Shear force and moment up to the middle, in boss, gap and rod."""
+        """Shear force [N] and bending moment [N m] at x from the end, up to the middle: in boss, gap and rod."""
         a, b, gap, P = self.a, self.b, self.gap, self.P
         if x <= a:
             return P * x**2 / (2 * a**2), P * x**3 / (6 * a**2)
@@ -46,7 +49,7 @@ class Pin:
         return P / 2 - P * t / b, P * a / 6 + P / 2 * (x - a) - P * t**2 / (2 * b)
 
     def demands(self, x, number=mp.mpf, root=mp.sqrt, pi=None):
-        """Functions of the bore ratio, above 1 if the section is too weak, times 1 - ratio^4."""
+        """Demands as functions of the bore ratio r: utilisation times 1 - r^4, so a solid section fails above 1."""
         return self.demands_of(*self.forces(x), number, root, pi)
 
     def demands_of(self, Q, M, number=mp.mpf, root=mp.sqrt, pi=None):
@@ -75,111 +78,113 @@ class Pin:
         return found
 
     def thicknesses(self, x):
-        """The relative wall of every demand: bisection in floats, then secants; None if the solid is too weak."""
-        rough = self.demands(x, float, math.sqrt, math.pi)
-        return [self.thickness(*pair) for pair in zip(self.demands(x), rough, strict=True)]
+        """Wall thickness/radius required by every demand; None if the solid section is too weak."""
+        approximate = self.demands(x, float, math.sqrt, math.pi)
+        return [self.thickness(*pair) for pair in zip(self.demands(x), approximate, strict=True)]
 
-    def thickness(self, demand, rough):
-        full = demand(mp.mpf(0))
-        if full > 1:
+    def thickness(self, demand, approximate):
+        solid = demand(mp.mpf(0))
+        if solid > 1:
             return None
-        if full == 0:
+        if solid == 0:
             return mp.mpf(0)
 
-        def short(w, of=demand):
+        def margin(w, of=demand):
             # 1 - (1-w)^4 as a product, without cancellation for thin walls
             return w * (2 - w) * (1 + (1 - w) ** 2) - of(1 - w)
 
-        low, high = min(rough(0.0), rough(1.0)) / 16, 1.0
+        low, high = min(approximate(0.0), approximate(1.0)) / 16, 1.0
         for _ in range(200):
             middle = math.sqrt(low * high)
             if not low < middle < high:
                 break
-            low, high = (middle, high) if short(middle, rough) < 0 else (low, middle)
+            low, high = (middle, high) if margin(middle, approximate) < 0 else (low, middle)
         x0, x1 = mp.mpf(low) * (1 - mp.mpf(10) ** -9), mp.mpf(high)
-        f0, f1 = short(x0), short(x1)
+        f0, f1 = margin(x0), margin(x1)
         for _ in range(60):
             if f0 == f1 or abs(x1 - x0) <= abs(x1) * mp.mpf(10) ** -(mp.mp.dps - 5):
                 break
             x0, x1, f0 = x1, x1 - f1 * (x1 - x0) / (f1 - f0), f1
-            f1 = short(x1)
-        near = x1 * mp.mpf(10) ** -(mp.mp.dps - 22)
-        if not short(x1 - near) <= 0 <= short(x1 + near):
-            raise ArithmeticError("no root was closed in on")
+            f1 = margin(x1)
+        step = x1 * mp.mpf(10) ** -(mp.mp.dps - 22)
+        if not margin(x1 - step) <= 0 <= margin(x1 + step):
+            raise ArithmeticError("no root was bracketed")
         return x1
 
     def _wall(self, x):
-        """The relative wall required by all demands and the minimum wall; None if even the solid is too weak."""
+        """Wall thickness/radius required by all demands and the minimum wall; None if the solid section is too weak."""
         self.watch()
         walls = self.thicknesses(x)
         return None if None in walls else max([2 * self.min_wall / self.D, *walls])
 
-    def use_of_solid(self, x):
+    def solid_utilisation(self, x):
         return max(demand(mp.mpf(0)) for demand in self.demands(x))
 
     def weakest(self):
-        """(place, utilisation) of the solid pin's worst section, the greatest of all intervals."""
+        """(position, utilisation) of the weakest section of the solid pin."""
         self.watch()
         found = []
         for low, high in pairwise(self.load_edges()):
-            found.append(greatest(self.use_of_solid, [low + (high - low) * i / 40 for i in range(41)], 130))
+            found.append(maximum(self.solid_utilisation, [low + (high - low) * i / 40 for i in range(41)], 130))
         return max(found, key=lambda pair: pair[1])
 
-    def pieces(self):
-        """Interval edges of one half: loads, changes of the governing demand, refinement at the weakest section."""
+    def intervals(self):
+        """Edges of the intervals of one half: load boundaries, changes of the governing demand, graded edges at the
+        weakest section."""
         edges = {mp.mpf(0), self.a, self.a + self.gap, self.L / 2}
-        place, use = self.weakest()
+        position, use = self.weakest()
         if use > mp.mpf("0.9"):
             for k in range(1, 14):
-                edges |= {place - self.L * mp.mpf(10) ** -k / 2, place + self.L * mp.mpf(10) ** -k / 2}
-            edges.add(place)
+                edges |= {position - self.L * mp.mpf(10) ** -k / 2, position + self.L * mp.mpf(10) ** -k / 2}
+            edges.add(position)
         edges = {x for x in edges if 0 <= x <= self.L / 2}
         edges |= {self.L / 2 * i / 4 for i in range(4)}
         for low, high in list(pairwise(sorted(edges))):
             grid = [low + (high - low) * i / 12 for i in range(13)]
             for left, right in pairwise(grid):
-                if self.governs(left + (right - left) / 100) != self.governs(right - (right - left) / 100):
-                    edges.add(self.change(left, right))
+                inset = (right - left) / 100
+                if self.governing_demand(left + inset) != self.governing_demand(right - inset):
+                    edges.add(self.governing_change(left, right))
         return sorted(edges)
 
-    def governs(self, x):
+    def governing_demand(self, x):
         floor = 2 * self.min_wall / self.D
         walls = self.thicknesses(x)
         return max(range(len(walls) + 1), key=lambda i: [floor, *walls][i])
 
-    def change(self, left, right):
-        """Where the governing demand changes, by bisection."""
-        first = self.governs(left + (right - left) / 100)
+    def governing_change(self, left, right):
+        """Position where the governing demand changes, by bisection."""
+        first = self.governing_demand(left + (right - left) / 100)
         for _ in range(110):
             middle = (left + right) / 2
-            left, right = (middle, right) if self.governs(middle) == first else (left, middle)
+            left, right = (middle, right) if self.governing_demand(middle) == first else (left, middle)
         return (left + right) / 2
 
-    def free_mass(self, shares):
-        """Mass of the free bore; intervals as fractions of the half, so that they scale with the inputs."""
+    def free_mass(self, nodes):
+        """Mass [kg] of the free bore; ``nodes`` are quadrature nodes and weights over one half."""
         total = mp.mpf(0)
-        for x, weight in shares:
+        for x, weight in nodes:
             w = self.wall(x)
             total += weight * w * (2 - w)
         return self.rho * mp.pi * self.D**2 / 4 * 2 * total
 
-    def constant_mass(self, place):
-        w = self.wall(place)
+    def constant_mass(self, position):
+        w = self.wall(position)
         return self.rho * mp.pi * self.D**2 / 4 * self.L * w * (2 - w)
 
     def load_edges(self):
         """Load boundaries up to the middle."""
         return sorted({mp.mpf(0), self.a, self.a + self.gap, self.L / 2})
 
-    def deflection(self, ratio, places, with_shear=True):
-        """Deflection of the middle relative to the bosses' edges: twice int M m/(E I) + Q q/(k G A) over one half.
+    def deflection(self, ratio, nodes, with_shear=True):
+        """Deflection of the middle relative to the bosses' edges [m]: twice int M m/(E I) + Q q/(k G A) over one half.
 
-        ``ratio``: bore ratio over the position; k: Cowper's coefficient of a tube (1966). ``places``: quadrature points
-        with weights; those inside the bosses do not contribute.
+        ``ratio`` is the bore ratio as a function of position, k Cowper's coefficient of a tube (1966). ``nodes`` are
+        quadrature nodes and weights; those inside the bosses do not contribute.
         """
         rigidity = self.E / (2 * (1 + self.nu))
         total = mp.mpf(0)
-        for x, weight in places:
+        for x, weight in nodes:
             if x <= self.a:
                 continue
             Q, M = self.forces(x)
@@ -192,15 +197,15 @@ class Pin:
         return 2 * total
 
     def solid_deflection(self):
-        """Deflection of the solid pin: polynomials on two intervals."""
+        """Deflection of the solid pin [m], whose integrand is polynomial on two intervals."""
         edges = [self.a, self.a + self.gap, self.L / 2]
-        places = [pair for low, high in pairwise(edges) if high > low for pair in gauss(low, high, 8)]
-        return self.deflection(lambda _: mp.mpf(0), places)
+        nodes = [pair for low, high in pairwise(edges) if high > low for pair in gauss(low, high, 8)]
+        return self.deflection(lambda _: mp.mpf(0), nodes)
 
     def thickest(self, edges):
         """Position of the thickest wall between these edges."""
         grid = sorted({low + (high - low) * i / 8 for low, high in pairwise(edges) for i in range(9)})
-        return greatest(self.wall, grid, 90)[0]
+        return maximum(self.wall, grid, 90)[0]
 
 
 Found = dict[str, tuple[Number | None, float]]
@@ -234,17 +239,17 @@ def free_bore(case: Case, with_shear: bool, watch: Callable[[], None]) -> Found:
         pin = Pin(case, watch)
         if pin.weakest()[1] > 1:
             return {}
-        edges = pin.pieces()
+        edges = pin.intervals()
         masses, deflections = [], []
         for order in (_QUICK, _CHECKED):
-            places = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
-            masses.append(pin.free_mass(places))
-            deflections.append(pin.deflection(lambda x: 1 - pin.wall(x), places, with_shear))
+            nodes = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
+            masses.append(pin.free_mass(nodes))
+            deflections.append(pin.deflection(lambda x: 1 - pin.wall(x), nodes, with_shear))
         return {"mass": _checked(masses), "deflection": _checked(deflections)}
 
 
 def given_bore(case: Case, points: Sequence[tuple[float, float]], with_shear: bool, watch: Callable[[], None]) -> Found:
-    """Mass and deflection of a symmetric bore, piecewise linear between (place, diameter) points from end to end."""
+    """Mass and deflection of a symmetric bore, piecewise linear between (position, diameter) points from end to end."""
     with mp.workdps(DIGITS):
         pin = Pin(case, watch)
         bore = [(mp.mpf(x), mp.mpf(d)) for x, d in points]
@@ -263,8 +268,8 @@ def given_bore(case: Case, points: Sequence[tuple[float, float]], with_shear: bo
         edges = sorted({*pin.load_edges(), *(x for x, _ in bore if x < pin.L / 2)})
         found = []
         for order in (_QUICK, _CHECKED):
-            places = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
-            found.append(pin.deflection(ratio, places, with_shear))
+            nodes = [pair for low, high in pairwise(edges) for pair in gauss(low, high, order)]
+            found.append(pin.deflection(ratio, nodes, with_shear))
         return {"mass": (mass, 0.0), "deflection": _checked(found)}
 
 

@@ -1,6 +1,8 @@
-"""Reference for the flexible rod: V = A (cos Kz - 1) + B (sin Kz - Kz), or its hyperbolic or cubic counterpart, with A
-and B from the two head conditions, in the current precision plus the digits lost by cancellation. Gas load,
-reciprocating inertia, beam-column, guide and friction."""
+"""Reference for the flexible rod: gas load, reciprocating inertia, beam-column, guide and friction.
+
+The deflection is V = A (cos Kz - 1) + B (sin Kz - Kz), or its hyperbolic or cubic counterpart, with A and B from the
+two conditions at the head, in the current precision plus the digits lost by cancellation.
+"""
 
 from __future__ import annotations
 
@@ -11,48 +13,48 @@ from typing import Any
 import mpmath as mp
 
 from solvers.references.monotone_cubic import Cubic
-from solvers.references.searching import Number, zero
+from solvers.references.searching import Number, find_root
 
 Case = Mapping[str, Any]
 """SI units: ``mechanism`` {crank_radius, rod_length, speed}, ``piston``, ``material``, ``dimensions`` {b, h, l},
 ``load`` (constant, table or schmidt), ``effects`` by name; ``straight`` leaves the axial force out of the bending."""
 
 
-class Bent:
-    """The strip at one load, per unit stroke: A and B from the two head conditions."""
+class BeamColumn:
+    """Deflection of the strip under one axial force, per unit stroke: A and B from the two conditions at the head."""
 
     def __init__(self, q, l, rod_length):
         x = mp.sqrt(abs(q)) * l
-        small = -mp.log10(x) if x > 0 else 0
+        cancelled = -mp.log10(x) if x > 0 else 0
         self.q, self.k, e = q, mp.sqrt(abs(q)), rod_length - l
-        with mp.workdps(mp.mp.dps + 10 + int(max(small, 0) * 10 + x)):
+        with mp.workdps(mp.mp.dps + 10 + int(max(cancelled, 0) * 10 + x)):
             self.digits = mp.mp.dps
-            f, g = self.families(l)
+            f, g = self.basis(l)
             a11, a12, a21, a22 = f[0] + e * f[1], g[0] + e * g[1], f[2] + e * f[3], g[2] + e * g[3]
             det = a11 * a22 - a12 * a21
             self.a, self.b = a22 / det, -a21 / det
 
-    def families(self, z):
-        """The two functions that satisfy the clamp conditions, with three derivatives each."""
+    def basis(self, z):
+        """The two basis functions, which satisfy the clamp conditions, and their first three derivatives at z."""
         q, k = self.q, self.k
         if q == 0:
             return (z**2 / 2, z, mp.mpf(1), mp.mpf(0)), (z**3 / 6, z**2 / 2, z, mp.mpf(1))
         if q < 0:
             c, s = mp.cos_sin(k * z)
             return (c - 1, -k * s, -(k**2) * c, k**3 * s), (s - k * z, k * c - k, -(k**2) * s, -(k**3) * c)
-        grown = mp.exp(k * z)
-        c, s = (grown + 1 / grown) / 2, (grown - 1 / grown) / 2
+        exponential = mp.exp(k * z)
+        c, s = (exponential + 1 / exponential) / 2, (exponential - 1 / exponential) / 2
         return (c - 1, k * s, k**2 * c, k**3 * s), (s - k * z, k * c - k, k**2 * s, k**3 * c)
 
     def __call__(self, order, z):
         """The derivative of V of this order at z."""
         with mp.workdps(self.digits):
-            f, g = self.families(z)
+            f, g = self.basis(z)
             return self.a * f[order] + self.b * g[order]
 
 
 def critical_coupling(l, rod_length):
-    """-P_cr/EI: the first zero of the determinant of the head conditions in compression."""
+    """-P_cr/EI [1/m^2], from the first zero of the determinant of the conditions at the head in compression."""
     beta = l / rod_length
 
     def residual(x):
@@ -64,18 +66,18 @@ def critical_coupling(l, rod_length):
 
 
 def pchip(angle, values):
-    """The periodic monotone cubic over a turn, and its mean."""
-    turn = 2 * mp.pi
-    curve = Cubic([*angle, angle[0] + turn], [*values, values[0]], closed=True)
+    """The periodic monotone cubic interpolant over a revolution, and its mean."""
+    revolution = 2 * mp.pi
+    curve = Cubic([*angle, angle[0] + revolution], [*values, values[0]], closed=True)
 
     def value(phi):
-        return curve.at(angle[0] + mp.fmod(mp.fmod(phi - angle[0], turn) + turn, turn))[0]
+        return curve.at(angle[0] + mp.fmod(mp.fmod(phi - angle[0], revolution) + revolution, revolution))[0]
 
-    return value, curve.area[-1] / turn
+    return value, curve.area[-1] / revolution
 
 
 class Machine:
-    """A case in the current precision."""
+    """The machine of a case, in the current precision."""
 
     def __init__(self, case: Case) -> None:
         groups = {**case["mechanism"], **case["piston"], **case["material"], **case["dimensions"]}
@@ -104,7 +106,7 @@ class Machine:
         return (lambda phi: p_min * (1 + delta) / (1 - delta * mp.cos(phi - theta))), mean
 
     def mean_force(self):
-        """Over the revolution: the acceleration has no mean."""
+        """Mean axial force over the revolution [N]; the mean of the inertia force is zero."""
         return -self.scale * (self.mean_pressure - self.back) * self.area
 
     def _force(self, phi):
@@ -119,13 +121,13 @@ class Machine:
 
     def _bend(self, phi):
         coupling = mp.mpf(0) if self.straight else self.force(phi) / self.stiffness
-        return Bent(coupling, self.x["l"], self.x["rod_length"])
+        return BeamColumn(coupling, self.x["l"], self.x["rod_length"])
 
     def _stroke(self, phi):
         return self.x["crank_radius"] * mp.sin(phi)
 
     def stress(self, share, phi, fibre):
-        """At z = share l."""
+        """Stress [Pa] at z = share*l of the fibre +1 or -1."""
         x = self.x
         bending = x["elastic_modulus"] * x["h"] / 2 * self.bend(phi)(2, share * x["l"]) * self.stroke(phi)
         return self.force(phi) / (x["b"] * x["h"]) + fibre * bending
@@ -140,7 +142,7 @@ class Machine:
         return self.stiffness * self.bend(phi)(2, mp.mpf(0)) * self.stroke(phi)
 
     def couple(self, phi):
-        """6 |M0 + T e|/Lp."""
+        """Couple of the guide 6 |M0 + T e|/Lp [N]."""
         moment = self.clamp_moment(phi) + self.side_force(phi) * self.x["clamp_offset"]
         return 6 * abs(moment) / self.x["skirt_length"]
 
@@ -163,11 +165,11 @@ class Machine:
         return -x["elastic_modulus"] * inertia * critical_coupling(x["l"], x["rod_length"])
 
     def critical_bending(self):
-        """The critical force in the crank's plane."""
+        """Critical force for buckling in the crank's plane [N]."""
         return -self.stiffness * critical_coupling(self.x["l"], self.x["rod_length"])
 
     def angles(self):
-        """Sorted angles of one cycle: uniform, refined around sharp features."""
+        """Sorted crank angles of one cycle: uniform, and graded towards sharp features."""
         out = {2 * mp.pi * i / 72 for i in range(72)}
         if self.load["kind"] == "table":
             out |= {mp.mpf(a) % (2 * mp.pi) for a in self.load["angle"]}
@@ -181,25 +183,26 @@ class Machine:
 
 
 def natural_frequency(machine: Machine, force: Number, watch: Callable[[], None]) -> Number:
-    """First natural frequency [Hz] under a constant axial force [N]: the least root of the determinant of the two
-    conditions at the head, V = A (cosh a z - cos b z) + B (sinh a z / a - sin b z / b); 0 where the strip buckles.
+    """First natural frequency [Hz] under a constant axial force [N]; 0 if the strip buckles.
 
-    EI V'''' - P V'' = rho A omega^2 V: a^2 and -b^2 are the roots of x^2 - P/EI x - rho A omega^2/EI = 0.
+    EI V'''' - P V'' = rho A omega^2 V has solutions V = A (cosh a z - cos b z) + B (sinh a z / a - sin b z / b), a^2
+    and -b^2 the roots of x^2 - P/EI x - rho A omega^2/EI = 0. The frequency is the least root of the determinant of the
+    two conditions at the head.
     """
     x, q = machine.x, force / machine.stiffness
     length, rest = x["l"], x["rod_length"] - x["l"]
-    line = x["density"] * x["b"] * x["h"] / machine.stiffness
+    inertia_ratio = x["density"] * x["b"] * x["h"] / machine.stiffness
 
     def determinant(omega: Number) -> Number:
         watch()
-        root = mp.sqrt(q * q / 4 + line * omega**2)
-        # the root that would cancel follows from their product
+        root = mp.sqrt(q * q / 4 + inertia_ratio * omega**2)
+        # the root prone to cancellation follows from the product of both
         if q >= 0:
             a2 = root + q / 2
-            b2 = line * omega**2 / a2
+            b2 = inertia_ratio * omega**2 / a2
         else:
             b2 = root - q / 2
-            a2 = line * omega**2 / b2
+            a2 = inertia_ratio * omega**2 / b2
         a, b = mp.sqrt(a2), mp.sqrt(b2)
         c, s = mp.cosh(a * length), mp.sinh(a * length)
         cos, sin = mp.cos_sin(b * length)
@@ -209,10 +212,10 @@ def natural_frequency(machine: Machine, force: Number, watch: Callable[[], None]
 
     if force < -machine.critical_bending():
         return mp.mpf(0)
-    step = mp.mpf("0.2") / (length * length * mp.sqrt(line)) / 10
-    low, first = step / 1000, determinant(step / 1000)
+    step = mp.mpf("0.2") / (length * length * mp.sqrt(inertia_ratio)) / 10
+    low, start = step / 1000, determinant(step / 1000)
     while True:
         high = low + step
-        if determinant(high) * first < 0:
-            return zero(determinant, low, high) / (2 * mp.pi)
+        if determinant(high) * start < 0:
+            return find_root(determinant, low, high) / (2 * mp.pi)
         low, step = high, step * mp.mpf("1.05")

@@ -1,4 +1,4 @@
-"""Maximisation in arbitrary precision: Brent's method, preceded by dense sampling in floats."""
+"""Maximisation, root finding and quadrature in arbitrary precision."""
 
 from __future__ import annotations
 
@@ -14,34 +14,36 @@ Function = Callable[[Number], Number]
 
 
 def unwatched() -> None:
-    """The default watch, which never stops a calculation. A watch is called between steps and may raise an
-    exception."""
+    """The default watch, which never stops a calculation.
+
+    A watch is called between steps and may raise an exception.
+    """
 
 
 def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tuple[Number, Number]:
-    """(place, maximum) of f in (a, b) from an interior point m, by golden section and parabolas.
+    """(position, maximum) of f in (a, b) from an interior point m, by golden section and parabolic interpolation.
 
     Source: R. P. Brent, Algorithms for Minimization without Derivatives (1973).
     """
     golden = (3 - mp.sqrt(5)) / 2
     x = w = v = m
     fx = fw = fv = f(m)
-    step = before = mp.mpf(0)
+    step = previous = mp.mpf(0)
     for _ in range(400):
         middle = (a + b) / 2
         if abs(x - middle) <= 2 * tolerance - (b - a) / 2:
             break
         parabolic = False
-        if abs(before) > tolerance:
+        if abs(previous) > tolerance:
             r, q = (x - w) * (fx - fv), (x - v) * (fx - fw)
             p = (x - v) * q - (x - w) * r
             q = 2 * (q - r)
             p, q = (-p, q) if q > 0 else (p, -q)
-            if abs(p) < abs(q * before / 2) and q * (a - x) < p < q * (b - x):
-                before, step, parabolic = step, p / q, True
+            if abs(p) < abs(q * previous / 2) and q * (a - x) < p < q * (b - x):
+                previous, step, parabolic = step, p / q, True
         if not parabolic:
-            before = (a if x >= middle else b) - x
-            step = golden * before
+            previous = (a if x >= middle else b) - x
+            step = golden * previous
         u = x + (step if abs(step) >= tolerance else tolerance * (1 if step > 0 else -1))
         fu = f(u)
         if fu >= fx:
@@ -56,19 +58,22 @@ def brent(f: Function, a: Number, m: Number, b: Number, tolerance: Number) -> tu
     return x, fx
 
 
-def climb(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]:
-    """(place, value); a corner, where the value is linear in the place, is located twice as precisely."""
+def refined_maximum(f: Function, a: Number, m: Number, b: Number) -> tuple[Number, Number]:
+    """(position, maximum) of f in (a, b) from an interior point m.
+
+    At a corner, where f is linear in the position, the position is located to twice as many digits.
+    """
     width = b - a
     x, fx = brent(f, a, m, b, width * mp.mpf(10) ** -17)
     near = width * mp.mpf(10) ** -15
-    fall = max(fx - f(max(x - near, a)), fx - f(min(x + near, b)))
-    if abs(fall) > mp.mpf(10) ** -25 * abs(fx):
+    decrease = max(fx - f(max(x - near, a)), fx - f(min(x + near, b)))
+    if abs(decrease) > mp.mpf(10) ** -25 * abs(fx):
         x, fx = brent(f, max(x - 4 * near, a), x, min(x + 4 * near, b), width * mp.mpf(10) ** -34)
     return x, fx
 
 
 def golden_section(f: Function, low: Number, high: Number, rounds: int) -> tuple[Number, Number]:
-    """(place, maximum) of a unimodal f in an interval."""
+    """(position, maximum) of a unimodal f in an interval."""
     golden = (mp.sqrt(5) - 1) / 2
     a, b = high - golden * (high - low), low + golden * (high - low)
     fa, fb = f(a), f(b)
@@ -84,16 +89,16 @@ def golden_section(f: Function, low: Number, high: Number, rounds: int) -> tuple
     return (a, fa) if fa >= fb else (b, fb)
 
 
-def greatest(f: Function, places: Sequence[Number], rounds: int) -> tuple[Number, Number]:
-    """(place, maximum) of f: the greatest of these ascending places, and golden section between its neighbours."""
-    values = [f(x) for x in places]
+def maximum(f: Function, grid: Sequence[Number], rounds: int) -> tuple[Number, Number]:
+    """(position, maximum) of f over an ascending grid, refined by golden section between the neighbouring points."""
+    values = [f(x) for x in grid]
     top = values.index(max(values))
-    found = golden_section(f, places[max(top - 1, 0)], places[min(top + 1, len(places) - 1)], rounds)
-    return max((places[top], values[top]), found, key=lambda pair: pair[1])
+    found = golden_section(f, grid[max(top - 1, 0)], grid[min(top + 1, len(grid) - 1)], rounds)
+    return max((grid[top], values[top]), found, key=lambda pair: pair[1])
 
 
-def zero(f: Function, low: Number, high: Number) -> Number:
-    """A sign change of f between two points in the current precision, by the Illinois method.
+def find_root(f: Function, low: Number, high: Number) -> Number:
+    """The root of f between two points of opposite sign, in the current precision, by the Illinois method.
 
     Source: M. Dowell, P. Jarratt, A modified regula falsi method (1971).
     """
@@ -101,20 +106,20 @@ def zero(f: Function, low: Number, high: Number) -> Number:
     for _ in range(4 * mp.mp.dps):
         if left == right or not left or not right:
             break
-        place = high - right * (high - low) / (right - left)
-        value = f(place)
+        x = high - right * (high - low) / (right - left)
+        value = f(x)
         if value * right < 0:
             low, left = high, right
         else:
             left /= 2
-        moved, high, right = abs(place - high), place, value
-        if moved <= abs(place) * mp.mpf(10) ** (2 - mp.mp.dps):
+        change, high, right = abs(x - high), x, value
+        if change <= abs(x) * mp.mpf(10) ** (2 - mp.mp.dps):
             break
     return high if abs(right) <= abs(left) else low
 
 
-def summits(values: Sequence[float], within: float) -> list[int]:
-    """Indices of local maxima within a fraction ``within`` of the samples' range from the maximum; the ends count."""
+def local_maxima(values: Sequence[float], within: float) -> list[int]:
+    """Indices of local maxima, ends included, at most a fraction ``within`` of the range below the maximum."""
     top, low = max(values), min(values)
     last = len(values) - 1
     return [
@@ -131,7 +136,7 @@ def _nodes(order: int, precision: int) -> tuple[tuple[Number, Number], ...]:
 
 
 def _legendre(order: int) -> Iterator[tuple[Number, Number]]:
-    """Newton's method on Legendre polynomials."""
+    """Nodes and weights of Gauss quadrature, by Newton's method on the Legendre polynomial."""
     for i in range(order):
         x = mp.cos(mp.pi * (i + mp.mpf(3) / 4) / (order + mp.mpf(1) / 2))
         for _ in range(10):

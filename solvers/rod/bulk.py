@@ -46,7 +46,7 @@ class Case(NamedTuple):
     criterion: FatigueCriterion | None = None
     demands: tuple[Demand, ...] = ()
 
-    def alone(self) -> Outcome[RodCheck]:
+    def evaluate(self) -> Outcome[RodCheck]:
         """Evaluate this case by ``check``."""
         return check(
             self.scene, self.dimensions, self.effects, self.effect_tolerance, self.accuracy, self.criterion,
@@ -87,7 +87,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
     criteria: dict[int, FatigueCriterion] = {}
     groups: dict[object, list[int]] = {}
     inputs, diagrams = np.empty((len(cases), len(INPUTS))), {}
-    began = time.perf_counter()
+    started = time.perf_counter()
     for i, case in enumerate(cases):
         scene, accuracy = case.scene, case.accuracy
         try:
@@ -103,18 +103,18 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[RodCheck] | InvalidInput]:
         criteria[i], choices[i] = case.criterion or serensen(scene.material), choice
         diagrams[i] = criteria[i].diagram()
         inputs[i] = inputs_of(scene, case.dimensions, composition, choice.has("friction"), accuracy)
-        looks = rule_for(scene.load, accuracy).points.size, stations_for(accuracy)
-        groups.setdefault((_grouping_key(scene.load), diagrams[i].lines.shape, looks), []).append(i)
+        resolution = rule_for(scene.load, accuracy).points.size, stations_for(accuracy)
+        groups.setdefault((_grouping_key(scene.load), diagrams[i].lines.shape, resolution), []).append(i)
     for members in groups.values():
         first = cases[members[0]]
         results = _check_rows(first.scene.load, inputs[members], [diagrams[i] for i in members], first.accuracy)
-        share = (time.perf_counter() - began) / len(cases)
+        share = (time.perf_counter() - started) / len(cases)
         for i, row in zip(members, results.tolist(), strict=True):
             case = cases[i]
             found[i] = outcome_of(
                 case.scene, case.dimensions, choices[i], criteria[i], case.accuracy, Results(*row), share
             )
-    return [_checked_alone(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
+    return [_check_single(case) if outcome is None else outcome for case, outcome in zip(cases, found, strict=True)]
 
 
 def check_strips(
@@ -135,7 +135,7 @@ def check_strips(
     if composition.corrections:
         raise ValueError("corrections of the shape have no form for many strips: use check")
     dimensions = np.ascontiguousarray(dimensions, dtype=float).reshape(-1, 3)
-    for b, h, l in dimensions[~_sound(dimensions, scene)][:1]:
+    for b, h, l in dimensions[~_is_valid(dimensions, scene)][:1]:
         require_within_rod(scene, Dimensions(b, h, l))
     diagram = (criterion or serensen(scene.material)).diagram()
     any_strip = Dimensions(1.0, 1.0, 1.0)
@@ -144,9 +144,9 @@ def check_strips(
     return _table(scene, dimensions, _check_rows(scene.load, inputs, [diagram] * len(dimensions), accuracy, threads))
 
 
-def _sound(dimensions: Array, scene: Scene) -> NDArray[np.bool_]:
-    good = np.isfinite(dimensions).all(axis=1) & (dimensions > 0.0).all(axis=1)
-    return good & (dimensions[:, 2] <= scene.mechanism.rod_length)
+def _is_valid(dimensions: Array, scene: Scene) -> NDArray[np.bool_]:
+    valid = np.isfinite(dimensions).all(axis=1) & (dimensions > 0.0).all(axis=1)
+    return valid & (dimensions[:, 2] <= scene.mechanism.rod_length)
 
 
 def _grouping_key(load: Load) -> object:
@@ -156,11 +156,8 @@ def _grouping_key(load: Load) -> object:
 
 def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy: float, threads: int = 1) -> Array:
     """Results (n, results) of inputs with the same load pieces and the same sampling rule."""
-    results, rule, stations = (
-        np.empty((len(inputs), len(Results._fields))),
-        rule_for(load, accuracy),
-        stations_for(accuracy),
-    )
+    results, rule = np.empty((len(inputs), len(Results._fields))), rule_for(load, accuracy)
+    stations = stations_for(accuracy)
     if not len(inputs):
         return results
     lines = np.stack([diagram.lines for diagram in diagrams])
@@ -173,9 +170,9 @@ def _check_rows(load: Load, inputs: Array, diagrams: Sequence[Diagram], accuracy
     return results
 
 
-def _checked_alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
+def _check_single(case: Case) -> Outcome[RodCheck] | InvalidInput:
     try:
-        return case.alone()
+        return case.evaluate()
     except InvalidInput as refusal:
         return refusal
 
@@ -183,11 +180,11 @@ def _checked_alone(case: Case) -> Outcome[RodCheck] | InvalidInput:
 def _table(scene: Scene, dimensions: Array, results: Array) -> RodTable:
     found = Results(*np.ascontiguousarray(results.T))
     with np.errstate(divide="ignore", invalid="ignore"):
-        stability = np.where(found.pushed > 0.0, found.critical_force / found.pushed, np.inf)
+        stability = np.where(found.compression > 0.0, found.critical_force / found.compression, np.inf)
     return RodTable(
         utilisation=found.utilisation,
         stability=stability,
-        greatest_stress=found.strength,
+        greatest_stress=found.max_stress,
         stress_amplitude=0.5 * (found.high - found.low),
         stress_mean=0.5 * (found.high + found.low),
         worst_section=found.section,

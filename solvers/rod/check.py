@@ -15,16 +15,16 @@ from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.guide_loads import GUIDE_READINGS
+from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
 from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.sampling import rule_for
-from solvers.rod.cycle.section import READINGS
+from solvers.rod.cycle.section import STRIP_RESULTS
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
-    LAST_DIGITS,
     REFINEMENTS,
     ROUNDING,
-    SHARE,
+    ROUNDING_OF_INPUTS,
+    SAMPLING_FRACTION,
     Results,
     check_linear,
     inputs_of,
@@ -36,12 +36,12 @@ from solvers.rod.vibration.steady_response import unknown_vibration
 
 Array = NDArray[np.float64]
 
-_HALF, _GAIN = 0.5, 0.7
-"""Tolerances of a repeated sampling, relative to the previous one: ``_HALF`` is the safety factor with which errors are
-to be reduced; a new tolerance above ``_GAIN`` of the previous one is not worth the time."""
-_COARSEST = 1e-2
-_NOTHING_KNOWN = 1.0
-"""Error of a check with corrections from which on some result has no right digit."""
+_SAFETY_FACTOR, _MIN_REDUCTION = 0.5, 0.7
+"""Tolerances of a repeated sampling, relative to the previous one: ``_SAFETY_FACTOR`` reduces the target of the errors;
+a new tolerance above ``_MIN_REDUCTION`` times the previous one is not worth its time."""
+_MAX_TOLERANCE = 1e-2
+_NO_DIGITS = 1.0
+"""Error of a check with corrections from which on some result has no correct digit."""
 SMALL_DISPLACEMENT_LIMIT = 0.15
 """V/l and r/L up to which the paper found the small-displacement theory accurate to 5 %."""
 
@@ -105,7 +105,7 @@ def check(
     choice = choose_for(scene, dimensions, effects, effect_tolerance, demands)
     cycle = Cycle(scene, dimensions, compose(choice), tolerance_of(accuracy))
     outcome = check_chosen(cycle, choice, accuracy, criterion)
-    if cycle.composition.corrections and outcome.accuracy.estimated >= _NOTHING_KNOWN:
+    if cycle.composition.corrections and outcome.accuracy.estimated >= _NO_DIGITS:
         if outcome.value.natural_frequency < scene.mechanism.speed:
             reason = "exceeds the strip's natural frequency by too much for its vibration to be found"
             raise InvalidInput("mechanism.speed", reason, "below the natural frequency, or no effect rod_inertia")
@@ -115,8 +115,8 @@ def check(
 
 
 def tolerance_of(accuracy: float) -> float:
-    """Initial tolerance of the cycle in a check of this accuracy."""
-    return _HALF * accuracy
+    """Initial tolerance of the cycle for a check of this accuracy."""
+    return _SAFETY_FACTOR * accuracy
 
 
 def check_chosen(
@@ -137,7 +137,7 @@ def check_chosen(
     rule = rule_for(scene.load, accuracy)
     check_linear(scene.load, inputs[None], lines[None], parabola[None], rule, stations, results)
     found = Results(*results[0].tolist())
-    if found.stands and composition.corrections:
+    if found.is_stable and composition.corrections:
         found = _with_corrections(cycle, lines, parabola, contact, accuracy, found)
     return outcome_of(scene, dimensions, choice, criterion, accuracy, found, time.perf_counter() - started)
 
@@ -153,12 +153,12 @@ def outcome_of(
 ) -> Outcome[RodCheck]:
     """Assemble the outcome of a check from the results of a strip."""
     material, piston, stresses = scene.material, scene.piston, None
-    safety = found.critical_force / found.pushed if found.pushed > 0.0 else None
-    if found.stands:
+    safety = found.critical_force / found.compression if found.compression > 0.0 else None
+    if found.is_stable:
         touches = choice.has("friction")
         stresses = Stresses(
             fatigue_safety=1.0 / found.utilisation if found.utilisation > 0.0 else None,
-            yield_safety=material.yield_strength / found.strength if found.strength > 0.0 else None,
+            yield_safety=material.yield_strength / found.max_stress if found.max_stress > 0.0 else None,
             stress_amplitude=0.5 * (found.high - found.low),
             stress_mean=0.5 * (found.high + found.low),
             worst_section=found.section,
@@ -176,8 +176,8 @@ def outcome_of(
         stability_safety=safety,
         critical_force=found.critical_force,
         buckles_sideways=dimensions.b < dimensions.h,
-        axial_force_min=-found.pushed,
-        axial_force_max=found.pulled,
+        axial_force_min=-found.compression,
+        axial_force_max=found.tension,
         mass=material.density * dimensions.b * dimensions.h * dimensions.l,
         natural_frequency=found.natural_frequency,
         criterion=criterion.name,
@@ -203,50 +203,51 @@ def require_within_rod(scene: Scene, dimensions: Dimensions) -> None:
 def _with_corrections(
     cycle: Cycle, lines: Array, parabola: Array, contact: bool, accuracy: float, found: Results
 ) -> Results:
-    """The results of a strip with corrections, starting from those ``found`` without.
+    """Results of a strip with corrections, starting from the results ``found`` without them.
 
-    Small differences of large quantities need a finer discretisation than the rest: an amplitude beside its mean.
+    Small differences of large quantities, such as an amplitude beside a large mean, need a finer discretisation.
     """
-    tolerance, panels, stations = SHARE * accuracy, None, stations_for(accuracy)
-    along, told = np.empty(READINGS), np.full(GUIDE_READINGS, np.nan)
+    tolerance, panels, stations = SAMPLING_FRACTION * accuracy, None, stations_for(accuracy)
+    strip_out, guide_out = np.empty(STRIP_RESULTS), np.full(GUIDE_RESULTS, np.nan)
     for _ in range(REFINEMENTS):
         # Sampling more accurately than the corrections' own error is futile.
-        looked = max(tolerance, min(0.1 * cycle.refinement_error, _COARSEST))
-        sampled = SampledCycle.of(cycle, looked, accuracy, panels)
+        used_tolerance = max(tolerance, min(0.1 * cycle.refinement_error, _MAX_TOLERANCE))
+        sampled = SampledCycle.of(cycle, used_tolerance, accuracy, panels)
         panels = sampled.panels
-        power, error = sampled.read(lines, parabola, stations, contact, along, told)
-        refined = cycle.refinement_error
-        if contact and refined:
-            refined = max(refined, _guide_error(cycle, told, power))
-        # An error that the corrections did not reduce when asked to is not reduced by a finer sampling either, and
-        # dominates all others.
-        finer_turn = error > _HALF * max(accuracy, refined) and tolerance > ROUNDING
-        finer_corrections = refined > _HALF * accuracy and cycle.refinement_error <= cycle.tolerance
-        if error + refined <= accuracy or not (finer_turn or finer_corrections):
+        power, error = sampled.evaluate(lines, parabola, stations, contact, strip_out, guide_out)
+        correction_error = cycle.refinement_error
+        if contact and correction_error:
+            correction_error = max(correction_error, _guide_error(cycle, guide_out, power))
+        # A correction error that did not decrease on request does not decrease by finer sampling either, and dominates
+        # all others.
+        refine_sampling = error > _SAFETY_FACTOR * max(accuracy, correction_error) and tolerance > ROUNDING
+        refine_corrections = correction_error > _SAFETY_FACTOR * accuracy and cycle.refinement_error <= cycle.tolerance
+        if error + correction_error <= accuracy or not (refine_sampling or refine_corrections):
             break
-        if finer_turn:
-            tolerance = max(_HALF * tolerance * accuracy / error, ROUNDING)
-            if not finer_corrections and max(tolerance, 0.1 * cycle.refinement_error) > _GAIN * looked:
+        if refine_sampling:
+            tolerance = max(_SAFETY_FACTOR * tolerance * accuracy / error, ROUNDING)
+            next_tolerance = max(tolerance, 0.1 * cycle.refinement_error)
+            if not refine_corrections and next_tolerance > _MIN_REDUCTION * used_tolerance:
                 break
-        if finer_corrections:
-            finer = replace(cycle, tolerance=_HALF * cycle.refinement_error * accuracy / refined)
+        if refine_corrections:
+            finer = replace(cycle, tolerance=_SAFETY_FACTOR * cycle.refinement_error * accuracy / correction_error)
             if not finer.refinement_error < cycle.refinement_error:
                 break
             cycle = finer
-    error = max(found.error, error + refined)
-    if found.pushed > 0.0:
-        # Near buckling the rounding of load and strip is amplified in the stresses.
-        error = max(error, LAST_DIGITS / (1.0 - found.pushed / found.critical_force))
-    read = dict(zip(Results._fields[5:15], (*along.tolist(), *told.tolist()), strict=True))
+    error = max(found.error, error + correction_error)
+    if found.compression > 0.0:
+        # Near buckling rounding errors of load and strip are amplified in the stresses.
+        error = max(error, ROUNDING_OF_INPUTS / (1.0 - found.compression / found.critical_force))
+    results = dict(zip(Results._fields[5:15], (*strip_out.tolist(), *guide_out.tolist()), strict=True))
     angles = sampled.field.states.shape[1]
-    return found._replace(**read, power=power, error=error, angles=angles, tolerance=sampled.tolerance)
+    return found._replace(**results, power=power, error=error, angles=angles, tolerance=sampled.tolerance)
 
 
-def _guide_error(cycle: Cycle, told: Array, power: float) -> float:
+def _guide_error(cycle: Cycle, guide: Array, power: float) -> float:
     """Relative error of contact load and friction power due to the corrections' errors, which are relative to the
     maximum side force and moment."""
     piston, mechanism = cycle.scene.piston, cycle.scene.mechanism
-    side, moment, load = told.tolist()
+    side, moment, load = guide.tolist()
     couple = 6.0 * (moment + side * abs(piston.clamp_offset)) / piston.skirt_length
     # Both walls together carry at most the side force and the couple; the mean of |v| is two strokes per revolution.
     mean = piston.friction_coefficient * (4.0 / math.pi) * (side + couple) * 4.0 * mechanism.crank_radius

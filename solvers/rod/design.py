@@ -21,7 +21,7 @@ from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import stands
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -31,7 +31,7 @@ from solvers.rod.optimum.search.costly_limits import with_finer_checks
 from solvers.rod.optimum.search.feasibility import least_violating, least_violation
 from solvers.rod.optimum.search.full_optimum import BOXES, Context, Optimum, conditions_at, continuous_optimum
 from solvers.rod.optimum.search.local_search import Local, Task
-from solvers.rod.optimum.sqp import wanted_of
+from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import OutOfTime, Watch
@@ -194,7 +194,7 @@ class _Design:
         settled = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
         # With settled effects any strip will do.
         composition = compose(choose_for(p.scene, p.bounds.stiffest, settled, self.effect_tolerance))
-        wanted = wanted_of(p.objective, self.limits)
+        wanted = required_results(p.objective, self.limits)
         model = FullModel(
             p.scene, composition, self.criterion, settled, self.effect_tolerance, self.accuracy, wanted, self.sizes.free
         )
@@ -301,7 +301,7 @@ class _Design:
         if nearest.found is not None:
             yield close.dimensions
         # If it misses none, its sizes are not to be had: any requirement will do.
-        missed = alone.first_missed(close)
+        missed = alone.first_violated(close)
         worth = alone.quick or (not hopeless and nearest.best.excess < _CLOSE)
         best = alone.best(missed) if worth and missed is not None else None
         if best is not None and self.problem.requirements.met_by(best.check):
@@ -309,7 +309,7 @@ class _Design:
         # Without time left the best one may not have been found.
         self.watch()
 
-    def reached(self, effects: EffectSelection, problem: RodProblem) -> Reached | None:
+    def reached(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene, roughly; None where it is infeasible or no time is left."""
         try:
             self.watch()
@@ -320,7 +320,7 @@ class _Design:
             return None
         outcome = end.answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        return Reached(outcome.value.check, outcome.accuracy.estimated, opponents)
+        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def led(self, effects: EffectSelection, problem: RodProblem, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The end of one local search for another problem in the same scene, roughly; None where it meets not all

@@ -1,6 +1,6 @@
-"""Effects of the flexible rod, each with an a-priori bound.
+"""Effects of the flexible rod, each with an a-priori bound of its influence.
 
-Every bound is a first-order closed-form evaluation of the effect, times a margin
+Every bound is the effect's change of the main results, evaluated in closed form or to first order, times a margin
 (``solvers.rod.effect_bounds.first_order``).
 """
 
@@ -14,7 +14,12 @@ from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Correction
 from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effect_bounds.first_order import always, in_closed_form, large_displacement, rod_inertia
-from solvers.rod.effect_bounds.main_results import COUPLES, FRICTION, MASS, SHEARING
+from solvers.rod.effect_bounds.main_results import (
+    AXIAL_COUPLING,
+    FRICTION_FEEDBACK,
+    RECIPROCATING_MASS,
+    SHEAR_FLEXIBILITY,
+)
 from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import RodInertia
@@ -22,20 +27,21 @@ from solvers.rod.vibration.steady_response import RodInertia
 
 @dataclass(frozen=True)
 class RodEffect:
-    """An effect of the flexible rod: description, bound on its influence, and how it joins a composition."""
+    """An effect of the flexible rod: description, bound of its influence, and the function that adds it to a
+    composition."""
 
     name: str
     summary: str
     measure: str
     influence: Callable[[Situation], float]
-    join: Callable[[Composition], Composition]
+    add_to: Callable[[Composition], Composition]
 
 
-def _sheared(composition: Composition) -> Composition:
+def _with_shear(composition: Composition) -> Composition:
     return replace(composition, beam=composition.beam.with_shear())
 
 
-def _corrected(correction: Correction, composition: Composition) -> Composition:
+def _with_correction(correction: Correction, composition: Composition) -> Composition:
     return replace(composition, corrections=(*composition.corrections, correction))
 
 
@@ -48,51 +54,51 @@ EFFECTS: tuple[RodEffect, ...] = (
         name="reciprocating_inertia",
         summary="inertia of the reciprocating mass in the axial force",
         measure="greatest relative change of the main results without the mass, times a margin",
-        influence=partial(in_closed_form, part=MASS),
-        join=partial(replace, moves=True),
+        influence=partial(in_closed_form, part=RECIPROCATING_MASS),
+        add_to=partial(replace, moves=True),
     ),
     RodEffect(
         name="beam_column",
         summary="the axial force stiffens (tension) or softens (compression) the strip",
         measure="greatest relative change of the main results in plain bending, times a margin",
-        influence=partial(in_closed_form, part=COUPLES),
-        join=partial(replace, beam=BEAM_COLUMN),
+        influence=partial(in_closed_form, part=AXIAL_COUPLING),
+        add_to=partial(replace, beam=BEAM_COLUMN),
     ),
     RodEffect(
         name="shear",
         summary="shear flexibility of the strip (Engesser)",
         measure="greatest relative change of the main results rigid in shear, times a margin",
-        influence=partial(in_closed_form, part=SHEARING),
-        join=_sheared,
+        influence=partial(in_closed_form, part=SHEAR_FLEXIBILITY),
+        add_to=_with_shear,
     ),
     RodEffect(
         name="friction_feedback",
         summary="the friction force acts back on the axial force",
         measure="greatest relative change of the main results without friction in the axial force, times a margin",
-        influence=partial(in_closed_form, part=FRICTION),
-        join=partial(replace, feedback=True),
+        influence=partial(in_closed_form, part=FRICTION_FEEDBACK),
+        add_to=partial(replace, feedback=True),
     ),
     RodEffect(
         name="large_displacement",
         summary="second order of V/l: the elastica's first correction",
         measure="greatest relative change of the main results by the third order of the slope, times a margin",
         influence=large_displacement,
-        join=partial(_corrected, LargeDisplacement()),
+        add_to=partial(_with_correction, LargeDisplacement()),
     ),
     RodEffect(
         name="rod_inertia",
         summary="transverse inertia of the strip, with all harmonics of the axial force",
-        measure="greatest relative change of the main results by the motion that follows the load and by what "
-        "the first mode rings with, times a margin",
+        measure="greatest relative change of the main results by the response that follows the load and by the "
+        "ringing of the first mode, times a margin",
         influence=rod_inertia,
-        join=partial(_corrected, RodInertia()),
+        add_to=partial(_with_correction, RodInertia()),
     ),
     RodEffect(
         name="friction",
         summary="contact pressure of the skirt and friction power",
         measure="1: its results exist only when it runs",
         influence=always,
-        join=_unchanged,
+        add_to=_unchanged,
     ),
 )
 """All effects, in the order in which they join a composition: forces, beam, feedback, corrections, results. Friction
@@ -119,5 +125,5 @@ def compose(choice: Choice[RodEffect]) -> Composition:
 def _composed(active: tuple[RodEffect, ...]) -> Composition:
     composition = Composition(beam=PLAIN_BENDING)
     for effect in active:
-        composition = effect.join(composition)
+        composition = effect.add_to(composition)
     return composition

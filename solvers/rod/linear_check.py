@@ -24,28 +24,28 @@ from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.guide_loads import (
     CLAMP_MOMENT,
     CONTACT_LOAD,
-    GUIDE_READINGS,
+    GUIDE_RESULTS,
     SIDE_FORCE,
     Guide,
     couple_of,
     friction_power,
-    read_guide,
+    guide_results,
     relative,
 )
 from solvers.rod.cycle.sampling import first_edges, sample
 from solvers.rod.cycle.section import (
-    DEFLECTED,
     FEW_STATIONS,
-    FIBRE,
     HIGH_STRESS,
     LOW_STRESS,
-    PLACE,
-    READINGS,
+    MAX_DEFLECTION,
+    MAX_STRESS,
     STATIONS,
-    STRENGTH,
+    STRIP_RESULTS,
     UTILISATION,
+    WORST_FIBRE,
+    WORST_SECTION,
     Field,
-    read_along,
+    strip_results,
 )
 from solvers.rod.cycle.state import CLAMP, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
@@ -56,7 +56,7 @@ from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
 from solvers.rod.vibration.natural_frequencies import (
     FEW_POLYNOMIALS,
-    OF_FEW,
+    FEW_POLYNOMIALS_ERROR,
     POLYNOMIALS,
     Polynomials,
     all_polynomials,
@@ -77,23 +77,23 @@ else 0.0; ``reads`` is 0.0 if only forces, stability and frequency are requested
 class Results(NamedTuple):
     """Columns of a result row, SI units; NaN if undefined: beyond buckling all but forces, stability and frequency.
 
-    stands           whether the strip does not buckle
-    pushed, pulled   maximum compression and tension; ``pushed`` is P_cr if the strip buckles by friction only
+    is_stable        whether the strip does not buckle
+    compression, tension  their maxima; ``compression`` is P_cr if the strip buckles by friction only
     natural_frequency  the first one, under the mean axial force of the revolution [Hz]
-    strength         maximum |stress|
+    max_stress       maximum |stress|
     high, low        stresses of the section and fibre that govern fatigue; ``layer`` is 0 at +h/2, 1 at -h/2
     contact_load     |T| + 6 |M0 + T e|/Lp
     error            the maximum relative error of all results
     angles           number of sampled crank angles, for sampling to ``tolerance``
     """
 
-    stands: float
+    is_stable: float
     critical_force: float
-    pushed: float
-    pulled: float
+    compression: float
+    tension: float
     natural_frequency: float
     utilisation: float
-    strength: float
+    max_stress: float
     high: float
     low: float
     section: float
@@ -108,23 +108,23 @@ class Results(NamedTuple):
     tolerance: float
 
 
-_ALONG, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE = 5, 12, 15, 16, 17, 18
+_STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE = 5, 12, 15, 16, 17, 18
 """Columns of a result row: the first of those along the strip and of the guide, and single ones."""
 
-SHARE = 0.1
+SAMPLING_FRACTION = 0.1
 """Sampling tolerance as a fraction of the accuracy."""
 ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOW_ACCURACY = 1e-4
-LAST_DIGITS = 4.0 * float(np.finfo(float).eps)
-_CONVEX = 1e-12
-_ROUND = float(FIRST_ROOT_LIMITS[1])
+ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
+_CONVEXITY_TOLERANCE = 1e-12
+_MAX_FIRST_ROOT = float(FIRST_ROOT_LIMITS[1])
 
 
 def inputs_of(
     scene: Scene, d: Dimensions, composition: Composition, contact: bool, accuracy: float
 ) -> tuple[float, ...]:
-    """The input row of a check; corrections are ignored, the row being valid only without them."""
+    """Input row of a check; corrections are ignored, as the row is valid only without them."""
     m, p, material, load = scene.mechanism, scene.piston, scene.material, scene.load
     curve, beam = load.curve(), composition.beam
     return (
@@ -139,8 +139,8 @@ def inputs_of(
 def check_linear(
     load: Load, inputs: Array, lines: Array, parabolas: Array, rule: Rule, stations: int, results: Array
 ) -> None:
-    """Evaluate checks with the same load pieces, or with smooth loads: ``results`` (items, results) from ``inputs``
-    (items, INPUTS) and the fatigue diagrams of each (items, …)."""
+    """Evaluate checks with the same load pieces, or with smooth loads: write ``results`` (items, results) from
+    ``inputs`` (items, INPUTS) and each item's fatigue diagram (items, …)."""
     curve, sharp = load.curve(), np.ascontiguousarray(load.sharp_angles(), dtype=float)
     _check_rows(inputs, lines, parabolas, curve.breaks, curve.pieces, sharp, rule, stations, all_polynomials(), results)
 
@@ -170,94 +170,93 @@ def _check_row(
     modulus, b, h, l, length, accuracy = row[9], row[12], row[13], row[14], row[7], row[23]
     stiffness, friction = modulus * b * h**3 / 12.0, 4.0 / math.pi * row[17] if row[20] != 0.0 else 0.0
     compliance = stiffness / (row[11] * b * h) if row[19] != 0.0 else 0.0
-    plain = modulus * (b * h * min(b, h) ** 2 / 12.0) * (min(first_root(l / length)[0], _ROUND) / l) ** 2
-    critical = min(plain, -stiffness * critical_coupling(l, length, compliance)) if row[19] != 0.0 else plain
+    rigid = modulus * (b * h * min(b, h) ** 2 / 12.0) * (min(first_root(l / length)[0], _MAX_FIRST_ROOT) / l) ** 2
+    critical = min(rigid, -stiffness * critical_coupling(l, length, compliance)) if row[19] != 0.0 else rigid
     lever, offset = 6.0 / row[15], row[16]
-    strip = Strip(stiffness, l, length, row[18], compliance, friction, lever, offset, -2.0 * plain)
-    tolerance = SHARE * accuracy
+    strip = Strip(stiffness, l, length, row[18], compliance, friction, lever, offset, -2.0 * rigid)
+    tolerance = SAMPLING_FRACTION * accuracy
     edges, states = sample(drive, strip, first_edges(drive, strip, sharp), rule, tolerance)
-    pushed, pulled, of_pushed, of_pulled = np.inf, 0.0, 0.0, 0.0
+    compression, tension, compression_error, tension_error = np.inf, 0.0, 0.0, 0.0
     if edges.size > 0:
-        pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
-    stands = pushed < critical
-    if not stands:
-        # A buckled strip has no shape to determine friction; only the force is meaningful.
-        bare = Strip(stiffness, l, length, 0.0, 0.0, 0.0, lever, offset, -2.0 * plain)
-        edges, states = sample(drive, bare, first_edges(drive, bare, sharp), rule, tolerance)
-        pushed, pulled, of_pushed, of_pulled = _forces(edges, rule, states[FORCE], tolerance)
-        if pushed < critical:
-            pushed, of_pushed = critical, 0.0
-    error = max(relative(of_pushed, pushed), relative(of_pulled, pulled))
-    mean, of_mean = mean_of(edges, rule, states[FORCE])
-    out[0], out[1], out[2], out[3] = 1.0 if stands else 0.0, critical, pushed, pulled
-    few = accuracy >= 10.0 * OF_FEW
+        compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
+    is_stable = compression < critical
+    if not is_stable:
+        # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
+        uncoupled = Strip(stiffness, l, length, 0.0, 0.0, 0.0, lever, offset, -2.0 * rigid)
+        edges, states = sample(drive, uncoupled, first_edges(drive, uncoupled, sharp), rule, tolerance)
+        compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
+        if compression < critical:
+            compression, compression_error = critical, 0.0
+    error = max(relative(compression_error, compression), relative(tension_error, tension))
+    mean, mean_error = mean_of(edges, rule, states[FORCE])
+    out[0], out[1], out[2], out[3] = 1.0 if is_stable else 0.0, critical, compression, tension
+    few = accuracy >= 10.0 * FEW_POLYNOMIALS_ERROR
     polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
     out[4] = frequency_under(modes, stiffness, row[10] * b * h, l, length, mean, polynomials)
-    if stands and row[22] != 0.0:
+    if is_stable and row[22] != 0.0:
         for _ in range(REFINEMENTS):
-            found = _read(drive, strip, row, edges, rule, states, lines, parabola, stations, tolerance, out)
+            found = _strip_and_guide(drive, strip, row, edges, rule, states, lines, parabola, stations, tolerance, out)
             if found <= accuracy or tolerance <= ROUNDING:
                 break
-            # Small differences of large quantities need a finer discretisation than the rest.
+            # Small differences of large quantities need a finer discretisation.
             tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
             edges, states = sample(drive, strip, edges, rule, tolerance)
         error = max(error, found)
-        if pushed > 0.0:
-            # Near buckling the rounding of load and strip is amplified in the stresses.
-            error = max(error, LAST_DIGITS / (1.0 - pushed / critical))
+        if compression > 0.0:
+            # Near buckling rounding errors of load and strip are amplified in the stresses.
+            error = max(error, ROUNDING_OF_INPUTS / (1.0 - compression / critical))
     if critical + mean > 0.0:
         # The frequency is proportional to the square root of the critical force plus the mean force.
-        error = max(error, 0.5 * of_mean / (critical + mean) + (OF_FEW if few else 0.0))
+        error = max(error, 0.5 * mean_error / (critical + mean) + (FEW_POLYNOMIALS_ERROR if few else 0.0))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 
 @kernel
 def _forces(edges: Array, rule: Rule, force: Array, tolerance: float) -> tuple[float, float, float, float]:
     """Maximum compression and tension [N] over the revolution, and their errors."""
-    wanted = tolerance * largest(force)
-    pushed, of_pushed, _ = greatest(edges, rule, force, -1.0, wanted)
-    pulled, of_pulled, _ = greatest(edges, rule, force, 1.0, wanted)
-    return pushed, pulled, of_pushed, of_pulled
+    target = tolerance * largest(force)
+    compression, compression_error, _ = greatest(edges, rule, force, -1.0, target)
+    tension, tension_error, _ = greatest(edges, rule, force, 1.0, target)
+    return compression, tension, compression_error, tension_error
 
 
 @kernel
-def _read(
+def _strip_and_guide(
     drive: Drive, strip: Strip, row: Array, edges: Array, rule: Rule, states: Array, lines: Array, parabola: Array,
     stations: int, tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Write all results of an unbuckled strip to ``out``; returns the maximum relative error."""
+    """Write all results of an unbuckled strip to ``out``; return the maximum relative error."""
     direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
-    force, none, along = states[FORCE], np.empty((0, states.shape[1])), out[_ALONG : _ALONG + READINGS]
-    level, straight, l = force.min() == force.max(), strip.couples == 0.0, strip.length
-    # Of a shape proportional to the stroke, at its maximum.
+    force, none, strip_out = states[FORCE], np.empty((0, states.shape[1])), out[_STRIP : _STRIP + STRIP_RESULTS]
+    constant, uncoupled, l = force.min() == force.max(), strip.couples == 0.0, strip.length
+    # A shape proportional to the stroke is evaluated at the maximum stroke.
     _, softening, clamp, shear, _ = constants(0.0, l, strip.rod_length, strip.compliance)
     clamp, shear = clamp * drive.crank_radius, shear * drive.crank_radius
-    if straight and not level and _is_convex(lines, parabola):
-        error = _along_straight(edges, rule, states, direct, bending, lines, parabola, tolerance, along)
-        along[DEFLECTED] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
+    if uncoupled and not constant and _is_convex(lines, parabola):
+        error = _clamp_results(edges, rule, states, direct, bending, lines, parabola, tolerance, strip_out)
+        strip_out[MAX_DEFLECTION] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
     else:
         # A large constant force would mask a small amplitude: the criterion adds its stress separately.
-        mean = direct * force[0] if level else 0.0
-        field = Field(
-            edges, rule, states, states[SIDE], none, none, l, strip.compliance, 0.0 if level else direct, bending, False
-        )
-        error = read_along(field, None, mean, lines, parabola, tolerance, stations, along)
+        mean = direct * force[0] if constant else 0.0
+        direct = 0.0 if constant else direct
+        field = Field(edges, rule, states, states[SIDE], none, none, l, strip.compliance, direct, bending, False)
+        error = strip_results(field, None, mean, lines, parabola, tolerance, stations, strip_out)
     speed = drive.crank_radius * drive.angular_speed
     guide = Guide(
         states[SIDE], states[MOMENT], strip.lever, strip.offset, row[17] * (4.0 / math.pi) * speed,
         drive.crank_radius / drive.rod_length,
     )  # fmt: skip
-    parts, told = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_READINGS]
-    if straight:
+    parts, guide_out = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_RESULTS]
+    if uncoupled:
         side, moment = -strip.stiffness * softening * shear, strip.stiffness * clamp
-        told[SIDE_FORCE], told[CLAMP_MOMENT] = abs(side), abs(moment)
+        guide_out[SIDE_FORCE], guide_out[CLAMP_MOMENT] = abs(side), abs(moment)
         if contact:
-            told[CONTACT_LOAD] = abs(side) + abs(couple_of(side, moment, strip.lever, strip.offset))
+            guide_out[CONTACT_LOAD] = abs(side) + abs(couple_of(side, moment, strip.lever, strip.offset))
     else:
-        error = max(error, read_guide(edges, rule, guide, None, parts, parts, contact, tolerance, told))
+        error = max(error, guide_results(edges, rule, guide, None, parts, parts, contact, tolerance, guide_out))
     if contact:
-        out[_POWER], missed = friction_power(edges, rule, guide, tolerance)
-        error = max(error, missed)
+        out[_POWER], power_error = friction_power(edges, rule, guide, tolerance)
+        error = max(error, power_error)
     return error
 
 
@@ -266,33 +265,36 @@ def _is_convex(lines: Array, parabola: Array) -> bool:
     """Whether the utilisation is convex in both extreme stresses, and decreasing in the minimum."""
     convex = parabola[0] == 0.0 and lines.shape[1] == 1
     for c in range(lines.shape[0]):
-        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEX)
+        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEXITY_TOLERANCE)
     return convex
 
 
 @kernel
-def _along_straight(
+def _clamp_results(
     edges: Array, rule: Rule, states: Array, direct: float, bending: float, lines: Array, parabola: Array,
     tolerance: float, out: Array,
 ) -> float:  # fmt: skip
-    """Write the clamp stresses of a shape proportional to the stroke to ``out`` (READINGS,); returns the maximum
-    relative error."""
-    best, most, of_best, of_most, amplitude_error, other = -1.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    """Write the results along the strip of a shape proportional to the stroke, whose worst section is the clamp, to
+    ``out`` (STRIP_RESULTS,); return the maximum relative error."""
+    utilisation, max_stress, utilisation_error, stress_error, amplitude_error = -1.0, 0.0, 0.0, 0.0, 0.0
+    upper_estimate = 0.0
     stress = np.empty(states.shape[1])
     for layer in range(2):
-        bends = (1.0 - 2.0 * layer) * bending
+        signed_bending = (1.0 - 2.0 * layer) * bending
         for i in range(stress.size):
-            stress[i] = direct * states[FORCE, i] + bends * states[CLAMP, i]
-        low, high, of_low, of_high = _forces(edges, rule, stress, 0.01 * tolerance)
+            stress[i] = direct * states[FORCE, i] + signed_bending * states[CLAMP, i]
+        low, high, low_error, high_error = _forces(edges, rule, stress, 0.01 * tolerance)
         low = -low
-        used = utilisation_of(high, low, lines, parabola)
-        of_used = utilisation_of(high + of_high, low - of_low, lines, parabola) - used
-        other = max(other, used + of_used)
-        if used > best:
-            best, of_best = used, of_used
-            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS], out[PLACE], out[FIBRE] = used, high, low, 0.0, layer
-            amplitude_error = relative(of_high + of_low, 0.5 * (high - low))
-        if high > most or -low > most:
-            most, of_most = max(high, -low), max(of_high, of_low)
-    out[STRENGTH] = most
-    return max(relative(max(of_best, other - best), best), relative(of_most, most), amplitude_error)
+        fibre_utilisation = utilisation_of(high, low, lines, parabola)
+        fibre_error = utilisation_of(high + high_error, low - low_error, lines, parabola) - fibre_utilisation
+        upper_estimate = max(upper_estimate, fibre_utilisation + fibre_error)
+        if fibre_utilisation > utilisation:
+            utilisation, utilisation_error = fibre_utilisation, fibre_error
+            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS], out[WORST_SECTION] = fibre_utilisation, high, low, 0.0
+            out[WORST_FIBRE] = layer
+            amplitude_error = relative(high_error + low_error, 0.5 * (high - low))
+        if high > max_stress or -low > max_stress:
+            max_stress, stress_error = max(high, -low), max(high_error, low_error)
+    out[MAX_STRESS] = max_stress
+    utilisation_error = max(utilisation_error, upper_estimate - utilisation)
+    return max(relative(utilisation_error, utilisation), relative(stress_error, max_stress), amplitude_error)

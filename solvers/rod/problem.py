@@ -32,7 +32,7 @@ class Bounds:
 
     @property
     def stiffest(self) -> Dimensions:
-        """The strip that buckles last and vibrates least."""
+        """The strip with the highest buckling load and natural frequency."""
         return Dimensions(self.b[1], self.h[1], self.l[0])
 
 
@@ -52,21 +52,21 @@ class Requirements:
             raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
 
     def asked(self) -> tuple[tuple[Constraint, float], ...]:
-        """The constraints set, with their values."""
+        """The constraints requested, with their values."""
         found = ((constraint, getattr(self, constraint.name)) for constraint in CONSTRAINTS)
         return tuple((constraint, required) for constraint, required in found if required is not None)
 
     def demands(self) -> tuple[Demand, ...]:
-        """The effects required by these limits."""
+        """The effects that these limits require."""
         return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.asked() if c.effect is not None)
 
     def limits(self, scene: Scene) -> Limits:
-        """The limits by rows of the search, always including stability."""
+        """The limits by row of the search, always including stability."""
         limits = {c.row: c.log_limit(required, scene) for c, required in self.asked()}
         return {STABILITY: -math.log(LEAST_STABILITY)} | limits
 
     def met_by(self, check: RodCheck) -> bool:
-        """Whether a strip meets every requirement; a buckled one never does."""
+        """Whether a strip meets every requirement; a buckled strip never does."""
         return check.stresses is not None and all(c.meets(check, required) for c, required in self.asked())
 
 

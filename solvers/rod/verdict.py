@@ -12,17 +12,17 @@ from solvers.rod.effects import EFFECTS
 from solvers.rod.problem import Requirements
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
-OWN = (
+BASIC_SAFETIES = (
     ("stability_safety", "min_stability_safety"),
     ("fatigue_safety", "min_fatigue_safety"),
     ("yield_safety", "min_yield_safety"),
 )
 """Safeties that must be at least 1 in every strip, and the requirements that may demand more."""
 
-_STABILITY = frozenset(OWN[0])
+_STABILITY = frozenset(BASIC_SAFETIES[0])
 
 _SAFETY_EFFECTS = frozenset(effect.name for effect in EFFECTS) - {"friction"}
-"""Effects that change the safeties; friction only adds results of its own."""
+"""Effects that change the safeties; friction only adds results."""
 
 
 def judge(
@@ -31,30 +31,30 @@ def judge(
     requirements: Requirements | None = None,
     effects: Iterable[EffectReport] = (),
 ) -> Verdict:
-    """The verdict on a strip; without ``requirements`` by its own safeties only.
+    """The verdict on a strip; without ``requirements`` by the basic safeties only.
 
-    ``accuracy`` is that of the check's results, of a design's without what its optimum may miss; ``effects`` is the
-    manifest: a relevant effect left out is a caution. If the strip buckles nothing else is known,
-    and an unknown result does not satisfy its requirement.
+    ``accuracy`` is that of the results, excluding the optimality gap of a design; ``effects`` is the manifest: a
+    relevant effect left out is a caution. If the strip buckles no other result exists, and a result that does not exist
+    does not satisfy its requirement.
     """
     slack = slack_of(accuracy)
-    asked = [_asked(check, constraint, required, slack) for constraint, required in _of(requirements)]
-    least = {constraint.name: required for constraint, required in _of(requirements)}
-    # A requirement of 1 or more already covers it.
-    own = [_own(check, name, slack) for name, requirement in OWN if least.get(requirement, 0.0) < 1.0]
+    asked = [_required(check, constraint, required, slack) for constraint, required in _requested(requirements)]
+    minima = {constraint.name: required for constraint, required in _requested(requirements)}
+    # A requirement of 1 or more already covers the basic safety.
+    basic = [_basic(check, name, slack) for name, requirement in BASIC_SAFETIES if minima.get(requirement, 0.0) < 1.0]
     cautions = (*check.warnings, *left_out(effects, _SAFETY_EFFECTS))
     designed = requirements is not None
-    # Vibration and bending, which may leave the accuracy asked for unmet, are nothing to the buckling force.
-    met = replace(accuracy, estimated=min(accuracy.estimated, accuracy.requested))
-    known = _STABILITY if doubt(met, designed) == 0.0 else frozenset()
-    return Verdict((*asked, *own), cautions, doubt(accuracy, designed), known)
+    # The buckling force does not depend on vibration and bending, whose accuracy may not be met.
+    as_if_met = replace(accuracy, estimated=min(accuracy.estimated, accuracy.requested))
+    known = _STABILITY if doubt(as_if_met, designed) == 0.0 else frozenset()
+    return Verdict((*asked, *basic), cautions, doubt(accuracy, designed), known)
 
 
-def _of(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
+def _requested(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
     return () if requirements is None else requirements.asked()
 
 
-def _asked(check: RodCheck, constraint: Constraint, required: float, slack: float) -> Criterion:
+def _required(check: RodCheck, constraint: Constraint, required: float, slack: float) -> Criterion:
     if constraint.name == "min_stability_safety":
         return _stability(check, constraint.name, required, slack, asked=True)
     if check.stresses is None:
@@ -63,7 +63,7 @@ def _asked(check: RodCheck, constraint: Constraint, required: float, slack: floa
     return judged(constraint.name, required, constraint.read(check), slack)
 
 
-def _own(check: RodCheck, name: str, slack: float) -> Criterion:
+def _basic(check: RodCheck, name: str, slack: float) -> Criterion:
     if name == "stability_safety":
         return _stability(check, name, 1.0, slack, asked=False)
     if check.stresses is None:
@@ -75,5 +75,5 @@ def _stability(check: RodCheck, name: str, required: float, slack: float, asked:
     found = at_least(name, required, check.stability_safety, slack, asked)
     if check.stresses is not None or found.margin is None:
         return found
-    # It buckles, possibly by friction only: the safety is then reported as 1, which is not sufficient.
+    # The strip buckles, possibly by friction only: the safety is then reported as 1, which is not sufficient.
     return found._replace(holds=False, margin=min(found.margin, -slack))

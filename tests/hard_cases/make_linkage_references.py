@@ -14,8 +14,8 @@ from pathlib import Path
 
 import mpmath as mp
 
-from solvers.references.linkage import SIGNS, Mechanism, least_area, places_over_the_cycle
-from solvers.references.searching import golden_section, greatest
+from solvers.references.linkage import SIGNS, Mechanism, cycle_angles, smallest_box
+from solvers.references.searching import golden_section, maximum
 
 HERE = Path(__file__).parent
 DIGITS, SHOWN = 240, 30
@@ -87,7 +87,7 @@ def near_case(case, torque_angle, force_angle, direction):
         apart = min(abs(mp.mpf(told) - mp.pi), abs(2 * mp.pi - mp.mpf(told)))
         near = min(mp.mpf(10) ** -4, apart / 100 + mp.mpf(10) ** -9)
         low, high = (min(max(mp.mpf(told) + side * near, ends[0]), ends[1]) for side in (-1, 1))
-        at, value = greatest(getattr(plain, name), [low, min(max(mp.mpf(told), low), high), high], 50)
+        at, value = maximum(getattr(plain, name), [low, min(max(mp.mpf(told), low), high), high], 50)
         out[name] = value, [getattr(m, name)(at) for m in moved]
     with mp.workdps(45):
         near = mp.mpf(10) ** -6
@@ -108,14 +108,14 @@ def near_case(case, torque_angle, force_angle, direction):
 def ratio_case(case, angles):
     plain, moved = mechanisms(case)
     out = closed_case(case, angles)
-    places = places_over_the_cycle()
+    places = cycle_angles()
     for name in ("torque", "force"):
-        at, value = greatest(getattr(plain, name), places, 90)
+        at, value = maximum(getattr(plain, name), places, 90)
         kappa = mp.fsum(abs(getattr(m, name)(at) / value - 1) / MOVED for m in moved)
         out[name] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
     with mp.workdps(60):
-        _, value = least_area(plain)
-        kappa = mp.fsum(abs(least_area(m)[1] / value - 1) / MOVED for m in moved)
+        _, value = smallest_box(plain)
+        kappa = mp.fsum(abs(smallest_box(m)[1] / value - 1) / MOVED for m in moved)
     out["area"] = {"value": mp.nstr(value, SHOWN), "condition": float(mp.nstr(kappa, 6))}
     return out
 

@@ -47,7 +47,7 @@ def evaluate(case, layout, change=None):
         out["free_mass"] = pin.free_mass(shares)
         out["constant_mass"] = pin.constant_mass(moved(layout["thickest"]))
     if layout["use"] > 0:
-        out["force_limit"] = pin.P / pin.use_of_solid(moved(layout["place"]))
+        out["force_limit"] = pin.P / pin.solid_utilisation(moved(layout["place"]))
     out["solid_deflection"] = pin.solid_deflection()
     return out
 
@@ -57,7 +57,7 @@ def case_values(case):
     place, use = plain.weakest()
     layout = {"plain": plain, "place": place, "use": use, "feasible": use <= 1}
     if layout["feasible"]:
-        layout["edges"] = plain.pieces()
+        layout["edges"] = plain.intervals()
         layout["thickest"] = plain.thickest(layout["edges"])
     values = evaluate(case, layout)
     moved = [evaluate(case, layout, name) for name in INPUTS]

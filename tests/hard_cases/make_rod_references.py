@@ -18,8 +18,8 @@ from pathlib import Path
 
 import mpmath as mp
 
-from solvers.references.rod import Bent, Machine
-from solvers.references.searching import climb
+from solvers.references.rod import BeamColumn, Machine
+from solvers.references.searching import refined_maximum
 
 HERE = Path(__file__).parent
 DIGITS = 50
@@ -68,7 +68,7 @@ def greatest(f, angles, nearby=None):
         if values[i] >= values[i - 1] and values[i] >= values[(i + 1) % n] and values[i] >= top - spread / 20:
             left = angles[i - 1] - (turn if i == 0 else 0)
             right = angles[(i + 1) % n] + (turn if i == n - 1 else 0)
-            found = climb(f, left, angles[i], right)
+            found = refined_maximum(f, left, angles[i], right)
             best = max(best, found, key=lambda pair: pair[1])
     return best
 
@@ -101,7 +101,7 @@ def worst(machine, field, severity, layers, angles):
             # If the function falls steeply from an end, the end is the maximum; only a flat end needs a search beside
             # it.
             if not end or section(inner)[0] > section(shares[i])[0] * (1 - mp.mpf("0.02")):
-                places.append(climb(lambda s, of=section: of(s)[0], shares[left], inner, shares[right])[0])
+                places.append(refined_maximum(lambda s, of=section: of(s)[0], shares[left], inner, shares[right])[0])
             for place in places:
                 value, at_high, at_low = section(place)
                 if best is None or value > best[0]:
@@ -225,7 +225,9 @@ def held_case(case):
         def swing(share, m=machine):
             return abs(m.stress(share, across, 1) - m.stress(share, across, -1)) / 2
 
-        place = climb(swing, left, (left + right) / 2 if top in (0, len(shares) - 1) else shares[top], right)[0]
+        place = refined_maximum(swing, left, (left + right) / 2 if top in (0, len(shares) - 1) else shares[top], right)[
+            0
+        ]
         place = max((place, left, right, shares[top]), key=swing)
 
         def fatigue(m):
@@ -244,7 +246,7 @@ def held_case(case):
 
 def friction_at(machine, phi, force):
     """F [N] of the strip under another axial force than the load's."""
-    machine.bend = lambda _: Bent(force / machine.stiffness, machine.x["l"], machine.x["rod_length"])
+    machine.bend = lambda _: BeamColumn(force / machine.stiffness, machine.x["l"], machine.x["rod_length"])
     side, couple = abs(machine.side_force(phi)), machine.couple(phi)
     wall = side if couple <= side else (couple + side**2 / couple) / 2
     return machine.x["friction_coefficient"] * 4 / mp.pi * wall
@@ -297,7 +299,7 @@ def kernel_case(case):
 
     def evaluate(change=None):
         q, l, L = inputs(change)
-        v = Bent(q, l, L)
+        v = BeamColumn(q, l, L)
         values = {"clamp_curvature": v(2, mp.mpf(0)), "clamp_shear": v(3, mp.mpf(0)), "head_curvature": v(2, l)}
         for i in (1, 2, 3, 4):
             z = mp.mpf(case["length"]) * i / 4

@@ -32,7 +32,9 @@ class Series(Strict):
 
     angle_deg: list[float]
     pressure_mpa: list[float]
-    brix_pressure_mpa: list[float] | None = Field(description="unrolled by Brix's construction; null: not unrolled")
+    brix_pressure_mpa: list[float] | None = Field(
+        description="the diagram's pressures unrolled by Brix's construction; null: pressures given over the angle"
+    )
     gas_force_n: list[float]
     inertia_force_n: list[float]
     side_force_n: list[float]
@@ -52,7 +54,7 @@ class WorstInstant(Strict):
     angle_deg: float
     force_n: float
     pressure_mpa: float
-    feeds: str | None = Field(description="the kind of design that this instant loads")
+    feeds: str | None = Field(description="the kind of design for which this instant is the load")
 
 
 class CyclePoints(Strict):
@@ -64,7 +66,7 @@ class CyclePoints(Strict):
 
 class Jump(Strict):
     angle_deg: float
-    jump_mpa: float = Field(description="pressure just behind the dead centre less that just before it")
+    jump_mpa: float = Field(description="pressure just after the dead centre minus that just before it")
 
 
 class Unbalance(Strict):
@@ -97,13 +99,21 @@ class DynamicsResult(Strict):
     inertia_defect_kg_m2: float
     mean_torque_nm: float
     indicated_power_w: float
-    irregularity: float | None = Field(description="(greatest - least speed)/mean for the inertia there is; null: none")
-    torque_irregularity: float | None = Field(description="(greatest - least torque)/mean torque; null: no mean torque")
-    work_fluctuation_j: float = Field(description="work between the extremes of the speed")
+    irregularity: float | None = Field(
+        description="(maximum - minimum speed)/mean speed with the given inertia; null: no inertia given"
+    )
+    torque_irregularity: float | None = Field(
+        description="(maximum - minimum torque)/mean torque; null: the mean torque is zero"
+    )
+    work_fluctuation_j: float = Field(description="work between the minimum and the maximum of the speed")
     shaft_inertia_kg_m2: float
-    flywheel_inertia_wanted_kg_m2: float | None = Field(description="null: no irregularity was asked for")
-    brix_error: float = Field(description="greatest error of Brix's displacement, relative to the crank radius")
-    two_harmonic_error: float = Field(description="greatest error of the two-harmonic acceleration, of its greatest")
+    flywheel_inertia_wanted_kg_m2: float | None = Field(
+        description="null: no coefficient of speed fluctuation was requested"
+    )
+    brix_error: float = Field(description="maximum error of Brix's displacement, relative to the crank radius")
+    two_harmonic_error: float = Field(
+        description="maximum error of the two-harmonic acceleration, relative to the maximum acceleration"
+    )
     brix_pressure_error_mpa: float | None
     gas_force_max_n: float
     rod_compression_max_n: float
@@ -119,7 +129,9 @@ class DynamicsResult(Strict):
     engine: EngineResult | None
     dead_centre_jumps: list[Jump]
     repairs: list[RepairDone]
-    cycle: CyclePoints | None = Field(description="pressures of two strokes; null: four strokes, the load of no rod")
+    cycle: CyclePoints | None = Field(
+        description="pressures of a two-stroke cycle; null: a four-stroke cycle, which cannot load a rod"
+    )
     series: Series
     warnings: list[str]
 
@@ -204,7 +216,7 @@ def run_dynamics(request: DynamicsRequest) -> Answer:
     """Analyse a mechanism."""
     try:
         case = case_of(request)
-        return _answer(request, case, case.alone())
+        return _answer(request, case, case.evaluate())
     except InvalidInput as refusal:
         return refused(request, refusal)
 

@@ -37,25 +37,25 @@ class Mechanism(Strict):
     speed_hz: Positive = Field(description="revolutions per second")
     offset_mm: Finite = Field(
         default=0.0,
-        description="cylinder axis beside the shaft, positive toward the side to which the crank turns from the top; "
-        "angles then count from the crank standing parallel to the cylinder axis",
+        description="distance of the cylinder axis from the shaft, positive toward the side to which the crank "
+        "turns from the top; angles then count from the crank parallel to the cylinder axis",
     )
 
 
 class Cylinder(Strict):
     bore_mm: Positive
     clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
-    crankcase_pressure_mpa: Finite = Field(default=0.1, description="pressure under the piston")
-    strokes: Annotated[Literal[2, 4], WHOLE] = Field(description="strokes of a cycle")
+    crankcase_pressure_mpa: Finite = Field(default=0.1, description="crankcase pressure, below the piston")
+    strokes: Annotated[Literal[2, 4], WHOLE] = Field(description="strokes per cycle")
 
 
 class TablePressure(Strict):
     """Pressures at crank angles of one cycle, joined by a monotone periodic cubic."""
 
     kind: Literal["table"]
-    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="rising, within one cycle")
-    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one for each angle")
-    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
+    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="ascending, within one cycle")
+    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one per angle")
+    repair: bool = Field(default=False, description="repair faulty points and report each repair")
 
     def to_solver(
         self, cylinder: crank.Cylinder, mechanism: crank.Mechanism
@@ -70,7 +70,7 @@ class Stroke(Strict):
     """The points of one stroke; volumes with the clearance volume, in either order."""
 
     volume_cm3: list[Volume] = Field(min_length=2, max_length=MAX_POINTS)
-    pressure_mpa: list[Finite] = Field(min_length=2, max_length=MAX_POINTS, description="one for each volume")
+    pressure_mpa: list[Finite] = Field(min_length=2, max_length=MAX_POINTS, description="one per volume")
 
 
 class Diagram(Strict):
@@ -82,7 +82,7 @@ class Diagram(Strict):
         max_length=4,
         description="four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression",
     )
-    repair: bool = Field(default=False, description="repair faulty points, and record what was done")
+    repair: bool = Field(default=False, description="repair faulty points and report each repair")
 
     def diagram(self) -> crank.IndicatorPressure:
         """The points as sent, in SI units."""
@@ -109,19 +109,19 @@ _Pressure = one_named("kind", _PRESSURES)
 
 
 class Masses(Strict):
-    piston_kg: NotNegative = Field(description="piston group: piston, rings, wrist pin")
+    piston_kg: NotNegative = Field(description="mass of the piston group: piston, rings, wrist pin")
     rod_kg: NotNegative
-    rod_cg_from_pin_mm: NotNegative = Field(description="wrist pin to the rod's centre of mass")
+    rod_cg_from_pin_mm: NotNegative = Field(description="distance from the wrist pin to the rod's centre of mass")
     rod_inertia_kg_m2: NotNegative | None = Field(
-        default=None, description="about the centre of mass; null: that of the two-mass model"
+        default=None, description="moment of inertia about the centre of mass; null: that of the two-mass model"
     )
     crank_pin_kg: NotNegative = 0.0
-    web_kg: NotNegative = Field(default=0.0, description="one of the throw's two webs")
+    web_kg: NotNegative = Field(default=0.0, description="mass of one of the throw's two webs")
     web_radius_mm: NotNegative = 0.0
-    counterweight_kg: NotNegative = Field(default=0.0, description="all counterweights of the throw together")
+    counterweight_kg: NotNegative = Field(default=0.0, description="mass of all counterweights of the throw together")
     counterweight_radius_mm: NotNegative = 0.0
     rods_per_pin: Annotated[Literal[1, 2], WHOLE] = Field(
-        default=1, description="2 where the rods of a V share a crank pin"
+        default=1, description="rods per crank pin: 2 where the rods of a V engine share one"
     )
 
 
@@ -142,14 +142,21 @@ class Engine(Strict):
         min_length=1, max_length=64, description="crank angle by which each cylinder's cycle follows the first one's"
     )
     bank_deg: _Bank = Field(
-        default=0.0, description="angle of the V, cylinders by turns left and right; or every cylinder's own direction"
+        default=0.0,
+        description="V angle, with cylinders alternately left and right; or the direction of every cylinder",
     )
     positions_mm: list[Finite] | None = Field(
-        default=None, max_length=64, description="along the shaft; null: no couples are wanted"
+        default=None,
+        max_length=64,
+        description="distance between cylinders along the shaft; null: couples are not computed",
     )
     flywheel_inertia_kg_m2: NotNegative = 0.0
     wanted_irregularity: float | None = Field(
-        default=None, ge=1e-9, le=1, description="(greatest - least speed)/mean speed; gives the flywheel for it"
+        default=None,
+        ge=1e-9,
+        le=1,
+        description="coefficient of speed fluctuation, (maximum - minimum speed)/mean speed; the flywheel that "
+        "it requires is computed",
     )
 
     def to_solver(self) -> crank.Engine:
@@ -174,7 +181,7 @@ class DynamicsRequest(SolverRequest):
     pressure: _Pressure
     masses: Masses
     engine: Engine | None = None
-    series_angles: int = Field(default=360, ge=2, le=3600, description="equally spaced angles of the series")
+    series_angles: int = Field(default=360, ge=2, le=3600, description="number of equally spaced angles in the series")
 
     def contradictions(self) -> list[Entry]:
         found = []

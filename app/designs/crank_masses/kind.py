@@ -29,7 +29,7 @@ from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy
 
 _DEGREE = math.pi / 180.0
-Amplitude = Annotated[float, Field(ge=0, lt=90, description="how far the rod swings to either side")]
+Amplitude = Annotated[float, Field(ge=0, lt=90, description="amplitude of the swing to either side")]
 Gravity = Annotated[float, Field(gt=0, le=100)]
 
 
@@ -76,13 +76,15 @@ class PendulumRequest(SolverRequest):
     """The rod swings from its small end, then from its big end."""
 
     method: Literal["pendulum"]
-    pivot_distance_mm: Positive = Field(description="between the two knife edges")
-    period_small_end_s: Positive = Field(description="hung at the small end")
-    period_big_end_s: Positive = Field(description="hung at the big end")
+    pivot_distance_mm: Positive = Field(description="distance between the two knife edges")
+    period_small_end_s: Positive = Field(description="period when hung at the small end")
+    period_big_end_s: Positive = Field(description="period when hung at the big end")
     rod_mass_kg: Positive
     amplitude_deg: Amplitude = 0.0
     gravity_m_s2: Gravity = 9.80665
-    small_end_bore_radius_mm: NotNegative = Field(default=0.0, description="where the edge carries the bore's inside")
+    small_end_bore_radius_mm: NotNegative = Field(
+        default=0.0, description="bore diameter where the knife edge supports the inside of the bore"
+    )
     big_end_bore_radius_mm: NotNegative = 0.0
     uncertainty: PendulumUncertainty = PendulumUncertainty()
 
@@ -119,13 +121,15 @@ class WeighingRequest(SolverRequest):
     """The rod lies level on two supports at its pin centres; a period adds the moment of inertia."""
 
     method: Literal["weighing"]
-    length_mm: Positive = Field(description="between the pin centres")
+    length_mm: Positive = Field(description="distance between the pin centres")
     small_end_reading_kg: Positive
     big_end_reading_kg: Positive
     rod_mass_kg: Positive | None = Field(
-        default=None, description="weighed by itself, to see whether the readings close"
+        default=None, description="total mass, weighed separately to check the sum of the two readings"
     )
-    period_small_end_s: Positive | None = Field(default=None, description="hung at the small end; null: no inertia")
+    period_small_end_s: Positive | None = Field(
+        default=None, description="period when hung at the small end; null: no moment of inertia is computed"
+    )
     small_end_bore_radius_mm: NotNegative = 0.0
     amplitude_deg: Amplitude = 0.0
     gravity_m_s2: Gravity = 9.80665
@@ -158,8 +162,8 @@ class EstimateRequest(SolverRequest):
 
     method: Literal["estimate"]
     bore_mm: Positive
-    piston_kg_m2: Positive = Field(description="piston group per piston area")
-    rod_kg_m2: Positive = Field(description="rod per piston area")
+    piston_kg_m2: Positive = Field(description="mass of the piston group per piston area")
+    rod_kg_m2: Positive = Field(description="mass of the rod per piston area")
     uncertainty: EstimateUncertainty = EstimateUncertainty()
 
     def solve(self) -> crank.RodMasses:
@@ -201,8 +205,12 @@ class MassesResult(Strict):
     piston_mass_kg_u: float | None
     rod_mass_kg: float | None
     rod_mass_kg_u: float | None
-    uncertainty_method: str | None = Field(description="linear, or Monte Carlo where the linear law fails")
-    intervals: dict[str, list[float]] = Field(description="the middle 95 % by Monte Carlo, where that was needed")
+    uncertainty_method: str | None = Field(
+        description="linear propagation of uncertainty, or Monte Carlo where that is not valid"
+    )
+    intervals: dict[str, list[float]] = Field(
+        description="central 95 % intervals by Monte Carlo, of the quantities that needed it"
+    )
     warnings: list[str]
 
 

@@ -69,7 +69,7 @@ class RodResult(Strict):
     natural_frequency_hz: float
     mass_g: float
     fatigue_criterion: str
-    repairs: list[RepairDone] = Field(description="what was done to the load's points; empty unless asked for")
+    repairs: list[RepairDone] = Field(description="repairs of the load's points; empty unless requested")
     warnings: list[str]
 
 
@@ -113,7 +113,7 @@ def run_check(request: CheckRequest) -> Answer:
     """Check a strip."""
     try:
         case = case_of(request)
-        return _answer(request, case, case.alone())
+        return _answer(request, case, case.evaluate())
     except InvalidInput as refusal:
         return refused(request, refusal)
 

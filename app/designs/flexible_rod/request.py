@@ -42,15 +42,17 @@ def _pascal(megapascal: float | None) -> float | None:
 
 class Mechanism(Strict):
     crank_radius_mm: Positive = Field(description="r, crank radius; less than the rod's length")
-    rod_length_mm: Positive = Field(description="L, clamp in the piston to crank pin")
+    rod_length_mm: Positive = Field(description="L, distance from the clamp in the piston to the crank pin")
     speed_hz: Positive = Field(description="revolutions per second")
 
 
 class Piston(Strict):
     diameter_mm: Positive
     skirt_length_mm: Positive
-    reciprocating_mass_kg: NotNegative = Field(default=0.0, description="piston and the rod's upper share")
-    clamp_offset_mm: Finite = Field(default=0.0, description="e, clamp from mid-skirt toward the crank")
+    reciprocating_mass_kg: NotNegative = Field(
+        default=0.0, description="mass of the piston and of the rod's upper share"
+    )
+    clamp_offset_mm: Finite = Field(default=0.0, description="e, distance of the clamp from mid-skirt toward the crank")
     friction_coefficient: float = Field(default=0.0, ge=0, le=1)
 
 
@@ -68,7 +70,7 @@ class SchmidtLoad(_Load):
     kind: Literal["schmidt"]
     p_min_mpa: NotNegative
     delta: float = Field(ge=0, lt=1, description="compression parameter")
-    theta_rad: Finite = Field(description="angle of greatest pressure")
+    theta_rad: Finite = Field(description="crank angle of maximum pressure")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
     def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.SchmidtLoad:
@@ -82,8 +84,8 @@ class TableLoad(_Load):
     """
 
     kind: Literal["table"]
-    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="rising, within one turn")
-    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one for each angle")
+    angle_deg: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="ascending, within one revolution")
+    pressure_mpa: list[Finite] = Field(min_length=3, max_length=MAX_POINTS, description="one per angle")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
     def to_solver(self, mechanism: rod.Mechanism, piston: rod.Piston) -> rod.TableLoad:
@@ -119,7 +121,9 @@ class RunLoad(RunReference, _Load):
     The service fills in the data.
     """
 
-    instant: Instant | None = Field(default=None, description="null: all pressures; or the pressure of that instant")
+    instant: Instant | None = Field(
+        default=None, description="the instant whose pressure acts at all angles; null: all pressures of the cycle"
+    )
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the run's crankcase pressure")
     angle_deg: list[Finite] | None = Field(default=None, description="filled in from the run")
     pressure_mpa: list[Finite] | None = Field(default=None, description="filled in from the run")
@@ -195,18 +199,22 @@ class IndicatorLoad(Diagram, _Load):
 
 class CustomMaterial(Strict):
     elastic_modulus_gpa: Positive
-    fatigue_limit_mpa: Positive = Field(description="alternating bending of a smooth specimen")
-    fatigue_reduction: float = Field(ge=1, le=100, description="K: notch, size and surface together")
-    mean_stress_sensitivity: float = Field(ge=0, lt=1, description="psi")
+    fatigue_limit_mpa: Positive = Field(description="fatigue limit of a smooth specimen in alternating bending")
+    fatigue_reduction: float = Field(
+        ge=1, le=100, description="K, fatigue reduction factor: notch, size and surface together"
+    )
+    mean_stress_sensitivity: float = Field(
+        ge=0, lt=1, description="psi, mean stress sensitivity of Serensen's criterion"
+    )
     yield_strength_mpa: Positive
     density_kg_m3: Positive
     poisson: float = Field(default=0.3, gt=-1, lt=0.5)
-    ultimate_strength_mpa: Positive | None = Field(default=None, description="for Goodman and Gerber")
+    ultimate_strength_mpa: Positive | None = Field(default=None, description="tensile strength, for Goodman and Gerber")
     loss_factor: float = Field(
         default=LOSS_FACTOR,
         ge=0,
         le=0.5,
-        description="η of the strip in its clamps, twice the damping ratio; 0: undamped",
+        description="η, loss factor of the strip in its clamps: twice the damping ratio; 0: undamped",
     )
 
     def to_solver(self) -> rod.Material:
@@ -224,7 +232,7 @@ class CustomMaterial(Strict):
 
 
 class CatalogueMaterial(Strict):
-    name: Literal[tuple(rod.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
+    name: Literal[tuple(rod.CATALOGUE)] = Field(description="name of a material in the catalogue")  # type: ignore[valid-type]
 
     def to_solver(self) -> rod.Material:
         return rod.CATALOGUE[self.name]
@@ -252,9 +260,9 @@ _Material = one_of(
 
 
 class Dimensions(Strict):
-    b_mm: Positive = Field(description="width")
-    h_mm: Positive = Field(description="thickness; the strip bends about it")
-    l_mm: Positive = Field(description="free length; at most the rod's length")
+    b_mm: Positive = Field(description="b, width")
+    h_mm: Positive = Field(description="h, thickness in the plane of bending")
+    l_mm: Positive = Field(description="l, free length; at most the rod's length")
 
 
 class RodRequest(SolverRequest):
@@ -265,7 +273,7 @@ class RodRequest(SolverRequest):
     load: _AnyLoad
     material: _Material
     fatigue_criterion: Literal[tuple(CRITERIA)] = Field(  # type: ignore[valid-type]
-        default="serensen", description="the convention of the fatigue safety"
+        default="serensen", description="fatigue criterion"
     )
 
     def contradictions(self) -> list[Entry]:
@@ -322,14 +330,16 @@ class CheckRequest(RodRequest):
 class Requirements(Strict):
     """Minimum safeties and maximum loads on the piston's guide."""
 
-    min_fatigue_safety: Positive = Field(default=1.0, description="against fatigue")
-    min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="against buckling")
-    max_contact_pressure_mpa: Positive | None = Field(default=None, description="calls for the effect friction")
-    max_friction_power_w: Positive | None = Field(default=None, description="calls for the effect friction")
-    min_yield_safety: Positive | None = Field(default=None, description="against yield; null: 1 in the verdict alone")
+    min_fatigue_safety: Positive = Field(default=1.0, description="safety factor against fatigue")
+    min_stability_safety: float = Field(default=1.0, ge=1, le=1e6, description="safety factor against buckling")
+    max_contact_pressure_mpa: Positive | None = Field(default=None, description="needs the effect friction")
+    max_friction_power_w: Positive | None = Field(default=None, description="needs the effect friction")
+    min_yield_safety: Positive | None = Field(
+        default=None, description="safety factor against yield; null: no requirement, the verdict judges it by 1"
+    )
 
 
-Range = Annotated[list[Positive], Field(min_length=2, max_length=2, description="least and greatest")]
+Range = Annotated[list[Positive], Field(min_length=2, max_length=2, description="minimum and maximum")]
 
 
 class RodBounds(Strict):
@@ -351,7 +361,7 @@ class DesignRequest(RodRequest, DesignSettings):
     requirements: Requirements = Requirements()
     bounds: RodBounds
     stock_h_mm: list[Positive] | None = Field(
-        default=None, min_length=1, max_length=MAX_THICKNESSES, description="the thicknesses to be had; null: any"
+        default=None, min_length=1, max_length=MAX_THICKNESSES, description="available thicknesses; null: any thickness"
     )
     step_mm: Steps = Steps()
     objective: Literal[tuple(rod.OBJECTIVES)] = "mass"  # type: ignore[valid-type]

@@ -68,7 +68,7 @@ def run_check(request: CheckRequest) -> Answer:
     """Check a linkage."""
     try:
         case = case_of(request)
-        return _answer(request, case, case.alone())
+        return _answer(request, case, case.evaluate())
     except InvalidInput as refusal:
         return refused(request, refusal)
 
@@ -93,7 +93,7 @@ class AlternativeResult(Strict):
     """The best linkage of a type, or why there is none."""
 
     type: str
-    value: float | None = Field(description="of the objective, in the unit of the certificate")
+    value: float | None = Field(description="value of the objective, in the unit of the certificate")
     lengths_mm: Lengths | None
     ratios: Ratios | None
     reason: str

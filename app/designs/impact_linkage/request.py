@@ -20,7 +20,7 @@ TYPES = tuple(linkage.KINDS)
 TypeName = Literal[TYPES]  # type: ignore[valid-type]
 Coefficient = Annotated[float, Field(ge=LEAST_RESTITUTION, le=GREATEST_RESTITUTION, allow_inf_nan=False)]
 Angle = Annotated[float, Field(ge=0, le=180, allow_inf_nan=False)]
-Range = Annotated[list[Angle], Field(min_length=2, max_length=2, description="least and greatest")]
+Range = Annotated[list[Angle], Field(min_length=2, max_length=2, description="minimum and maximum")]
 
 
 class RestitutionRange(Strict):
@@ -46,15 +46,24 @@ _Restitution = one_of(
 class LinkageLimits(Strict):
     """Limits of the mechanism; null: none."""
 
-    min_link_mm: NotNegative | None = Field(default=0.0, description="least length of any link")
-    joint_radius_mm: NotNegative | None = Field(default=0.0, description="room around every joint, added on all sides")
+    min_link_mm: NotNegative | None = Field(default=0.0, description="minimum length of any link")
+    joint_radius_mm: NotNegative | None = Field(
+        default=0.0, description="clearance around every joint, added on all sides"
+    )
     longest_link_mm: Positive | None = None
-    width_mm: Positive | None = Field(default=None, description="of the swept box; calls for the effect envelope")
-    height_mm: Positive | None = Field(default=None, description="of the swept box; calls for the effect envelope")
-    enclosing_radius_mm: Positive | None = Field(default=None, description="of a circle (a pipe) around all it sweeps")
+    width_mm: Positive | None = Field(
+        default=None, description="side of the bounding box of the swept area; needs the effect envelope"
+    )
+    height_mm: Positive | None = Field(
+        default=None, description="side of the bounding box of the swept area; needs the effect envelope"
+    )
+    enclosing_radius_mm: Positive | None = Field(
+        default=None, description="diameter of a circle (a pipe) that encloses the swept area"
+    )
     max_pin_force_n: Positive | None = None
     transmission_angle_deg: Range | None = Field(
-        default=[40.0, 140.0], description="range of the angle between coupler and rocker in mid-cycle; null: any"
+        default=[40.0, 140.0],
+        description="range of the transmission angle between coupler and rocker in mid-cycle; null: any",
     )
 
     def to_solver(self) -> linkage.Limits:
@@ -110,9 +119,13 @@ class Group(Strict):
 class Drive(Group):
     """A motor with a linear torque-speed curve, and the inertia it drives; activates the effect impact_dynamics."""
 
-    stall_torque_nm: Positive | None = Field(default=None, description="torque of the motor, at the crank, standing")
-    free_speed_hz: Positive | None = Field(default=None, description="turns per second without load, at the crank")
-    crank_inertia_kg_m2: Positive | None = Field(default=None, description="crank and flywheel together")
+    stall_torque_nm: Positive | None = Field(default=None, description="stall torque of the motor, at the crank")
+    free_speed_hz: Positive | None = Field(
+        default=None, description="no-load speed at the crank, in revolutions per second"
+    )
+    crank_inertia_kg_m2: Positive | None = Field(
+        default=None, description="moment of inertia of crank and flywheel together"
+    )
 
     def to_solver(self) -> linkage.Drive:
         motor = linkage.Motor(self.stall_torque_nm, 2.0 * math.pi * self.free_speed_hz)
@@ -122,18 +135,22 @@ class Drive(Group):
 class LinkageRequest(SolverRequest):
     """Blow, drive and limits of the mechanism."""
 
-    restitution: _Restitution = Field(description="physical coefficient of restitution of what is struck")
-    blow_frequency_hz: Positive | None = Field(default=None, description="blows per second, one a turn of the crank")
-    impact_speed_m_s: Positive | None = Field(default=None, description="of the tool, just before the blow")
-    impact_energy_j: Positive | None = Field(default=None, description="of the rocker and tool, just before the blow")
+    restitution: _Restitution = Field(description="physical coefficient of restitution of the impact")
+    blow_frequency_hz: Positive | None = Field(
+        default=None, description="blows per second: one per revolution of the crank"
+    )
+    impact_speed_m_s: Positive | None = Field(default=None, description="speed of the tool just before the blow")
+    impact_energy_j: Positive | None = Field(
+        default=None, description="kinetic energy of rocker and tool just before the blow"
+    )
     tool_radius_mm: Positive | None = Field(default=None, description="null: the rocker's length")
     limits: LinkageLimits = LinkageLimits()
     drive: Drive | None = None
     coupler_stiffness_n_m: Annotated[float, Field(ge=1.0, le=1e12, allow_inf_nan=False)] | None = Field(
-        default=None, description="calls up the effect coupler_elasticity"
+        default=None, description="stiffness of the coupler; activates the effect coupler_elasticity"
     )
     length_tolerance_mm: Positive | None = Field(
-        default=None, description="by how much each length may be off; calls up the effect tolerances"
+        default=None, description="tolerance of each length; activates the effect tolerances"
     )
 
     def contradictions(self) -> list[Entry]:
@@ -273,7 +290,7 @@ class FrontRequest(Strict):
     """A Pareto front: the optimal objective for limits on another quantity, from its minimum up."""
 
     against: Literal[("none", *linkage.AGAINST)] = Field(  # type: ignore[valid-type]
-        default="none", description="the other quantity"
+        default="none", description="the quantity traded against the objective"
     )
     points: float = Field(default=9, ge=2, le=linkage.MOST_POINTS, multiple_of=1)
 
@@ -281,9 +298,13 @@ class FrontRequest(Strict):
 class DesignRequest(LinkageRequest, DesignSettings):
     """A design: the best linkage over the allowed types."""
 
-    types: list[TypeName] = Field(default=list(TYPES), min_length=1, max_length=3, description="the types allowed")
+    types: list[TypeName] = Field(
+        default=list(TYPES), min_length=1, max_length=3, description="allowed types of linkage"
+    )
     objective: Literal[tuple(linkage.OBJECTIVES)] = "box_area"  # type: ignore[valid-type]
-    front: FrontRequest = Field(default=FrontRequest(), description="against none: the best linkage alone")
+    front: FrontRequest = Field(
+        default=FrontRequest(), description="trade-off with another quantity; against none: the best linkage alone"
+    )
 
     def contradictions(self) -> list[Entry]:
         found = super().contradictions()

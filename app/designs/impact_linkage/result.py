@@ -50,14 +50,14 @@ class ClosureResult(Strict):
     """Closure of the lengths; the surplus is 0 for a change-point mechanism."""
 
     surplus_mm: float
-    relative: float = Field(description="surplus over the longest link")
+    relative: float = Field(description="closure surplus relative to the longest link")
     closes: bool
 
 
 class WindowResult(Strict):
     """Effect of a closure error on the blow."""
 
-    angle_deg: float = Field(description="half width of the crank angles concerned")
+    angle_deg: float = Field(description="half-width of the range of crank angles concerned")
     blocked: bool = Field(description="true: the crank cannot enter; false: the rocker turns back early")
     short_stop_deg: float
 
@@ -70,32 +70,42 @@ class LinkageResult(Strict):
     ratios: Ratios
     closure: ClosureResult
     rotatable: bool
-    confined_deg: float | None = Field(description="a crank that cannot turn stays within ± this of the blow")
-    u31_start: float | None = Field(description="magnitude, just after the blow")
-    u31_end: float | None = Field(description="magnitude, just before it")
-    u31_max: float | None = Field(description="greatest magnitude over the cycle")
+    confined_deg: float | None = Field(
+        description="a crank that cannot make a full turn stays within ± this angle of the blow"
+    )
+    u31_start: float | None = Field(description="magnitude of the transfer function just after the blow")
+    u31_end: float | None = Field(description="magnitude of the transfer function just before the blow")
+    u31_max: float | None = Field(description="maximum magnitude of the transfer function over the cycle")
     kinematic_restitution: float | None
-    restitution_mismatch: float | None = Field(description="worst |R - R_k| over the range asked for")
+    restitution_mismatch: float | None = Field(description="maximum |R - R_k| over the requested range")
     rocker_swing_deg: float | None
-    transmission_angle_deg: float | None = Field(description="between coupler and rocker in mid-cycle")
+    transmission_angle_deg: float | None = Field(
+        description="transmission angle between coupler and rocker in mid-cycle"
+    )
     blow_frequency_hz: float | None
     impact_speed_m_s: float | None
     longest_link_mm: float | None
     box_mm: SweptBox | None
     box_area_mm2: float | None
     enclosing_radius_mm: float | None
-    peak_torque_nm: float | None = Field(description="at the crank, from the rocker's inertia alone")
+    peak_torque_nm: float | None = Field(description="maximum torque at the crank, from the rocker's inertia alone")
     peak_torque_at_deg: float | None
-    pin_force_n: float | None = Field(description="peak along the coupler, likewise")
+    pin_force_n: float | None = Field(description="maximum force along the coupler, from the rocker's inertia alone")
     pin_force_at_deg: float | None
-    coupler_peak_n: float | None = Field(description="peak after a blow that mismatches, from the coupler's elasticity")
-    window: WindowResult | None = Field(description="null: the lengths close")
-    restitution_error: float | None = Field(description="relative, for lengths off by their tolerance")
+    coupler_peak_n: float | None = Field(
+        description="maximum force after a blow with mismatched restitution, from the coupler's elasticity"
+    )
+    window: WindowResult | None = Field(description="effect of the closure error on the blow; null: the lengths close")
+    restitution_error: float | None = Field(
+        description="relative error of the restitution if the lengths are off by their tolerance"
+    )
     tolerance_window: WindowResult | None
-    running_frequency_hz: float | None = Field(description="with the drive: blows per second in steady running")
+    running_frequency_hz: float | None = Field(description="blows per second in steady state; needs the drive")
     running_speed_m_s: float | None
-    irregularity: float | None = Field(description="(greatest - least)/mean speed of the crank")
-    crank_speed_jump: float | None = Field(description="relative, at the blow")
+    irregularity: float | None = Field(
+        description="coefficient of speed fluctuation of the crank, (maximum - minimum)/mean speed"
+    )
+    crank_speed_jump: float | None = Field(description="relative jump of the crank's speed at the blow")
     motor_power_w: float | None
     transfer: list[Sample]
     warnings: list[str]

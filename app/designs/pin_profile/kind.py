@@ -51,7 +51,7 @@ def run_check(request: CheckRequest) -> Answer:
     """Check a pin or bushing."""
     try:
         case = case_of(request)
-        return _answer(request, case, case.alone())
+        return _answer(request, case, case.evaluate())
     except InvalidInput as refusal:
         return refused(request, refusal)
 

@@ -46,15 +46,15 @@ def _times(value: float | None, unit: float) -> float | None:
 
 class Geometry(Strict):
     outer_diameter_mm: Positive | None = Field(
-        default=None, description="D; a bushing's design finds it and does without"
+        default=None, description="D, outer diameter; omitted in the design of a bushing, which determines it"
     )
-    boss_length_mm: Positive = Field(description="a, the length in each boss of the piston")
-    small_end_length_mm: Positive = Field(description="b, the length in the rod's small end")
-    gap_mm: NotNegative = Field(default=0.0, description="between small end and boss")
+    boss_length_mm: Positive = Field(description="a, length in each boss of the piston")
+    small_end_length_mm: Positive = Field(description="b, length in the rod's small end")
+    gap_mm: NotNegative = Field(default=0.0, description="δ, gap between small end and boss")
 
 
 class Load(Strict):
-    force_n: float = Field(ge=0, le=1e12, description="greatest force on the piston")
+    force_n: float = Field(ge=0, le=1e12, description="maximum force on the piston")
 
     @property
     def force(self) -> float:
@@ -73,7 +73,9 @@ class PinMaterial(Strict):
     """The properties of any material."""
 
     allowable_stress_mpa: Positive
-    allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
+    allowable_shear_mpa: Positive | None = Field(
+        default=None, description="allowable shear stress; null: only the strength criterion applies"
+    )
     elastic_modulus_gpa: Positive
     poisson: float = Field(default=0.3, ge=0, lt=0.5)
     density_kg_m3: Positive
@@ -91,9 +93,13 @@ class PinMaterial(Strict):
 class PinSteel(Strict):
     """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
-    name: Literal[tuple(pin.CATALOGUE)] = Field(description="a name of the catalogue")  # type: ignore[valid-type]
-    allowable_stress_mpa: Positive | None = Field(default=None, description="null: the catalogue's")
-    allowable_shear_mpa: Positive | None = Field(default=None, description="null: the criterion alone")
+    name: Literal[tuple(pin.CATALOGUE)] = Field(description="name of a material in the catalogue")  # type: ignore[valid-type]
+    allowable_stress_mpa: Positive | None = Field(
+        default=None, description="allowable stress; null: that of the catalogue"
+    )
+    allowable_shear_mpa: Positive | None = Field(
+        default=None, description="allowable shear stress; null: only the strength criterion applies"
+    )
 
     def to_solver(self) -> pin.PinMaterial:
         listed = pin.CATALOGUE[self.name]
@@ -126,14 +132,19 @@ def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:
 class PinLimits(Strict):
     """Constraints in addition to strength; null: none."""
 
-    min_wall_mm: NotNegative | None = Field(default=0.0, description="least wall thickness")
-    max_deflection_um: Positive | None = Field(default=None, description="of the middle against the bosses' edges")
-    max_ovalization_um: Positive | None = Field(default=None, description="calls for the effect ovalization")
-    max_slope: Positive | None = Field(default=None, description="change of the bore's diameter per length")
+    min_wall_mm: NotNegative | None = Field(default=0.0, description="minimum wall thickness")
+    max_deflection_um: Positive | None = Field(
+        default=None, description="deflection of the middle relative to the edges of the bosses"
+    )
+    max_ovalization_um: Positive | None = Field(
+        default=None, description="increase of the diameter by ovalization; needs the effect ovalization"
+    )
+    max_slope: Positive | None = Field(default=None, description="change of the bore's diameter per unit length")
     max_ring_stress_mpa: Positive | None = Field(
         default=None,
-        description="hoop stress of the ring; calls for the effect ovalization. null: no limit on a design, but the "
-        "verdict judges it by the allowable stress. Textbooks let hardened pins go to 300 to 350 MPa",
+        description="hoop stress of the ring; needs the effect ovalization. null: no limit in a design, but the "
+        "verdict compares it with the allowable stress. Textbooks allow 300 to 350 MPa for hardened "
+        "pins",
     )
 
     def to_solver(self) -> pin.Limits:
@@ -151,7 +162,11 @@ class BoreForm(Strict):
 
     kind: Literal[FORMS] = "free"  # type: ignore[valid-type]
     steps: float | None = Field(
-        default=None, ge=1, le=12, multiple_of=1, description="bores from each end to the middle; stepped only"
+        default=None,
+        ge=1,
+        le=12,
+        multiple_of=1,
+        description="number of bore steps from each end to the middle; stepped shapes only",
     )
 
     def to_solver(self) -> pin.Free | pin.Constant | pin.Stepped | pin.Cone:
@@ -165,18 +180,18 @@ class PinRequest(SolverRequest):
     load: _Load
     material: Material
     criterion: Literal[tuple(pin.CRITERIA)] = Field(  # type: ignore[valid-type]
-        default="tresca_paper", description="how bending and shear join in one equivalent stress"
+        default="tresca_paper", description="strength criterion that combines bending and shear in an equivalent stress"
     )
     limits: PinLimits = PinLimits()
     form: BoreForm = Field(
         default=BoreForm(),
-        description="of what a design seeks; a drillable outside does not narrow toward the middle",
+        description="family of shapes that a design searches; a drillable outside does not narrow toward the middle",
     )
     variable: Literal[VARIABLES] = Field(  # type: ignore[valid-type]
-        default="bore", description="bore: the pin, outer diameter given; outer: the bushing, bore_mm given"
+        default="bore", description="bore: a pin of given outer diameter; outer: a bushing of given bore_mm"
     )
     bore_mm: NotNegative | None = Field(
-        default=None, description="one bore all along: of the pin that is checked, or of the bushing"
+        default=None, description="one bore over the whole length: of the pin to be checked, or of the bushing"
     )
 
     @property
@@ -234,8 +249,8 @@ class CheckRequest(PinRequest):
 
     profile: Points | None = Field(
         default=None,
-        description="points that do not fall in x; two at one x are a step; half a pin stands for both. With bore_mm, "
-        "or outer_diameter_mm for a bushing",
+        description="points with non-decreasing x; two points at the same x are a step; half a pin stands for "
+        "both halves. Instead of bore_mm, or of outer_diameter_mm for a bushing",
     )
 
     @classmethod

@@ -34,7 +34,7 @@ class Section(Strict):
     outer_diameter_mm: float
     moment_nmm: float
     shear_n: float
-    equivalent_stress_mpa: float | None = Field(description="null: a load where there is no wall")
+    equivalent_stress_mpa: float | None = Field(description="null: a loaded section has no wall")
 
 
 class RingStressesResult(Strict):
@@ -56,7 +56,7 @@ class PinResult(Strict):
     """Results of a pin; null if a result does not exist (effect not computed, no wall)."""
 
     mass_g: float
-    solid_mass_g: float | None = Field(description="of the same pin without a bore; null for a bushing")
+    solid_mass_g: float | None = Field(description="mass of the same pin without a bore; null for a bushing")
     constant_bore_mass_g: float | None = Field(
         description="the best pin of one bore (bushing: of one outer diameter) under the same limits"
     )
@@ -72,17 +72,15 @@ class PinResult(Strict):
     shear_stress_max_mpa: float | None = Field(description="null without an allowable shear")
     strength_utilisation: float | None
     deflection_um: float | None
-    ovalization_um: float | None = Field(description="in the middle of the pin")
-    ovalization_max_um: float | None = Field(description="where the bore is widest; null where the wall runs out")
+    ovalization_um: float | None = Field(description="deflection in the middle of the pin")
+    ovalization_max_um: float | None = Field(description="ovalization where the bore is widest; null: there is no wall")
     ovalization_stress_max_mpa: float | None = Field(
-        description="greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"
+        description="maximum hoop stress of the ring, where the wall is thinnest; null: there is no wall"
     )
     ring_model: str | None
     ring_stresses_mpa: RingStressesResult | None
     contact_pressures_mpa: PressuresResult | None
-    force_limit_n: float | None = Field(
-        description="the greatest force that a solid pin carries; null for a bushing, which has none"
-    )
+    force_limit_n: float | None = Field(description="maximum force that a solid pin carries; null for a bushing")
     profile: list[Section]
     warnings: list[str]
 
@@ -142,7 +140,9 @@ def profile_json(check: pin.PinCheck) -> dict[str, Any]:
 class PinCertificate(CertificateResult):
     """Certificate of a pin's optimality within its form."""
 
-    lower_bound_g: float = Field(description="no pin of this form that keeps the limits is lighter")
+    lower_bound_g: float = Field(
+        description="lower bound on the mass of all shapes of this family that satisfy the limits"
+    )
 
 
 class Corner(Strict):
@@ -158,7 +158,7 @@ class Piece(Strict):
     x_to_mm: float
     diameter_from_mm: float
     diameter_to_mm: float
-    slope_from: float = Field(description="change of the diameter per length")
+    slope_from: float = Field(description="change of the diameter per unit length")
     slope_to: float
 
 
@@ -166,10 +166,12 @@ class DesignResult(PinResult):
     """The optimal pin, the masses of other forms, and the certificate."""
 
     form: str
-    free_mass_g: float = Field(description="the lightest of any form under the same limits, but for the slope")
-    corners: list[Corner] | None = Field(description="where the shape is made of straight lines: its points")
+    free_mass_g: float = Field(
+        description="the lightest shape of any family under the same limits, except the slope limit"
+    )
+    corners: list[Corner] | None = Field(description="points of a piecewise linear shape")
     contour: list[Piece] | None = Field(
-        description="where it is not: the bore's diameter, of a bushing the outer one, piece by piece"
+        description="otherwise: bore diameter, or outer diameter of a bushing, piece by piece"
     )
     certificate: PinCertificate | None
 
@@ -181,7 +183,7 @@ class InfeasibleResult(Strict):
     force_limit_n: float | None
     infeasible_from_mm: float | None
     infeasible_to_mm: float | None
-    least_outer_diameter_mm: float | None = Field(description="all else equal; null where no diameter helps")
+    least_outer_diameter_mm: float | None = Field(description="with all else equal; null: no diameter suffices")
     certificate: CertificateResult | None = None
 
 

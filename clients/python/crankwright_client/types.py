@@ -31,28 +31,28 @@ class AlternativeResult(TypedDict):
     """The best linkage of a type, or why there is none."""
 
     type: str
-    """which of the change-point linkages, or a URI of the kind of problem"""
+    """type of change-point linkage, or a URI of the kind of problem"""
     value: float | None
-    """of the objective, in the unit of the certificate"""
+    """value of the objective, in the unit of the certificate"""
     lengths_mm: Lengths | None
-    """the four links, in mm; null: only ratios were given"""
+    """lengths of the four links, in mm; null: only ratios were given"""
     ratios: Ratios | None
     """links over crank"""
     reason: str
-    """why the type has no solution; empty if it has one"""
+    """why the type has no solution; empty: it has one"""
 
 
 class Batch(TypedDict):
     """Many requests of one kind and mode as one job; each item is a run."""
 
     id: str
-    """the batch's own name, for its address"""
+    """identifier of the batch, part of its address"""
     kind: str
     """kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     name: str
-    """its name"""
+    """name"""
     detail: Detail
     """whether curves and tables are stored too"""
     status: Literal["queued", "running", "ended", "cancelled"]
@@ -60,28 +60,28 @@ class Batch(TypedDict):
     created_at: str
     """when the run was requested, UTC"""
     ended_at: str | None
-    """when the last item ended; null: not yet"""
+    """when the last item was finished; null: not yet"""
     items: BatchItems
-    """how many items there are, and how they stand"""
+    """number of items, in total and by state"""
     rate_per_s: float | None
-    """items per second since the first was started"""
+    """items per second since the first one started"""
     remaining_s: float | None
     """null: not known yet"""
     solver: Solver
     """the program that solved"""
     links: BatchLinks
-    """where the batch and what belongs to it are found"""
+    """addresses of the batch and of what belongs to it"""
 
 
 class BatchItems(TypedDict):
     """Number of items, by outcome."""
 
     total: int
-    """all items"""
+    """number of all items"""
     done: int
-    """items that have ended"""
+    """items that are finished"""
     succeeded: int
-    """items that were answered"""
+    """items with an answer"""
     infeasible: int
     """items that have no answer, with a diagnosis"""
     failed: int
@@ -100,7 +100,7 @@ class BatchLinks(TypedDict):
     page: str
     """the batch's web page"""
     results: str
-    """the results, row by row"""
+    """results, row by row"""
     events: str
     """progress as server-sent events"""
     runs: str
@@ -113,7 +113,7 @@ class BatchPage(TypedDict):
     items: list[Batch]
     """the entries"""
     next_cursor: str | None
-    """asks for the next page; null: this is the last"""
+    """cursor of the next page; null: this is the last page"""
 
 
 class BoreForm(TypedDict):
@@ -122,35 +122,35 @@ class BoreForm(TypedDict):
     kind: NotRequired[Literal["free", "drillable", "constant", "stepped", "double_cone", "cone_cylinder"]]
     """discriminator of the form, or the kind of design"""
     steps: NotRequired[float | None]
-    """bores from each end to the middle; stepped only"""
+    """number of bore steps from each end to the middle; stepped shapes only"""
 
 
 class CatalogueMaterial(TypedDict):
     name: Literal["paper-strip", "spring-steel-1.1274", "stainless-1.4310"]
-    """a name of the catalogue"""
+    """name of a material in the catalogue"""
 
 
 class CertificateResult(TypedDict):
     """Proof of a design's optimality: what is proven, over which set, by which argument, and what is not covered."""
 
     method: str
-    """by which argument"""
+    """argument of the proof"""
     bound: float | None
-    """no feasible design is better, in the objective's unit; null: none exists"""
+    """proven bound on the objective of every feasible design, in the objective's unit; null: none is known"""
     gap: float | None
-    """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
+    """relative distance of the answer from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
-    """the figures behind the proof, by name"""
+    """figures that support the proof, by name"""
     proven: str
     """what is proven"""
     physics: str
-    """for which physics"""
+    """the physics to which the proof applies"""
     form: str
-    """for which designs"""
+    """the designs to which the proof applies"""
     range: str
-    """over which range of them"""
+    """the range of designs covered"""
     estimated: list[str]
-    """what is only estimated, and where it is told"""
+    """what is only estimated, and where the estimate is reported"""
 
 
 class ClosureResult(TypedDict):
@@ -159,9 +159,9 @@ class ClosureResult(TypedDict):
     surplus_mm: float
     """surplus, in mm"""
     relative: float
-    """surplus over the longest link"""
+    """closure surplus relative to the longest link"""
     closes: bool
-    """whether the four links come to lie on one line"""
+    """whether the four links can lie on one line (change-point condition)"""
 
 
 class ConstantLoad(TypedDict):
@@ -188,94 +188,94 @@ class CrankDynamicsAccuracyRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: CrankDynamicsStudyRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: StudyResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class CrankDynamicsAnalysisRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: DynamicsRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: DynamicsResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class CrankDynamicsMechanism(TypedDict):
@@ -286,18 +286,18 @@ class CrankDynamicsMechanism(TypedDict):
     speed_hz: float
     """revolutions per second"""
     offset_mm: NotRequired[float]
-    """cylinder axis beside the shaft, positive toward the side to which the crank turns from the top; angles then
-    count from the crank standing parallel to the cylinder axis"""
+    """distance of the cylinder axis from the shaft, positive toward the side to which the crank turns from the top;
+    angles then count from the crank parallel to the cylinder axis"""
 
 
 class CrankDynamicsStudyRequest(TypedDict):
     """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
-    """what one solution may take; null: the spec's accuracy decides what is recommended"""
+    """time that one solution may take; null: the recommendation goes by the accuracy of the spec"""
     study_budget_s: NotRequired[float]
-    """time of the independent reference and of the runs, the tightest solution not counted; an independent reference
-    that takes too long is given up, rungs that the time does not reach are left out"""
+    """time for the independent reference and the runs, without the tightest solution; a reference that takes longer
+    is abandoned, levels for which no time is left are omitted"""
     spec: DynamicsRequest
     """a request of this kind"""
 
@@ -306,83 +306,82 @@ class CrankMassesAnalysisRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: MassesRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: MassesResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class CriterionResult(TypedDict):
     """A criterion: value and requirement."""
 
     name: str
-    """of the request's field where asked is true, else of the result"""
+    """name of the request's field if asked is true, else of the result"""
     label: str
-    """the same in words"""
+    """label of the criterion"""
     sense: Literal["at_least", "at_most", "equal", "yes"]
-    """how reached must stand to required; yes: 1 for yes, 0 for no"""
+    """relation between reached and required; yes: a condition that is 1 if true and 0 if false"""
     required: float
     """the required value"""
     reached: float | None
-    """null: nothing acts, or where it does not hold, nothing is known or it has no bound"""
+    """null: no load acts; if the criterion fails: unknown or unbounded"""
     unit: str
-    """its unit; empty: none"""
+    """unit; empty: none"""
     margin: float | None
-    """how many times more it could bear, less 1: reached/required - 1 of a least value, required/reached - 1 of a
-    greatest one; 0: all of it is used; negative where it does not hold; null where nothing acts or nothing is
-    known"""
+    """margin of safety: reached/required - 1 of a minimum, required/reached - 1 of a maximum; 0: fully used;
+    negative: the criterion fails; null: no load acts, or unknown"""
     holds: bool
-    """within the accuracy asked for, at most 1e-3, of what is required"""
+    """whether the requirement is met, within the requested accuracy and at most 1e-3"""
     asked: bool
-    """whether the request asks for it, or every such part must keep it"""
+    """true: required by the request; false: required of every such part"""
 
 
 class CustomMaterial(TypedDict):
     elastic_modulus_gpa: float
     """elastic modulus, in GPa"""
     fatigue_limit_mpa: float
-    """alternating bending of a smooth specimen"""
+    """fatigue limit of a smooth specimen in alternating bending"""
     fatigue_reduction: float
-    """K: notch, size and surface together"""
+    """K, fatigue reduction factor: notch, size and surface together"""
     mean_stress_sensitivity: float
-    """psi"""
+    """psi, mean stress sensitivity of Serensen's criterion"""
     yield_strength_mpa: float
     """yield strength, in MPa"""
     density_kg_m3: float
@@ -390,9 +389,9 @@ class CustomMaterial(TypedDict):
     poisson: NotRequired[float]
     """Poisson's ratio"""
     ultimate_strength_mpa: NotRequired[float | None]
-    """for Goodman and Gerber"""
+    """tensile strength, for Goodman and Gerber"""
     loss_factor: NotRequired[float]
-    """η of the strip in its clamps, twice the damping ratio; 0: undamped"""
+    """η, loss factor of the strip in its clamps: twice the damping ratio; 0: undamped"""
 
 
 class CyclePoints(TypedDict):
@@ -410,56 +409,56 @@ class Cylinder(TypedDict):
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     crankcase_pressure_mpa: NotRequired[float]
-    """pressure under the piston"""
+    """crankcase pressure, below the piston"""
     strokes: Literal[2, 4]
-    """strokes of a cycle"""
+    """strokes per cycle"""
 
 Detail = Literal["scalars", "full"]
 
 
 class Dimensions(TypedDict):
     b_mm: float
-    """width"""
+    """b, width"""
     h_mm: float
-    """thickness; the strip bends about it"""
+    """h, thickness in the plane of bending"""
     l_mm: float
-    """free length; at most the rod's length"""
+    """l, free length; at most the rod's length"""
 
 
 class Drive(TypedDict):
     """A motor with a linear torque-speed curve, and the inertia it drives; activates the effect impact_dynamics."""
 
     stall_torque_nm: NotRequired[float | None]
-    """torque of the motor, at the crank, standing"""
+    """stall torque of the motor, at the crank"""
     free_speed_hz: NotRequired[float | None]
-    """turns per second without load, at the crank"""
+    """no-load speed at the crank, in revolutions per second"""
     crank_inertia_kg_m2: NotRequired[float | None]
-    """crank and flywheel together"""
+    """moment of inertia of crank and flywheel together"""
 
 
 class DynamicsRequest(TypedDict):
     """A crank mechanism, its masses, and the pressure that drives it."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     mechanism: CrankDynamicsMechanism
     """crank, rod and speed"""
     cylinder: Cylinder
-    """bore, clearance, crankcase and strokes"""
+    """bore, clearance volume, crankcase pressure and strokes"""
     pressure: TablePressure | IndicatorPressure
-    """what drives it"""
+    """source of the gas pressure"""
     masses: Masses
     """piston, rod and crank"""
     engine: NotRequired[Engine | None]
-    """several cylinders on one shaft; null: one"""
+    """several cylinders on one shaft; null: one cylinder"""
     series_angles: NotRequired[int]
-    """equally spaced angles of the series"""
+    """number of equally spaced angles in the series"""
 
 
 class DynamicsResult(TypedDict):
@@ -480,19 +479,19 @@ class DynamicsResult(TypedDict):
     indicated_power_w: float
     """indicated power, in W"""
     irregularity: float | None
-    """(greatest - least speed)/mean for the inertia there is; null: none"""
+    """(maximum - minimum speed)/mean speed with the given inertia; null: no inertia given"""
     torque_irregularity: float | None
-    """(greatest - least torque)/mean torque; null: no mean torque"""
+    """(maximum - minimum torque)/mean torque; null: the mean torque is zero"""
     work_fluctuation_j: float
-    """work between the extremes of the speed"""
+    """work between the minimum and the maximum of the speed"""
     shaft_inertia_kg_m2: float
     """shaft inertia, in kg·m²"""
     flywheel_inertia_wanted_kg_m2: float | None
-    """null: no irregularity was asked for"""
+    """null: no coefficient of speed fluctuation was requested"""
     brix_error: float
-    """greatest error of Brix's displacement, relative to the crank radius"""
+    """maximum error of Brix's displacement, relative to the crank radius"""
     two_harmonic_error: float
-    """greatest error of the two-harmonic acceleration, of its greatest"""
+    """maximum error of the two-harmonic acceleration, relative to the maximum acceleration"""
     brix_pressure_error_mpa: float | None
     """brix pressure error, in MPa"""
     gas_force_max_n: float
@@ -516,15 +515,15 @@ class DynamicsResult(TypedDict):
     lower_dead_centre_deg: float
     """lower dead centre, in °"""
     worst: list[WorstInstant]
-    """instants at which a load is greatest"""
+    """instants of the maximum loads"""
     engine: EngineResult | None
-    """several cylinders on one shaft; null: one"""
+    """several cylinders on one shaft; null: one cylinder"""
     dead_centre_jumps: list[Jump]
-    """where the pressure jumps"""
+    """jumps of the pressure at dead centres"""
     repairs: list[RepairDone]
     """changes to the points; empty unless requested"""
     cycle: CyclePoints | None
-    """pressures of two strokes; null: four strokes, the load of no rod"""
+    """pressures of a two-stroke cycle; null: a four-stroke cycle, which cannot load a rod"""
     series: Series
     """forces over the crank angle"""
     warnings: list[str]
@@ -544,13 +543,13 @@ class EffectCostResult(TypedDict):
     """Influence and cost of an effect; null if there is no answer without it or the time ran out."""
 
     name: str
-    """its name"""
+    """name"""
     active: bool
     """whether the effect ran in the request itself"""
     change: float | None
-    """greatest relative change of the main results between with and without"""
+    """maximum relative change of the main results if the effect is left out"""
     brings: list[str]
-    """main results that exist only with it"""
+    """main results that exist only with the effect"""
     time_with_s: float | None
     """time with, in s"""
     time_without_s: float | None
@@ -563,11 +562,11 @@ class EffectInfo(TypedDict):
     """An effect of the kind."""
 
     name: str
-    """its name"""
+    """name"""
     summary: str
     """summary"""
     measure: str
-    """how its influence is measured beforehand"""
+    """how the influence is estimated before solving"""
 
 
 class EffectResult(TypedDict):
@@ -578,9 +577,9 @@ class EffectResult(TypedDict):
     state: Literal["active", "skipped"]
     """active or skipped"""
     influence: float
-    """bound on the relative change of the main results; 1e9 stands for unbounded"""
+    """estimated relative change of the main results if the effect is left out; 1e9: unbounded"""
     why: str
-    """why it ran or did not"""
+    """why it ran or was skipped"""
 
 
 class Engine(TypedDict):
@@ -591,13 +590,14 @@ class Engine(TypedDict):
     phases_deg: list[float]
     """crank angle by which each cylinder's cycle follows the first one's"""
     bank_deg: NotRequired[float | list[float]]
-    """angle of the V, cylinders by turns left and right; or every cylinder's own direction"""
+    """V angle, with cylinders alternately left and right; or the direction of every cylinder"""
     positions_mm: NotRequired[list[float] | None]
-    """along the shaft; null: no couples are wanted"""
+    """distance between cylinders along the shaft; null: couples are not computed"""
     flywheel_inertia_kg_m2: NotRequired[float]
     """flywheel inertia, in kg·m²"""
     wanted_irregularity: NotRequired[float | None]
-    """(greatest - least speed)/mean speed; gives the flywheel for it"""
+    """coefficient of speed fluctuation, (maximum - minimum speed)/mean speed; the flywheel that it requires is
+    computed"""
 
 
 class EngineResult(TypedDict):
@@ -612,7 +612,7 @@ class EngineResult(TypedDict):
     indicated_power_w: float
     """indicated power, in W"""
     reciprocating_unbalance: list[Unbalance]
-    """forces and couples of the moving masses, by order"""
+    """unbalanced inertia forces and couples of the reciprocating masses, by order"""
     rotating_unbalance_n: float
     """rotating unbalance, in N"""
     rotating_couple_nm: float | None
@@ -627,21 +627,21 @@ class EstimateRequest(TypedDict):
     """Constructive masses of an existing engine, scaled to a bore."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     method: Literal["estimate"]
-    """how the masses are found"""
+    """how the masses are determined"""
     bore_mm: float
     """bore, in mm"""
     piston_kg_m2: float
-    """piston group per piston area"""
+    """mass of the piston group per piston area"""
     rod_kg_m2: float
-    """rod per piston area"""
+    """mass of the rod per piston area"""
     uncertainty: NotRequired[EstimateUncertainty]
     """standard uncertainties of what was measured"""
 
@@ -661,15 +661,15 @@ class ExportInfo(TypedDict):
     """An export format of the kind's runs."""
 
     name: str
-    """its name"""
+    """name"""
     title: str
-    """what it is, in words"""
+    """display title"""
     media_type: str
-    """of the file"""
+    """media type of the file"""
     extension: str
     """file name extension"""
     tools: list[str]
-    """values of ?for= of the parameters export; empty for all others"""
+    """values that ?for= accepts, for the parameters export; empty for all others"""
     available: bool
     """false: a required extra is not installed"""
 
@@ -680,36 +680,37 @@ class FieldInfo(TypedDict):
     path: str
     """dotted names; [] for the items of a list"""
     label: str
-    """the name in words"""
+    """display name"""
     unit: str
-    """its unit; empty: none"""
+    """unit; empty: none"""
     type: str
-    """number, integer, string, boolean, choice, list, or form: a choice that is no field of its own"""
+    """number, integer, string, boolean, choice, list, or form (a choice between objects, which is not a field
+    itself)"""
     required: bool
-    """of the object it is in; a form that is chosen needs its own only"""
+    """whether its object requires the field; of a chosen form only its own fields are required"""
     nullable: bool
-    """whether null is a value"""
+    """whether null is accepted"""
     default: Any
-    """null where there is none"""
+    """null: no limit"""
     minimum: float | None
-    """least value; null: no such bound"""
+    """lower bound; null: none"""
     maximum: float | None
-    """greatest value; null: no such bound"""
+    """upper bound; null: none"""
     exclusive_minimum: bool
-    """values lie above it; null: no such bound"""
+    """lower bound, itself excluded; null: none"""
     exclusive_maximum: bool
-    """values lie below it; null: no such bound"""
+    """upper bound, itself excluded; null: none"""
     items: str | None
-    """of a list: the type of its items, whose limits are told here"""
+    """lists only: the type of the items, to which the limits apply"""
     least_items: int | None
-    """least number of entries; null: no such bound"""
+    """minimum number of entries; null: none"""
     most: int | None
-    """characters of a string, items of a list"""
+    """number of characters of a string, or of items of a list"""
     choices: list[str | float] | None
-    """the words that the field takes; null: any"""
+    """the accepted words; null: any"""
     when: str
-    """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where a form is
-    told by its fields alone; empty: always there"""
+    """the forms in which the field exists, such as load.kind=schmidt, or material=custommaterial where the fields
+    alone identify a form; empty: in every form"""
     help: str
     """what the field means"""
 
@@ -720,77 +721,77 @@ class Figure(TypedDict):
     name: str
     """name of the number, as in the result"""
     value: float
-    """its value"""
+    """value"""
 
 
 class FlexibleRodAccuracyRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodStudyRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: StudyResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class FlexibleRodCheckRequest(TypedDict):
     """A check: given dimensions in a machine."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     mechanism: FlexibleRodMechanism
     """crank, rod and speed"""
     piston: Piston
     """diameter, skirt, mass and friction"""
     load: SchmidtLoad | TableLoad | ConstantLoad | IndicatorLoad | RunLoad
-    """what acts on the part"""
+    """load on the part"""
     material: CustomMaterial | CatalogueMaterial
     """strengths, stiffness and density, or a name of the catalogue"""
     fatigue_criterion: NotRequired[Literal["serensen", "goodman", "gerber", "soderberg", "fkm"]]
-    """the convention of the fatigue safety"""
+    """fatigue criterion"""
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
 
@@ -799,84 +800,84 @@ class FlexibleRodCheckRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodCheckRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: RodResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class FlexibleRodDesignRequest(TypedDict):
     """A design: requirements, bounds and objective."""
 
     time_budget_s: NotRequired[float | None]
-    """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
-    finds better and better designs answers with the best that meets every requirement, with the gap that is left
-    and accuracy.met false; any other run that does not end in time fails"""
+    """wall-clock limit of this design, at most the limit of the service; null: that limit. A kind that improves its
+    design iteratively answers with the best one so far that meets every requirement, with the remaining gap and
+    accuracy.met false; any other run that does not finish in time fails"""
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     mechanism: FlexibleRodMechanism
     """crank, rod and speed"""
     piston: Piston
     """diameter, skirt, mass and friction"""
     load: SchmidtLoad | TableLoad | ConstantLoad | IndicatorLoad | RunLoad
-    """what acts on the part"""
+    """load on the part"""
     material: CustomMaterial | CatalogueMaterial
     """strengths, stiffness and density, or a name of the catalogue"""
     fatigue_criterion: NotRequired[Literal["serensen", "goodman", "gerber", "soderberg", "fkm"]]
-    """the convention of the fatigue safety"""
+    """fatigue criterion"""
     requirements: NotRequired[Requirements]
-    """least safeties and greatest loads"""
+    """minimum safety factors and maximum loads"""
     bounds: RodBounds
-    """least and greatest dimensions"""
+    """minimum and maximum dimensions"""
     stock_h_mm: NotRequired[list[float] | None]
-    """the thicknesses to be had; null: any"""
+    """available thicknesses; null: any thickness"""
     step_mm: NotRequired[Steps]
     """steps to whose multiples the dimensions are rounded, in mm"""
     objective: NotRequired[Literal["mass", "friction_power", "contact_pressure", "side_force", "fatigue_safety", "stability_safety"]]
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
 
 
 class FlexibleRodDesignResult(TypedDict):
@@ -885,15 +886,15 @@ class FlexibleRodDesignResult(TypedDict):
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
     fatigue_safety: float | None
-    """against fatigue, by the convention named; null: nothing alternates, or no stresses exist"""
+    """safety factor against fatigue; null: no alternating stress, or no stresses exist"""
     stability_safety: float | None
-    """critical force over the greatest compression; null: nothing presses"""
+    """critical force over the maximum compression; null: no compression"""
     yield_safety: float | None
-    """yield strength over the greatest stress; null: no stresses exist"""
+    """yield strength over the maximum stress; null: no stresses exist"""
     critical_force_n: float
     """critical force, in N"""
     buckles_sideways: bool
-    """whether the strip is thinner across the crank's plane than in it, and buckles that way"""
+    """whether the strip is less stiff across the crank's plane than in it and buckles out of plane"""
     axial_force_min_n: float
     """axial force min, in N"""
     axial_force_max_n: float
@@ -905,7 +906,7 @@ class FlexibleRodDesignResult(TypedDict):
     worst_section_mm: float | None
     """worst section, in mm"""
     worst_fibre: int | None
-    """side of the strip that governs: 1 at +h/2, -1 at -h/2"""
+    """governing side of the strip: 1 at +h/2, -1 at -h/2"""
     side_force_max_n: float | None
     """side force max, in N"""
     clamp_moment_max_nmm: float | None
@@ -915,19 +916,19 @@ class FlexibleRodDesignResult(TypedDict):
     friction_power_w: float | None
     """friction power, in W"""
     deflection_ratio: float | None
-    """greatest deflection over the free length; null: no shape"""
+    """maximum deflection over the free length; null: no equilibrium shape exists"""
     natural_frequency_hz: float
     """natural frequency, in Hz"""
     mass_g: float
     """mass, in g"""
     fatigue_criterion: str
-    """the convention of the fatigue safety"""
+    """fatigue criterion"""
     repairs: list[RepairDone]
-    """what was done to the load's points; empty unless asked for"""
+    """repairs of the load's points; empty unless requested"""
     warnings: list[str]
     """warnings about the results"""
     objective: str
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
     active_constraints: list[Active]
     """requirements and bounds that are active at the design, with their sensitivities"""
     certificate: CertificateResult | None
@@ -938,54 +939,54 @@ class FlexibleRodDesignRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: FlexibleRodDesignRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: FlexibleRodDesignResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class FlexibleRodMechanism(TypedDict):
     crank_radius_mm: float
     """r, crank radius; less than the rod's length"""
     rod_length_mm: float
-    """L, clamp in the piston to crank pin"""
+    """L, distance from the clamp in the piston to the crank pin"""
     speed_hz: float
     """revolutions per second"""
 
@@ -994,10 +995,10 @@ class FlexibleRodStudyRequest(TypedDict):
     """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
-    """what one solution may take; null: the spec's accuracy decides what is recommended"""
+    """time that one solution may take; null: the recommendation goes by the accuracy of the spec"""
     study_budget_s: NotRequired[float]
-    """time of the independent reference and of the runs, the tightest solution not counted; an independent reference
-    that takes too long is given up, rungs that the time does not reach are left out"""
+    """time for the independent reference and the runs, without the tightest solution; a reference that takes longer
+    is abandoned, levels for which no time is left are omitted"""
     spec: FlexibleRodDesignRequest | FlexibleRodCheckRequest
     """a design request or a check request of this kind"""
 
@@ -1008,15 +1009,15 @@ class FrontPointResult(TypedDict):
     """A linkage on the front: no other is better in both quantities, up to the gap."""
 
     objective: float
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
     against: float
-    """the quantity that the objective is traded against"""
+    """the quantity traded against the objective"""
     gap: float
     """relative distance between the point and the proven bound"""
     type: str
-    """which of the change-point linkages, or a URI of the kind of problem"""
+    """type of change-point linkage, or a URI of the kind of problem"""
     lengths_mm: Lengths
-    """the four links, in mm; null: only ratios were given"""
+    """lengths of the four links, in mm; null: only ratios were given"""
     box_area_mm2: float
     """box area, in mm²"""
     longest_link_mm: float
@@ -1033,82 +1034,82 @@ class FrontRequest(TypedDict):
     """A Pareto front: the optimal objective for limits on another quantity, from its minimum up."""
 
     against: NotRequired[Literal["none", "longest_link", "enclosing_radius", "pin_force"]]
-    """the other quantity"""
+    """the quantity traded against the objective"""
     points: NotRequired[float]
-    """the points, or how many of them"""
+    """the points, or their number"""
 
 
 class FrontResult(TypedDict):
     """Trade-off of the objective against another quantity, in increasing order of that quantity."""
 
     objective: str
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
     objective_unit: str
     """unit of the objective"""
     against: str
-    """the quantity that the objective is traded against"""
+    """the quantity traded against the objective"""
     against_unit: str
     """unit of the other quantity"""
     points: list[FrontPointResult]
-    """the points, or how many of them"""
+    """the points, or their number"""
 
 
 class Geometry(TypedDict):
     outer_diameter_mm: NotRequired[float | None]
-    """D; a bushing's design finds it and does without"""
+    """D, outer diameter; omitted in the design of a bushing, which determines it"""
     boss_length_mm: float
-    """a, the length in each boss of the piston"""
+    """a, length in each boss of the piston"""
     small_end_length_mm: float
-    """b, the length in the rod's small end"""
+    """b, length in the rod's small end"""
     gap_mm: NotRequired[float]
-    """between small end and boss"""
+    """δ, gap between small end and boss"""
 
 
 class ImpactLinkageAccuracyRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageStudyRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: StudyResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class ImpactLinkageCheckRequest(TypedDict):
@@ -1116,156 +1117,156 @@ class ImpactLinkageCheckRequest(TypedDict):
     require a missing frequency, speed or energy are null."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     restitution: float | RestitutionRange
-    """physical coefficient of restitution of what is struck"""
+    """physical coefficient of restitution of the impact"""
     blow_frequency_hz: NotRequired[float | None]
-    """blows per second, one a turn of the crank"""
+    """blows per second: one per revolution of the crank"""
     impact_speed_m_s: NotRequired[float | None]
-    """of the tool, just before the blow"""
+    """speed of the tool just before the blow"""
     impact_energy_j: NotRequired[float | None]
-    """of the rocker and tool, just before the blow"""
+    """kinetic energy of rocker and tool just before the blow"""
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """further constraints"""
+    """further limits"""
     drive: NotRequired[Drive | None]
-    """the motor and what it turns; null: the crank turns evenly"""
+    """motor and inertia; null: the crank turns at constant speed"""
     coupler_stiffness_n_m: NotRequired[float | None]
-    """calls up the effect coupler_elasticity"""
+    """stiffness of the coupler; activates the effect coupler_elasticity"""
     length_tolerance_mm: NotRequired[float | None]
-    """by how much each length may be off; calls up the effect tolerances"""
+    """tolerance of each length; activates the effect tolerances"""
     type: NotRequired[Literal["largest_coupler", "largest_rocker", "largest_base"] | None]
     """null: recognised from the lengths"""
     ratios: NotRequired[RatioGiven | None]
     """links over crank"""
     lengths_mm: NotRequired[LinkLengths | None]
-    """the four links, in mm; null: only ratios were given"""
+    """lengths of the four links, in mm; null: only ratios were given"""
 
 
 class ImpactLinkageCheckRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageCheckRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: LinkageResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class ImpactLinkageDesignRequest(TypedDict):
     """A design: the best linkage over the allowed types."""
 
     time_budget_s: NotRequired[float | None]
-    """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
-    finds better and better designs answers with the best that meets every requirement, with the gap that is left
-    and accuracy.met false; any other run that does not end in time fails"""
+    """wall-clock limit of this design, at most the limit of the service; null: that limit. A kind that improves its
+    design iteratively answers with the best one so far that meets every requirement, with the remaining gap and
+    accuracy.met false; any other run that does not finish in time fails"""
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     restitution: float | RestitutionRange
-    """physical coefficient of restitution of what is struck"""
+    """physical coefficient of restitution of the impact"""
     blow_frequency_hz: NotRequired[float | None]
-    """blows per second, one a turn of the crank"""
+    """blows per second: one per revolution of the crank"""
     impact_speed_m_s: NotRequired[float | None]
-    """of the tool, just before the blow"""
+    """speed of the tool just before the blow"""
     impact_energy_j: NotRequired[float | None]
-    """of the rocker and tool, just before the blow"""
+    """kinetic energy of rocker and tool just before the blow"""
     tool_radius_mm: NotRequired[float | None]
     """null: the rocker's length"""
     limits: NotRequired[LinkageLimits]
-    """further constraints"""
+    """further limits"""
     drive: NotRequired[Drive | None]
-    """the motor and what it turns; null: the crank turns evenly"""
+    """motor and inertia; null: the crank turns at constant speed"""
     coupler_stiffness_n_m: NotRequired[float | None]
-    """calls up the effect coupler_elasticity"""
+    """stiffness of the coupler; activates the effect coupler_elasticity"""
     length_tolerance_mm: NotRequired[float | None]
-    """by how much each length may be off; calls up the effect tolerances"""
+    """tolerance of each length; activates the effect tolerances"""
     types: NotRequired[list[Literal["largest_coupler", "largest_rocker", "largest_base"]]]
-    """the types allowed"""
+    """allowed types of linkage"""
     objective: NotRequired[Literal["box_area", "longest_link", "enclosing_radius", "peak_torque", "pin_force", "impact_speed", "blow_frequency"]]
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
     front: NotRequired[FrontRequest]
-    """against none: the best linkage alone"""
+    """trade-off with another quantity; against none: the best linkage alone"""
 
 
 class ImpactLinkageDesignResult(TypedDict):
     """The optimal linkage, its active limits, the best of every allowed type, and the certificate."""
 
     type: str
-    """which of the change-point linkages, or a URI of the kind of problem"""
+    """type of change-point linkage, or a URI of the kind of problem"""
     lengths_mm: Lengths | None
-    """the four links, in mm; null: only ratios were given"""
+    """lengths of the four links, in mm; null: only ratios were given"""
     ratios: Ratios
     """links over crank"""
     closure: ClosureResult
-    """how well the lengths close"""
+    """closure error of the lengths"""
     rotatable: bool
-    """whether the crank turns fully"""
+    """whether the crank can make full turns"""
     confined_deg: float | None
-    """a crank that cannot turn stays within ± this of the blow"""
+    """a crank that cannot make a full turn stays within ± this angle of the blow"""
     u31_start: float | None
-    """magnitude, just after the blow"""
+    """magnitude of the transfer function just after the blow"""
     u31_end: float | None
-    """magnitude, just before it"""
+    """magnitude of the transfer function just before the blow"""
     u31_max: float | None
-    """greatest magnitude over the cycle"""
+    """maximum magnitude of the transfer function over the cycle"""
     kinematic_restitution: float | None
-    """the restitution for which the crank feels no jolt, R_k; null: it cannot strike"""
+    """R_k, the restitution without a jump of crank speed; null: the linkage cannot strike"""
     restitution_mismatch: float | None
-    """worst |R - R_k| over the range asked for"""
+    """maximum |R - R_k| over the requested range"""
     rocker_swing_deg: float | None
     """rocker swing, in °"""
     transmission_angle_deg: float | None
-    """between coupler and rocker in mid-cycle"""
+    """transmission angle between coupler and rocker in mid-cycle"""
     blow_frequency_hz: float | None
     """blow frequency, in Hz"""
     impact_speed_m_s: float | None
@@ -1279,45 +1280,45 @@ class ImpactLinkageDesignResult(TypedDict):
     enclosing_radius_mm: float | None
     """enclosing radius, in mm"""
     peak_torque_nm: float | None
-    """at the crank, from the rocker's inertia alone"""
+    """maximum torque at the crank, from the rocker's inertia alone"""
     peak_torque_at_deg: float | None
     """peak torque at, in °"""
     pin_force_n: float | None
-    """peak along the coupler, likewise"""
+    """maximum force along the coupler, from the rocker's inertia alone"""
     pin_force_at_deg: float | None
     """pin force at, in °"""
     coupler_peak_n: float | None
-    """peak after a blow that mismatches, from the coupler's elasticity"""
+    """maximum force after a blow with mismatched restitution, from the coupler's elasticity"""
     window: WindowResult | None
-    """null: the lengths close"""
+    """effect of the closure error on the blow; null: the lengths close"""
     restitution_error: float | None
-    """relative, for lengths off by their tolerance"""
+    """relative error of the restitution if the lengths are off by their tolerance"""
     tolerance_window: WindowResult | None
     """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
-    """with the drive: blows per second in steady running"""
+    """blows per second in steady state; needs the drive"""
     running_speed_m_s: float | None
     """running speed, in m/s"""
     irregularity: float | None
-    """(greatest - least)/mean speed of the crank"""
+    """coefficient of speed fluctuation of the crank, (maximum - minimum)/mean speed"""
     crank_speed_jump: float | None
-    """relative, at the blow"""
+    """relative jump of the crank's speed at the blow"""
     motor_power_w: float | None
     """motor power, in W"""
     transfer: list[Sample]
-    """u31 over the crank angle"""
+    """transfer function u31 over the crank angle"""
     warnings: list[str]
     """warnings about the results"""
     objective: str
-    """what a design makes least or greatest, or its value at this point"""
+    """the quantity that a design minimises or maximises, or its value at this point"""
     value: float
-    """its value"""
+    """value"""
     value_unit: str
     """unit of the value"""
     active_limits: list[str]
     """names of the active limits"""
     alternatives: list[AlternativeResult]
-    """the best linkage of every allowed type, or why it has none"""
+    """the best linkage of every allowed type, or the reason why there is none"""
     front: FrontResult | None
     """trade-off of the objective against another quantity; null: not requested"""
     certificate: CertificateResult | None
@@ -1328,57 +1329,57 @@ class ImpactLinkageDesignRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: ImpactLinkageDesignRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: ImpactLinkageDesignResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class ImpactLinkageStudyRequest(TypedDict):
     """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
-    """what one solution may take; null: the spec's accuracy decides what is recommended"""
+    """time that one solution may take; null: the recommendation goes by the accuracy of the spec"""
     study_budget_s: NotRequired[float]
-    """time of the independent reference and of the runs, the tightest solution not counted; an independent reference
-    that takes too long is given up, rungs that the time does not reach are left out"""
+    """time for the independent reference and the runs, without the tightest solution; a reference that takes longer
+    is abandoned, levels for which no time is left are omitted"""
     spec: ImpactLinkageDesignRequest | ImpactLinkageCheckRequest
     """a design request or a check request of this kind"""
 
@@ -1391,7 +1392,7 @@ class IndicatorLoad(TypedDict):
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """repair faulty points, and record what was done"""
+    """repair faulty points and report each repair"""
     clearance_volume_cm3: NotRequired[float]
     """volume at the upper dead centre"""
     back_pressure_mpa: NotRequired[float | None]
@@ -1406,25 +1407,25 @@ class IndicatorPressure(TypedDict):
     strokes: list[Stroke]
     """four strokes: intake, compression, expansion, exhaust; two strokes: expansion, compression"""
     repair: NotRequired[bool]
-    """repair faulty points, and record what was done"""
+    """repair faulty points and report each repair"""
 
 
 class Infeasible(TypedDict):
     """Diagnosis of an infeasible design."""
 
     diagnosis: list[ShortfallResult]
-    """which requirements cannot be met, how far the best is from them, and what would help"""
+    """requirements that cannot be met, the distance of the best design from them, and what would help"""
     certificate: NotRequired[CertificateResult | None]
     """proof that the answer is optimal, or that none exists; null: not proven"""
     repairs: NotRequired[list[RepairDone]]
-    """what was done to the request's points"""
+    """repairs of the request's points"""
 
 
 class InfeasibleResult(TypedDict):
     """Why no pin of this outer diameter is feasible, and what would be."""
 
     diagnosis: list[ShortfallResult]
-    """which requirements cannot be met, how far the best is from them, and what would help"""
+    """requirements that cannot be met, the distance of the best design from them, and what would help"""
     force_limit_n: float | None
     """force limit, in N"""
     infeasible_from_mm: float | None
@@ -1432,7 +1433,7 @@ class InfeasibleResult(TypedDict):
     infeasible_to_mm: float | None
     """infeasible to, in mm"""
     least_outer_diameter_mm: float | None
-    """all else equal; null where no diameter helps"""
+    """with all else equal; null: no diameter suffices"""
     certificate: NotRequired[CertificateResult | None]
     """proof that the answer is optimal, or that none exists; null: not proven"""
 
@@ -1441,7 +1442,7 @@ class Jump(TypedDict):
     angle_deg: float
     """angle, in °"""
     jump_mpa: float
-    """pressure just behind the dead centre less that just before it"""
+    """pressure just after the dead centre minus that just before it"""
 
 
 class KindInfo(TypedDict):
@@ -1450,17 +1451,17 @@ class KindInfo(TypedDict):
     kind: str
     """discriminator of the form, or the kind of design"""
     title: str
-    """what it is, in words"""
+    """display title"""
     summary: str
     """summary"""
     modes: list[Mode]
-    """what can be asked of the kind"""
+    """modes of the kind"""
     links: dict[str, str]
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     objectives: list[str]
     """objectives of a design; empty if there is only one"""
     effects: list[EffectInfo]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     exports: list[ExportInfo]
     """URLs of the run's exports, by name"""
     requests: list[ModeInfo]
@@ -1473,13 +1474,13 @@ class KindLine(TypedDict):
     kind: str
     """discriminator of the form, or the kind of design"""
     title: str
-    """what it is, in words"""
+    """display title"""
     summary: str
     """summary"""
     modes: list[Mode]
-    """what can be asked of the kind"""
+    """modes of the kind"""
     links: dict[str, str]
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
 
 
 class KindList(TypedDict):
@@ -1493,7 +1494,7 @@ Language = Literal["en", "ru", "uk"]
 
 class Lengths(TypedDict):
     base: float
-    """length of the base, crank pivot to rocker pivot"""
+    """length of the base, from crank pivot to rocker pivot"""
     crank: float
     """length of the crank"""
     coupler: float
@@ -1506,17 +1507,17 @@ class LevelResult(TypedDict):
     """A level of the study."""
 
     accuracy: float
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     settings: dict[str, float | int | str]
     """numerical settings by name"""
     error: float | None
-    """greatest relative error over the main results; null: the level failed"""
+    """maximum relative error of the main results; null: the level failed"""
     errors: dict[str, float]
-    """never less than the reference may be off itself"""
+    """relative error of each main result, at least the uncertainty of the reference"""
     at_most: bool
-    """true: lost in what the reference may be off, which is shown instead"""
+    """true: the error is below the uncertainty of the reference, which is shown instead"""
     proven_gap: float | None
-    """how far a proof leaves the best design there may be; null: no proof"""
+    """relative gap between the design and its proven bound; null: no proof"""
     time_min_s: float
     """time min, in s"""
     time_median_s: float
@@ -1527,7 +1528,7 @@ class LevelResult(TypedDict):
 
 class LinkLengths(TypedDict):
     base: NotRequired[float | None]
-    """length of the base, crank pivot to rocker pivot"""
+    """length of the base, from crank pivot to rocker pivot"""
     crank: NotRequired[float | None]
     """length of the crank"""
     coupler: NotRequired[float | None]
@@ -1540,52 +1541,52 @@ class LinkageLimits(TypedDict):
     """Limits of the mechanism; null: none."""
 
     min_link_mm: NotRequired[float | None]
-    """least length of any link"""
+    """minimum length of any link"""
     joint_radius_mm: NotRequired[float | None]
-    """room around every joint, added on all sides"""
+    """clearance around every joint, added on all sides"""
     longest_link_mm: NotRequired[float | None]
     """longest link, in mm"""
     width_mm: NotRequired[float | None]
-    """of the swept box; calls for the effect envelope"""
+    """side of the bounding box of the swept area; needs the effect envelope"""
     height_mm: NotRequired[float | None]
-    """of the swept box; calls for the effect envelope"""
+    """side of the bounding box of the swept area; needs the effect envelope"""
     enclosing_radius_mm: NotRequired[float | None]
-    """of a circle (a pipe) around all it sweeps"""
+    """diameter of a circle (a pipe) that encloses the swept area"""
     max_pin_force_n: NotRequired[float | None]
     """max pin force, in N"""
     transmission_angle_deg: NotRequired[list[float] | None]
-    """range of the angle between coupler and rocker in mid-cycle; null: any"""
+    """range of the transmission angle between coupler and rocker in mid-cycle; null: any"""
 
 
 class LinkageResult(TypedDict):
     """Results of a linkage; null if a result does not exist (no blow, effect not computed, missing input)."""
 
     type: str
-    """which of the change-point linkages, or a URI of the kind of problem"""
+    """type of change-point linkage, or a URI of the kind of problem"""
     lengths_mm: Lengths | None
-    """the four links, in mm; null: only ratios were given"""
+    """lengths of the four links, in mm; null: only ratios were given"""
     ratios: Ratios
     """links over crank"""
     closure: ClosureResult
-    """how well the lengths close"""
+    """closure error of the lengths"""
     rotatable: bool
-    """whether the crank turns fully"""
+    """whether the crank can make full turns"""
     confined_deg: float | None
-    """a crank that cannot turn stays within ± this of the blow"""
+    """a crank that cannot make a full turn stays within ± this angle of the blow"""
     u31_start: float | None
-    """magnitude, just after the blow"""
+    """magnitude of the transfer function just after the blow"""
     u31_end: float | None
-    """magnitude, just before it"""
+    """magnitude of the transfer function just before the blow"""
     u31_max: float | None
-    """greatest magnitude over the cycle"""
+    """maximum magnitude of the transfer function over the cycle"""
     kinematic_restitution: float | None
-    """the restitution for which the crank feels no jolt, R_k; null: it cannot strike"""
+    """R_k, the restitution without a jump of crank speed; null: the linkage cannot strike"""
     restitution_mismatch: float | None
-    """worst |R - R_k| over the range asked for"""
+    """maximum |R - R_k| over the requested range"""
     rocker_swing_deg: float | None
     """rocker swing, in °"""
     transmission_angle_deg: float | None
-    """between coupler and rocker in mid-cycle"""
+    """transmission angle between coupler and rocker in mid-cycle"""
     blow_frequency_hz: float | None
     """blow frequency, in Hz"""
     impact_speed_m_s: float | None
@@ -1599,33 +1600,33 @@ class LinkageResult(TypedDict):
     enclosing_radius_mm: float | None
     """enclosing radius, in mm"""
     peak_torque_nm: float | None
-    """at the crank, from the rocker's inertia alone"""
+    """maximum torque at the crank, from the rocker's inertia alone"""
     peak_torque_at_deg: float | None
     """peak torque at, in °"""
     pin_force_n: float | None
-    """peak along the coupler, likewise"""
+    """maximum force along the coupler, from the rocker's inertia alone"""
     pin_force_at_deg: float | None
     """pin force at, in °"""
     coupler_peak_n: float | None
-    """peak after a blow that mismatches, from the coupler's elasticity"""
+    """maximum force after a blow with mismatched restitution, from the coupler's elasticity"""
     window: WindowResult | None
-    """null: the lengths close"""
+    """effect of the closure error on the blow; null: the lengths close"""
     restitution_error: float | None
-    """relative, for lengths off by their tolerance"""
+    """relative error of the restitution if the lengths are off by their tolerance"""
     tolerance_window: WindowResult | None
     """effect of length tolerances on the blow"""
     running_frequency_hz: float | None
-    """with the drive: blows per second in steady running"""
+    """blows per second in steady state; needs the drive"""
     running_speed_m_s: float | None
     """running speed, in m/s"""
     irregularity: float | None
-    """(greatest - least)/mean speed of the crank"""
+    """coefficient of speed fluctuation of the crank, (maximum - minimum)/mean speed"""
     crank_speed_jump: float | None
-    """relative, at the blow"""
+    """relative jump of the crank's speed at the blow"""
     motor_power_w: float | None
     """motor power, in W"""
     transfer: list[Sample]
-    """u31 over the crank angle"""
+    """transfer function u31 over the crank angle"""
     warnings: list[str]
     """warnings about the results"""
 
@@ -1645,30 +1646,30 @@ class Links(TypedDict):
 
 class Load(TypedDict):
     force_n: float
-    """greatest force on the piston"""
+    """maximum force on the piston"""
 
 
 class Masses(TypedDict):
     piston_kg: float
-    """piston group: piston, rings, wrist pin"""
+    """mass of the piston group: piston, rings, wrist pin"""
     rod_kg: float
     """rod, in kg"""
     rod_cg_from_pin_mm: float
-    """wrist pin to the rod's centre of mass"""
+    """distance from the wrist pin to the rod's centre of mass"""
     rod_inertia_kg_m2: NotRequired[float | None]
-    """about the centre of mass; null: that of the two-mass model"""
+    """moment of inertia about the centre of mass; null: that of the two-mass model"""
     crank_pin_kg: NotRequired[float]
     """crank pin, in kg"""
     web_kg: NotRequired[float]
-    """one of the throw's two webs"""
+    """mass of one of the throw's two webs"""
     web_radius_mm: NotRequired[float]
     """web radius, in mm"""
     counterweight_kg: NotRequired[float]
-    """all counterweights of the throw together"""
+    """mass of all counterweights of the throw together"""
     counterweight_radius_mm: NotRequired[float]
     """counterweight radius, in mm"""
     rods_per_pin: NotRequired[Literal[1, 2]]
-    """2 where the rods of a V share a crank pin"""
+    """rods per crank pin: 2 where the rods of a V engine share one"""
 
 MassesRequest = Union["PendulumRequest", "WeighingRequest", "EstimateRequest"]
 
@@ -1705,9 +1706,9 @@ class MassesResult(TypedDict):
     rod_mass_kg_u: float | None
     """standard uncertainty of the rod mass, in kg"""
     uncertainty_method: str | None
-    """linear, or Monte Carlo where the linear law fails"""
+    """linear propagation of uncertainty, or Monte Carlo where that is not valid"""
     intervals: dict[str, list[float]]
-    """the middle 95 % by Monte Carlo, where that was needed"""
+    """central 95 % intervals by Monte Carlo, of the quantities that needed it"""
     warnings: list[str]
     """warnings about the results"""
 
@@ -1716,9 +1717,9 @@ class MaterialInfo(TypedDict):
     """A material of the catalogue with the sources of its values; null for values its kinds do not use."""
 
     name: str
-    """its name in the catalogue"""
+    """name in the catalogue"""
     title: str
-    """what it is, in words"""
+    """display title"""
     elastic_modulus_gpa: float
     """elastic modulus, in GPa"""
     shear_modulus_gpa: float
@@ -1728,21 +1729,21 @@ class MaterialInfo(TypedDict):
     density_kg_m3: float
     """density, in kg/m³"""
     allowable_stress_mpa: float | None
-    """of a pin; a design convention, not a property of the steel"""
+    """allowable stress of a pin: a design convention, not a property of the steel"""
     fatigue_limit_mpa: float | None
-    """smooth, in alternating bending"""
+    """fatigue limit of a smooth specimen in alternating bending"""
     fatigue_reduction: float | None
-    """K: notch, size and surface together"""
+    """K, fatigue reduction factor: notch, size and surface together"""
     mean_stress_sensitivity: float | None
-    """ψ of Serensen"""
+    """ψ, mean stress sensitivity of Serensen's criterion"""
     yield_strength_mpa: float | None
     """yield strength, in MPa"""
     ultimate_strength_mpa: float | None
     """ultimate strength, in MPa"""
     loss_factor: float | None
-    """η of a strip in its clamps, twice the damping ratio"""
+    """η, loss factor of a strip in its clamps: twice the damping ratio"""
     sources: dict[str, str]
-    """of every value, by its name"""
+    """source of every value, by the value's name"""
     kinds: list[str]
     """kinds whose requests accept the name"""
 
@@ -1760,46 +1761,46 @@ class ModeInfo(TypedDict):
     """A mode of a kind: path, fields and examples."""
 
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     path: str
-    """path to post requests to"""
+    """path that requests are posted to"""
     fields: list[FieldInfo]
     """every field of the request"""
     example: dict[str, Any]
-    """a request that works"""
+    """a valid request"""
     examples: dict[str, Any]
     """further examples by title"""
     plots: list[str]
-    """plots that its runs may have; each run lists its own"""
+    """plots that runs of this kind may have; each run lists its own"""
 
 
 class PendulumRequest(TypedDict):
     """The rod swings from its small end, then from its big end."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     method: Literal["pendulum"]
-    """how the masses are found"""
+    """how the masses are determined"""
     pivot_distance_mm: float
-    """between the two knife edges"""
+    """distance between the two knife edges"""
     period_small_end_s: float
-    """hung at the small end"""
+    """period when hung at the small end"""
     period_big_end_s: float
-    """hung at the big end"""
+    """period when hung at the big end"""
     rod_mass_kg: float
     """rod mass, in kg"""
     amplitude_deg: NotRequired[float]
-    """how far the rod swings to either side"""
+    """amplitude of the swing to either side"""
     gravity_m_s2: NotRequired[float]
     """gravity, in m/s²"""
     small_end_bore_radius_mm: NotRequired[float]
-    """where the edge carries the bore's inside"""
+    """bore diameter where the knife edge supports the inside of the bore"""
     big_end_bore_radius_mm: NotRequired[float]
     """big end bore radius, in mm"""
     uncertainty: NotRequired[PendulumUncertainty]
@@ -1839,50 +1840,50 @@ class Piece(TypedDict):
     diameter_to_mm: float
     """diameter to, in mm"""
     slope_from: float
-    """change of the diameter per length"""
+    """change of the diameter per unit length"""
     slope_to: float
-    """slope at its end"""
+    """slope at the end of the piece"""
 
 
 class PinCertificate(TypedDict):
     """Certificate of a pin's optimality within its form."""
 
     method: str
-    """by which argument"""
+    """argument of the proof"""
     bound: float | None
-    """no feasible design is better, in the objective's unit; null: none exists"""
+    """proven bound on the objective of every feasible design, in the objective's unit; null: none is known"""
     gap: float | None
-    """relative distance of the answer, as it is told, from the bound; null: no bound is known"""
+    """relative distance of the answer from the bound; null: no bound is known"""
     evidence: dict[str, float | int | str]
-    """the figures behind the proof, by name"""
+    """figures that support the proof, by name"""
     proven: str
     """what is proven"""
     physics: str
-    """for which physics"""
+    """the physics to which the proof applies"""
     form: str
-    """for which designs"""
+    """the designs to which the proof applies"""
     range: str
-    """over which range of them"""
+    """the range of designs covered"""
     estimated: list[str]
-    """what is only estimated, and where it is told"""
+    """what is only estimated, and where the estimate is reported"""
     lower_bound_g: float
-    """no pin of this form that keeps the limits is lighter"""
+    """lower bound on the mass of all shapes of this family that satisfy the limits"""
 
 
 class PinLimits(TypedDict):
     """Constraints in addition to strength; null: none."""
 
     min_wall_mm: NotRequired[float | None]
-    """least wall thickness"""
+    """minimum wall thickness"""
     max_deflection_um: NotRequired[float | None]
-    """of the middle against the bosses' edges"""
+    """deflection of the middle relative to the edges of the bosses"""
     max_ovalization_um: NotRequired[float | None]
-    """calls for the effect ovalization"""
+    """increase of the diameter by ovalization; needs the effect ovalization"""
     max_slope: NotRequired[float | None]
-    """change of the bore's diameter per length"""
+    """change of the bore's diameter per unit length"""
     max_ring_stress_mpa: NotRequired[float | None]
-    """hoop stress of the ring; calls for the effect ovalization. null: no limit on a design, but the verdict judges
-    it by the allowable stress. Textbooks let hardened pins go to 300 to 350 MPa"""
+    """hoop stress of the ring; needs the effect ovalization. null: no limit in a design, but the verdict compares it
+    with the allowable stress. Textbooks allow 300 to 350 MPa for hardened pins"""
 
 
 class PinMaterial(TypedDict):
@@ -1891,7 +1892,7 @@ class PinMaterial(TypedDict):
     allowable_stress_mpa: float
     """allowable stress, in MPa"""
     allowable_shear_mpa: NotRequired[float | None]
-    """null: the criterion alone"""
+    """allowable shear stress; null: only the strength criterion applies"""
     elastic_modulus_gpa: float
     """elastic modulus, in GPa"""
     poisson: NotRequired[float]
@@ -1904,47 +1905,47 @@ class PinProfileAccuracyRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: PinProfileStudyRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: StudyResult | InfeasibleResult | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class PinProfileCheckRequest(TypedDict):
@@ -1952,112 +1953,112 @@ class PinProfileCheckRequest(TypedDict):
     straight lines."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     geometry: Geometry
     """diameters and lengths"""
     load: Load | RunForce
-    """what acts on the part"""
+    """load on the part"""
     material: PinMaterial | PinSteel
     """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
-    """how bending and shear join in one equivalent stress"""
+    """strength criterion that combines bending and shear in an equivalent stress"""
     limits: NotRequired[PinLimits]
-    """further constraints"""
+    """further limits"""
     form: NotRequired[BoreForm]
-    """of what a design seeks; a drillable outside does not narrow toward the middle"""
+    """family of shapes that a design searches; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
-    """bore: the pin, outer diameter given; outer: the bushing, bore_mm given"""
+    """bore: a pin of given outer diameter; outer: a bushing of given bore_mm"""
     bore_mm: NotRequired[float | None]
-    """one bore all along: of the pin that is checked, or of the bushing"""
+    """one bore over the whole length: of the pin to be checked, or of the bushing"""
     profile: NotRequired[list[Point] | None]
-    """points that do not fall in x; two at one x are a step; half a pin stands for both. With bore_mm, or
-    outer_diameter_mm for a bushing"""
+    """points with non-decreasing x; two points at the same x are a step; half a pin stands for both halves. Instead
+    of bore_mm, or of outer_diameter_mm for a bushing"""
 
 
 class PinProfileCheckRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: PinProfileCheckRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: PinResult | Infeasible | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class PinProfileDesignRequest(TypedDict):
     """A design: the lightest pin or bushing of a form."""
 
     time_budget_s: NotRequired[float | None]
-    """wall-clock time that this design may take, at most the service's own limit; null: that limit. A kind that
-    finds better and better designs answers with the best that meets every requirement, with the gap that is left
-    and accuracy.met false; any other run that does not end in time fails"""
+    """wall-clock limit of this design, at most the limit of the service; null: that limit. A kind that improves its
+    design iteratively answers with the best one so far that meets every requirement, with the remaining gap and
+    accuracy.met false; any other run that does not finish in time fails"""
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     geometry: Geometry
     """diameters and lengths"""
     load: Load | RunForce
-    """what acts on the part"""
+    """load on the part"""
     material: PinMaterial | PinSteel
     """strengths, stiffness and density, or a name of the catalogue"""
     criterion: NotRequired[Literal["tresca_paper", "fibre", "saint_venant", "von_mises"]]
-    """how bending and shear join in one equivalent stress"""
+    """strength criterion that combines bending and shear in an equivalent stress"""
     limits: NotRequired[PinLimits]
-    """further constraints"""
+    """further limits"""
     form: NotRequired[BoreForm]
-    """of what a design seeks; a drillable outside does not narrow toward the middle"""
+    """family of shapes that a design searches; a drillable outside does not narrow toward the middle"""
     variable: NotRequired[Literal["bore", "outer"]]
-    """bore: the pin, outer diameter given; outer: the bushing, bore_mm given"""
+    """bore: a pin of given outer diameter; outer: a bushing of given bore_mm"""
     bore_mm: NotRequired[float | None]
-    """one bore all along: of the pin that is checked, or of the bushing"""
+    """one bore over the whole length: of the pin to be checked, or of the bushing"""
 
 
 class PinProfileDesignResult(TypedDict):
@@ -2066,7 +2067,7 @@ class PinProfileDesignResult(TypedDict):
     mass_g: float
     """mass, in g"""
     solid_mass_g: float | None
-    """of the same pin without a bore; null for a bushing"""
+    """mass of the same pin without a bore; null for a bushing"""
     constant_bore_mass_g: float | None
     """the best pin of one bore (bushing: of one outer diameter) under the same limits"""
     min_bore_mm: float
@@ -2090,35 +2091,35 @@ class PinProfileDesignResult(TypedDict):
     shear_stress_max_mpa: float | None
     """null without an allowable shear"""
     strength_utilisation: float | None
-    """greatest share of the allowable stress; null: load where there is no wall"""
+    """maximum stress over the allowable stress; null: a loaded section has no wall"""
     deflection_um: float | None
     """deflection, in µm"""
     ovalization_um: float | None
-    """in the middle of the pin"""
+    """deflection in the middle of the pin"""
     ovalization_max_um: float | None
-    """where the bore is widest; null where the wall runs out"""
+    """ovalization where the bore is widest; null: there is no wall"""
     ovalization_stress_max_mpa: float | None
-    """greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"""
+    """maximum hoop stress of the ring, where the wall is thinnest; null: there is no wall"""
     ring_model: str | None
-    """by which model the ring is judged; null: the effect did not run"""
+    """model of the ring; null: the effect did not run"""
     ring_stresses_mpa: RingStressesResult | None
     """ring stresses, in MPa"""
     contact_pressures_mpa: PressuresResult | None
     """contact pressures, in MPa"""
     force_limit_n: float | None
-    """the greatest force that a solid pin carries; null for a bushing, which has none"""
+    """maximum force that a solid pin carries; null for a bushing"""
     profile: list[Section]
-    """the part along its axis"""
+    """diameters along the axis"""
     warnings: list[str]
     """warnings about the results"""
     form: str
-    """the form that was optimised"""
+    """the optimised shape family"""
     free_mass_g: float
-    """the lightest of any form under the same limits, but for the slope"""
+    """the lightest shape of any family under the same limits, except the slope limit"""
     corners: list[Corner] | None
-    """where the shape is made of straight lines: its points"""
+    """points of a piecewise linear shape"""
     contour: list[Piece] | None
-    """where it is not: the bore's diameter, of a bushing the outer one, piece by piece"""
+    """otherwise: bore diameter, or outer diameter of a bushing, piece by piece"""
     certificate: PinCertificate | None
     """proof that the answer is optimal, or that none exists; null: not proven"""
 
@@ -2127,57 +2128,57 @@ class PinProfileDesignRun(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: PinProfileDesignRequest
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: PinProfileDesignResult | InfeasibleResult | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class PinProfileStudyRequest(TypedDict):
     """The case, the goal, and the time for measuring."""
 
     time_budget_s: NotRequired[float | None]
-    """what one solution may take; null: the spec's accuracy decides what is recommended"""
+    """time that one solution may take; null: the recommendation goes by the accuracy of the spec"""
     study_budget_s: NotRequired[float]
-    """time of the independent reference and of the runs, the tightest solution not counted; an independent reference
-    that takes too long is given up, rungs that the time does not reach are left out"""
+    """time for the independent reference and the runs, without the tightest solution; a reference that takes longer
+    is abandoned, levels for which no time is left are omitted"""
     spec: PinProfileDesignRequest | PinProfileCheckRequest
     """a design request or a check request of this kind"""
 
@@ -2188,7 +2189,7 @@ class PinResult(TypedDict):
     mass_g: float
     """mass, in g"""
     solid_mass_g: float | None
-    """of the same pin without a bore; null for a bushing"""
+    """mass of the same pin without a bore; null for a bushing"""
     constant_bore_mass_g: float | None
     """the best pin of one bore (bushing: of one outer diameter) under the same limits"""
     min_bore_mm: float
@@ -2212,25 +2213,25 @@ class PinResult(TypedDict):
     shear_stress_max_mpa: float | None
     """null without an allowable shear"""
     strength_utilisation: float | None
-    """greatest share of the allowable stress; null: load where there is no wall"""
+    """maximum stress over the allowable stress; null: a loaded section has no wall"""
     deflection_um: float | None
     """deflection, in µm"""
     ovalization_um: float | None
-    """in the middle of the pin"""
+    """deflection in the middle of the pin"""
     ovalization_max_um: float | None
-    """where the bore is widest; null where the wall runs out"""
+    """ovalization where the bore is widest; null: there is no wall"""
     ovalization_stress_max_mpa: float | None
-    """greatest hoop stress of the ring, where the wall is thinnest; null where the wall runs out"""
+    """maximum hoop stress of the ring, where the wall is thinnest; null: there is no wall"""
     ring_model: str | None
-    """by which model the ring is judged; null: the effect did not run"""
+    """model of the ring; null: the effect did not run"""
     ring_stresses_mpa: RingStressesResult | None
     """ring stresses, in MPa"""
     contact_pressures_mpa: PressuresResult | None
     """contact pressures, in MPa"""
     force_limit_n: float | None
-    """the greatest force that a solid pin carries; null for a bushing, which has none"""
+    """maximum force that a solid pin carries; null for a bushing"""
     profile: list[Section]
-    """the part along its axis"""
+    """diameters along the axis"""
     warnings: list[str]
     """warnings about the results"""
 
@@ -2239,11 +2240,11 @@ class PinSteel(TypedDict):
     """A steel of the catalogue, with an optional allowable stress that overrides the catalogue's."""
 
     name: Literal["pin-steel-17Cr3", "pin-steel-16MnCr5", "pin-steel-31CrMoV9"]
-    """a name of the catalogue"""
+    """name of a material in the catalogue"""
     allowable_stress_mpa: NotRequired[float | None]
-    """null: the catalogue's"""
+    """allowable stress; null: that of the catalogue"""
     allowable_shear_mpa: NotRequired[float | None]
-    """null: the criterion alone"""
+    """allowable shear stress; null: only the strength criterion applies"""
 
 
 class Piston(TypedDict):
@@ -2252,11 +2253,11 @@ class Piston(TypedDict):
     skirt_length_mm: float
     """skirt length, in mm"""
     reciprocating_mass_kg: NotRequired[float]
-    """piston and the rod's upper share"""
+    """mass of the piston and of the rod's upper share"""
     clamp_offset_mm: NotRequired[float]
-    """e, clamp from mid-skirt toward the crank"""
+    """e, distance of the clamp from mid-skirt toward the crank"""
     friction_coefficient: NotRequired[float]
-    """between piston and cylinder"""
+    """friction coefficient between piston and cylinder"""
 
 
 class Point(TypedDict):
@@ -2276,14 +2277,14 @@ class PressuresResult(TypedDict):
     boss_mean: float
     """mean over a boss"""
     boss_peak: float
-    """greatest, at the boss's inner edge"""
+    """maximum, at the boss's inner edge"""
 
 
 class ProblemDetails(TypedDict):
     """An error response (RFC 9457)."""
 
     type: str
-    """URI of the kind of problem, its place in /docs; about:blank: the status says it"""
+    """URI of the kind of problem, documented under /docs; about:blank: the status describes it"""
     title: str
     """the kind of problem in words"""
     status: int
@@ -2302,7 +2303,7 @@ class ProblemEntry(TypedDict):
     detail: str
     """what is wrong"""
     allowed: str
-    """what would be accepted"""
+    """the accepted values"""
 
 
 class RatioGiven(TypedDict):
@@ -2331,53 +2332,53 @@ class RepairDone(TypedDict):
     pointer: str
     """JSON pointer of the field (RFC 6901)"""
     what: str
-    """what was done"""
+    """what was changed"""
 
 
 class Requirements(TypedDict):
     """Minimum safeties and maximum loads on the piston's guide."""
 
     min_fatigue_safety: NotRequired[float]
-    """against fatigue"""
+    """safety factor against fatigue"""
     min_stability_safety: NotRequired[float]
-    """against buckling"""
+    """safety factor against buckling"""
     max_contact_pressure_mpa: NotRequired[float | None]
-    """calls for the effect friction"""
+    """needs the effect friction"""
     max_friction_power_w: NotRequired[float | None]
-    """calls for the effect friction"""
+    """needs the effect friction"""
     min_yield_safety: NotRequired[float | None]
-    """against yield; null: 1 in the verdict alone"""
+    """safety factor against yield; null: no requirement, the verdict judges it by 1"""
 
 
 class RestitutionRange(TypedDict):
     """A range of restitution coefficients; the mechanism is designed for the middle."""
 
     low: float
-    """least value of the range"""
+    """lower end of the range"""
     high: float
-    """greatest value of the range"""
+    """upper end of the range"""
 
 
 class RingStressesResult(TypedDict):
     """Hoop stresses in the middle of the pin: at the side and under the load, at the outer and inner fibre."""
 
     outer_side: float
-    """at the outer fibre, in the mean plane"""
+    """hoop stress at the outer surface, in the mean plane"""
     inner_side: float
-    """at the inner fibre, in the mean plane"""
+    """hoop stress at the inner surface, in the mean plane"""
     outer_top: float
-    """at the outer fibre, under the load"""
+    """hoop stress at the outer surface, under the load"""
     inner_top: float
-    """at the inner fibre, under the load"""
+    """hoop stress at the inner surface, under the load"""
 
 
 class RodBounds(TypedDict):
     b_mm: list[float]
-    """least and greatest"""
+    """minimum and maximum"""
     h_mm: list[float]
-    """least and greatest"""
+    """minimum and maximum"""
     l_mm: list[float]
-    """least and greatest"""
+    """minimum and maximum"""
 
 
 class RodResult(TypedDict):
@@ -2386,15 +2387,15 @@ class RodResult(TypedDict):
     dimensions: Dimensions
     """width, thickness and free length of the strip"""
     fatigue_safety: float | None
-    """against fatigue, by the convention named; null: nothing alternates, or no stresses exist"""
+    """safety factor against fatigue; null: no alternating stress, or no stresses exist"""
     stability_safety: float | None
-    """critical force over the greatest compression; null: nothing presses"""
+    """critical force over the maximum compression; null: no compression"""
     yield_safety: float | None
-    """yield strength over the greatest stress; null: no stresses exist"""
+    """yield strength over the maximum stress; null: no stresses exist"""
     critical_force_n: float
     """critical force, in N"""
     buckles_sideways: bool
-    """whether the strip is thinner across the crank's plane than in it, and buckles that way"""
+    """whether the strip is less stiff across the crank's plane than in it and buckles out of plane"""
     axial_force_min_n: float
     """axial force min, in N"""
     axial_force_max_n: float
@@ -2406,7 +2407,7 @@ class RodResult(TypedDict):
     worst_section_mm: float | None
     """worst section, in mm"""
     worst_fibre: int | None
-    """side of the strip that governs: 1 at +h/2, -1 at -h/2"""
+    """governing side of the strip: 1 at +h/2, -1 at -h/2"""
     side_force_max_n: float | None
     """side force max, in N"""
     clamp_moment_max_nmm: float | None
@@ -2416,15 +2417,15 @@ class RodResult(TypedDict):
     friction_power_w: float | None
     """friction power, in W"""
     deflection_ratio: float | None
-    """greatest deflection over the free length; null: no shape"""
+    """maximum deflection over the free length; null: no equilibrium shape exists"""
     natural_frequency_hz: float
     """natural frequency, in Hz"""
     mass_g: float
     """mass, in g"""
     fatigue_criterion: str
-    """the convention of the fatigue safety"""
+    """fatigue criterion"""
     repairs: list[RepairDone]
-    """what was done to the load's points; empty unless asked for"""
+    """repairs of the load's points; empty unless requested"""
     warnings: list[str]
     """warnings about the results"""
 
@@ -2433,47 +2434,47 @@ class Run(TypedDict):
     """A run: verdict, request, result, effects, accuracy and timing. ``status`` describes only how the solve ended."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
     """the program that solved"""
     verdict: VerdictResult | None
-    """of every answered design and check; null otherwise, and for runs of early versions"""
+    """the verdict of an answered design or check; null otherwise, and for runs of early versions"""
     spec: dict[str, Any]
-    """the request as understood, defaults filled in"""
+    """the request as understood, with defaults filled in"""
     result: dict[str, Any] | None
-    """what was found, or the diagnosis; null: nothing yet, or the run failed"""
+    """the result, or the diagnosis; null: not finished, or failed"""
     problem: ProblemDetails | None
     """why there is no answer (RFC 9457); null: there is one"""
     effects: list[EffectResult]
-    """every effect with its state and its bound"""
+    """every effect with its state and its estimated influence"""
     accuracy: AccuracyResult | None
-    """requested, estimated, and whether it was met; null if nothing was solved"""
+    """requested and estimated accuracy, and whether it was met; null: nothing was solved"""
     timing: dict[str, float]
     """seconds per step"""
     links: Links
-    """where the run and what belongs to it are found"""
+    """addresses of the run and of what belongs to it"""
     progress: RunProgress | None
-    """of a long run in progress"""
+    """progress of a long run that is not finished"""
 
 
 class RunForce(TypedDict):
@@ -2484,7 +2485,7 @@ class RunForce(TypedDict):
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"]]
-    """which greatest force is taken"""
+    """which of the maximum forces is used"""
     force_n: NotRequired[float | None]
     """filled in from the run"""
     taken_from: NotRequired[str | None]
@@ -2495,25 +2496,25 @@ class RunLine(TypedDict):
     """A run in a listing."""
 
     id: str
-    """the run's own name, for its address"""
+    """identifier of the run, part of its address"""
     kind: str
     """discriminator of the form, or the kind of design"""
     mode: Mode
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     status: RunStatus
     """state or outcome of the solve"""
     name: str
-    """its name"""
+    """name"""
     created_at: str
     """when the run was requested, UTC"""
     spec_hash: str
-    """SHA-256 of kind, mode and request, the name apart"""
+    """SHA-256 of kind, mode and request, without the name"""
     cached: bool
-    """whether it was answered from an earlier run of the same request by the same solver"""
+    """whether the answer was taken from an earlier run of the same request by the same solver"""
     batch_id: str | None
     """the batch that the run belongs to; null: none"""
     holds: bool | None
-    """the verdict's; null: no verdict"""
+    """whether every criterion of the verdict holds; null: no verdict"""
     figure: Figure | None
     """null: no result, or a run of an early version"""
     solver: Solver
@@ -2529,7 +2530,7 @@ class RunLoad(TypedDict):
     run_id: str
     """the id of a stored run"""
     instant: NotRequired[Literal["gas_force_max", "rod_compression_max", "rod_tension_max", "side_force_max", "wrist_pin_load_max", "crank_pin_load_max", "main_bearing_load_max"] | None]
-    """null: all pressures; or the pressure of that instant"""
+    """the instant whose pressure acts at all angles; null: all pressures of the cycle"""
     back_pressure_mpa: NotRequired[float | None]
     """null: the run's crankcase pressure"""
     angle_deg: NotRequired[list[float] | None]
@@ -2548,7 +2549,7 @@ class RunPage(TypedDict):
     items: list[RunLine]
     """the entries"""
     next_cursor: str | None
-    """asks for the next page; null: this is the last"""
+    """cursor of the next page; null: this is the last page"""
     damaged: list[str]
     """ids of runs of this page with damaged records"""
 
@@ -2583,7 +2584,7 @@ class SchmidtLoad(TypedDict):
     delta: float
     """compression parameter"""
     theta_rad: float
-    """angle of greatest pressure"""
+    """crank angle of maximum pressure"""
     back_pressure_mpa: NotRequired[float | None]
     """null: the mean of the cycle"""
 
@@ -2602,7 +2603,7 @@ class Section(TypedDict):
     shear_n: float
     """shear, in N"""
     equivalent_stress_mpa: float | None
-    """null: a load where there is no wall"""
+    """null: a loaded section has no wall"""
 
 
 class Series(TypedDict):
@@ -2614,7 +2615,7 @@ class Series(TypedDict):
     pressure_mpa: list[float]
     """pressure, in MPa"""
     brix_pressure_mpa: list[float] | None
-    """unrolled by Brix's construction; null: not unrolled"""
+    """the diagram's pressures unrolled by Brix's construction; null: pressures given over the angle"""
     gas_force_n: list[float]
     """gas force, in N"""
     inertia_force_n: list[float]
@@ -2645,9 +2646,9 @@ class ShortfallResult(TypedDict):
     required: float
     """the required value"""
     attainable: float | None
-    """the best to be had, known as accuracy.estimated says; null: nothing"""
+    """best attainable value, accurate to accuracy.estimated; null: unknown"""
     advice: str
-    """what would have to change"""
+    """what would have to change to meet the requirement"""
 
 
 class Solver(TypedDict):
@@ -2656,7 +2657,7 @@ class Solver(TypedDict):
     name: str
     """name of the program"""
     version: str
-    """of the solver"""
+    """version of the solver"""
 
 
 class Steps(TypedDict):
@@ -2674,7 +2675,7 @@ class Stroke(TypedDict):
     volume_cm3: list[float]
     """volume, in cm³"""
     pressure_mpa: list[float]
-    """one for each volume"""
+    """one per volume"""
 
 
 class StudyResult(TypedDict):
@@ -2683,16 +2684,16 @@ class StudyResult(TypedDict):
     levels: list[LevelResult]
     """settings from loose to tight, with their errors and times"""
     reference: str
-    """how the reference was made"""
+    """method of the reference"""
     reference_accuracy: float
-    """what it may be off, relative, in the result of which it knows least"""
+    """relative uncertainty of the reference, of its least certain result"""
     recommended: LevelResult | None
     """the cheapest level that meets the spec's accuracy, or the best within the time"""
     certified: LevelResult | None
-    """the cheapest level whose design is proven to be the best to the spec's accuracy, or else the one with the
-    closest proof; null: nothing is proven"""
+    """the cheapest level whose design is proven optimal within the accuracy of the spec, or else the one with the
+    smallest gap; null: nothing is proven"""
     effect_costs: list[EffectCostResult]
-    """what each effect changes and costs in this case"""
+    """influence and cost of each effect in this case"""
 
 
 class Sweep(TypedDict):
@@ -2701,9 +2702,9 @@ class Sweep(TypedDict):
     kind: str
     """kind of design"""
     mode: Literal["design", "check", "analysis", "accuracy"]
-    """what is asked: design, check, analysis or accuracy"""
+    """design, check, analysis or accuracy"""
     name: NotRequired[str]
-    """its name"""
+    """name"""
     detail: NotRequired[Literal["scalars", "full"]]
     """what is wrong"""
     base: dict[str, Any]
@@ -2711,20 +2712,20 @@ class Sweep(TypedDict):
     vary: dict[str, Vary]
     """dotted field: its values"""
     combine: NotRequired[Literal["grid", "zip", "latin_hypercube", "sobol"]]
-    """how the values come together: grid, zip, latin_hypercube or sobol"""
+    """how the values are combined: grid, zip, latin_hypercube or sobol"""
     samples: NotRequired[int | None]
-    """of latin_hypercube and sobol"""
+    """number of points of latin_hypercube and sobol"""
     seed: NotRequired[int]
-    """of the samples: the same seed gives the same ones"""
+    """seed of the samples: the same seed gives the same samples"""
 
 
 class SweptBox(TypedDict):
     """The smallest box around the swept area of links and joints; ``angle_deg`` from the base line to its width."""
 
     width: float
-    """one side of the box"""
+    """width of the bounding box"""
     height: float
-    """its other side"""
+    """height of the bounding box"""
     angle_deg: float
     """angle, in °"""
 
@@ -2736,9 +2737,9 @@ class TableLoad(TypedDict):
     kind: Literal["table"]
     """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
-    """rising, within one turn"""
+    """ascending, within one revolution"""
     pressure_mpa: list[float]
-    """one for each angle"""
+    """one per angle"""
     back_pressure_mpa: NotRequired[float | None]
     """null: the mean of the cycle"""
 
@@ -2749,18 +2750,18 @@ class TablePressure(TypedDict):
     kind: Literal["table"]
     """discriminator of the form, or the kind of design"""
     angle_deg: list[float]
-    """rising, within one cycle"""
+    """ascending, within one cycle"""
     pressure_mpa: list[float]
-    """one for each angle"""
+    """one per angle"""
     repair: NotRequired[bool]
-    """repair faulty points, and record what was done"""
+    """repair faulty points and report each repair"""
 
 Tool = Literal["freecad", "fusion", "onshape", "solidworks", "inventor"]
 
 
 class Unbalance(TypedDict):
     order: int
-    """of the harmonic, in turns of the crank"""
+    """order of the harmonic, in multiples of the crank's frequency"""
     force_n: float
     """force, in N"""
     couple_nm: float | None
@@ -2784,47 +2785,47 @@ class VerdictResult(TypedDict):
     holds: bool
     """whether the part holds: true only if every criterion does"""
     certain: NotRequired[bool]
-    """false: the estimated error of the figures is more than what lies between them and their limits"""
+    """false: the estimated error exceeds the distance of a figure from its limit"""
     error: NotRequired[float]
-    """the estimated error of the figures where the verdict depends on it, relative; else 0"""
+    """estimated relative error of the figures if the verdict depends on it, else 0"""
     summary: str
-    """one sentence with the figure that governs"""
+    """one sentence with the governing figure"""
     governed_by: str | None
-    """the criterion that fails most, or has least to spare; where certain is false the one that makes it so; null:
-    none acts"""
+    """the criterion with the smallest margin; if certain is false, the one that makes it uncertain; null: no load
+    acts"""
     criteria: list[CriterionResult]
     """every requirement, limit and strength criterion"""
     cautions: list[str]
-    """what to know beside the criteria"""
+    """remarks beyond the criteria"""
 
 
 class WeighingRequest(TypedDict):
     """The rod lies level on two supports at its pin centres; a period adds the moment of inertia."""
 
     name: NotRequired[str]
-    """a name for people; it changes no result"""
+    """a name for display; it does not affect the result"""
     effects: NotRequired[Literal["auto", "all"] | EffectChoice]
     """auto, all, or a choice with include and exclude"""
     effect_tolerance: NotRequired[float]
-    """what all effects left out may change together, relative"""
+    """maximum relative change of the main results that all omitted effects may cause together"""
     accuracy: NotRequired[float]
-    """wanted relative numerical accuracy"""
+    """requested relative numerical accuracy"""
     method: Literal["weighing"]
-    """how the masses are found"""
+    """how the masses are determined"""
     length_mm: float
-    """between the pin centres"""
+    """distance between the pin centres"""
     small_end_reading_kg: float
     """small end reading, in kg"""
     big_end_reading_kg: float
     """big end reading, in kg"""
     rod_mass_kg: NotRequired[float | None]
-    """weighed by itself, to see whether the readings close"""
+    """total mass, weighed separately to check the sum of the two readings"""
     period_small_end_s: NotRequired[float | None]
-    """hung at the small end; null: no inertia"""
+    """period when hung at the small end; null: no moment of inertia is computed"""
     small_end_bore_radius_mm: NotRequired[float]
     """small end bore radius, in mm"""
     amplitude_deg: NotRequired[float]
-    """how far the rod swings to either side"""
+    """amplitude of the swing to either side"""
     gravity_m_s2: NotRequired[float]
     """gravity, in m/s²"""
     uncertainty: NotRequired[WeighingUncertainty]
@@ -2854,7 +2855,7 @@ class WindowResult(TypedDict):
     """Effect of a closure error on the blow."""
 
     angle_deg: float
-    """half width of the crank angles concerned"""
+    """half-width of the range of crank angles concerned"""
     blocked: bool
     """true: the crank cannot enter; false: the rocker turns back early"""
     short_stop_deg: float
@@ -2865,7 +2866,7 @@ class WorstInstant(TypedDict):
     """The instant of a force's maximum."""
 
     name: str
-    """its name"""
+    """name"""
     angle_deg: float
     """angle, in °"""
     force_n: float
@@ -2873,4 +2874,4 @@ class WorstInstant(TypedDict):
     pressure_mpa: float
     """pressure, in MPa"""
     feeds: str | None
-    """the kind of design that this instant loads"""
+    """the kind of design for which this instant is the load"""

@@ -19,17 +19,17 @@ Array = NDArray[np.float64]
 class BentStrip:
     """A table of states (``state.ROWS``, angles), and the corrections to the linear strip.
 
-    ``bent`` and ``sunk`` are Legendre series over the strip of the corrections to V'' [1/m] and V [m], (terms, angles);
-    ``more_side`` and ``more_moment`` those to T [N] and M0 [N m]. ``inclined``: N is tangential to the deflected strip.
-    Methods that take stations [m] return arrays of shape (stations, angles).
+    ``curvature_series`` and ``deflection_series`` are Legendre series over the strip of the corrections to V'' [1/m]
+    and V [m], (terms, angles); ``side_correction`` and ``moment_correction`` those to T [N] and M0 [N m]. ``inclined``:
+    N is tangential to the deflected strip. Methods that take stations [m] return arrays of shape (stations, angles).
     """
 
     strip: Strip
     states: Array
-    bent: Array
-    sunk: Array
-    more_side: Array
-    more_moment: Array
+    curvature_series: Array
+    deflection_series: Array
+    side_correction: Array
+    moment_correction: Array
     inclined: bool
 
     @staticmethod
@@ -59,7 +59,7 @@ class BentStrip:
 
     def curvature(self, stations: ArrayLike) -> Array:
         """V''(z) [1/m]; with shear psi', which determines the bending stress."""
-        return self._linear(stations)[0] + self._series(stations, self.bent)
+        return self._linear(stations)[0] + self._series(stations, self.curvature_series)
 
     def slope(self, stations: ArrayLike) -> Array:
         """V'(z) of the linear strip."""
@@ -67,7 +67,7 @@ class BentStrip:
 
     def deflection(self, stations: ArrayLike) -> Array:
         """V(z) [m]."""
-        return self._linear(stations)[2] + self._series(stations, self.sunk)
+        return self._linear(stations)[2] + self._series(stations, self.deflection_series)
 
     def axial_force(self, stations: ArrayLike) -> Array:
         """N along the strip's tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
@@ -78,43 +78,41 @@ class BentStrip:
     def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
         """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
         z = np.atleast_1d(np.asarray(stations, dtype=float))
-        more = self.more_bent(z)
-        return fibre_stresses(self.strip, self.states, z, more, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
+        correction = self.curvature_correction(z)
+        return fibre_stresses(self.strip, self.states, z, correction, 1.0 / (b * h), 0.5 * modulus * h, self.inclined)
 
-    def more_bent(self, stations: Array) -> Array:
-        """What corrections add to V'' [1/m], (stations, angles); nothing, (0, 0), without any."""
-        return self._series(stations, self.bent) if self.bent.size else np.empty((0, 0))
+    def curvature_correction(self, stations: Array) -> Array:
+        """The corrections to V'' [1/m], (stations, angles), or of shape (0, 0) without any."""
+        return self._series(stations, self.curvature_series) if self.curvature_series.size else np.empty((0, 0))
 
     def _tangential(self, slope: Array) -> Array:
         return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
 
     def side_force(self) -> Array:
         """T on the piston [N], shape (angles,)."""
-        return self.states[SIDE] + self.more_side
+        return self.states[SIDE] + self.side_correction
 
     def clamp_moment(self) -> Array:
         """M0 on the piston [N m], shape (angles,)."""
-        return self.states[MOMENT] + self.more_moment
+        return self.states[MOMENT] + self.moment_correction
 
 
 @kernel
 def fibre_stresses(
-    strip: Strip, states: Array, stations: Array, more: Array, direct: float, bending: float, inclined: bool
+    strip: Strip, states: Array, stations: Array, correction: Array, direct: float, bending: float, inclined: bool
 ) -> Array:
-    """``BentStrip.fibre_stresses``, with what is added to V'' (stations, angles), if anything is."""
+    """Kernel of ``BentStrip.fibre_stresses``; ``correction`` to V'' has the shape (stations, angles) or size 0."""
     angles = states.shape[1]
-    out, turned, sunk = np.empty((2, stations.size, angles)), np.empty(angles), np.empty(angles)
+    out, rotation, integral = np.empty((2, stations.size, angles)), np.empty(angles), np.empty(angles)
     for j in range(stations.size):
-        bent = out[1, j]
-        bend(
-            states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, stations[j], bent, turned, sunk
-        )
+        bent, z = out[1, j], stations[j]
+        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, bent, rotation, integral)
         for i in range(angles):
             curvature, force = bent[i], states[FORCE, i]
-            if more.size > 0:
-                curvature += more[j, i]
+            if correction.size > 0:
+                curvature += correction[j, i]
             if inclined:
-                slope = turned[i]
+                slope = rotation[i]
                 if strip.compliance != 0.0:
                     slope = slope / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
                 force = force * (1.0 - 0.5 * slope * slope) + states[SIDE, i] * slope

@@ -35,39 +35,42 @@ Array = NDArray[np.float64]
 class Refinement(Protocol):
     """A correction of the linear strip, prepared for one cycle.
 
-    ``error`` estimates its numerical error, relative to the maximum bending; ``lasting_error`` the part of it that does
-    not average out over the revolution. ``bent_terms`` and ``sunk_terms`` are the numbers of Legendre coefficients of
-    V'' and V; ``inclines`` whether the axial force becomes tangential to the deflected strip. ``quiet`` is the
-    correction without its ringing, ``ringing`` the latter, if any. ``pace`` is the highest frequency [1/rad] at which
-    it oscillates without its ringing, 0 if it follows force and stroke.
+    error              estimate of its numerical error, relative to the maximum bending
+    lasting_error      the part of the error that does not average out over the revolution
+    curvature_terms    number of Legendre coefficients of V''
+    deflection_terms   number of Legendre coefficients of V
+    inclines           whether the axial force becomes tangential to the deflected strip
+    highest_frequency  of its oscillations other than ringing [1/rad]; 0 if it follows force and stroke
+    without_ringing    the correction without its free vibration
+    ringing            its free vibration, if any
     """
 
     error: float
     lasting_error: float
-    bent_terms: int
-    sunk_terms: int
+    curvature_terms: int
+    deflection_terms: int
     inclines: bool
-    pace: float
+    highest_frequency: float
 
     @property
-    def quiet(self) -> Refinement: ...
+    def without_ringing(self) -> Refinement: ...
 
     @property
     def ringing(self) -> Rippling | None: ...
 
-    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
-        """Add to the series of V'' [1/m] and V [m] at the states' angles; returns the additions to T [N], M0 [N m]."""
+    def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
+        """Add to the series of V'' [1/m] and V [m] at the states' angles; return the additions to T [N], M0 [N m]."""
 
 
 class Correction(Protocol):
-    """A refinement of the strip's shape over the whole revolution."""
+    """A correction of the strip's shape, over the whole revolution."""
 
     def prepare(self, cycle: Cycle) -> Refinement:
         """Precompute the correction for a cycle."""
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
-        """Prepare the correction for cycles of neighbouring strips, all at once, with the resolution of ``found``; None
-        for a strip to which that resolution does not apply."""
+    def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        """Prepare the correction for cycles of neighbouring strips, together, at the resolution of ``found``; None for
+        a strip to which that resolution does not apply."""
 
 
 @dataclass(frozen=True)
@@ -79,11 +82,11 @@ class Prepared:
     tolerance: float
 
     def prepare(self, cycle: Cycle) -> Refinement:
-        """The prepared refinement; prepared again if the cycle asks for a smaller tolerance."""
+        """The refinement already prepared, or a new one if the cycle requires a smaller tolerance."""
         return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
 
-    def beside(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
-        return self.correction.beside(found, cycles)
+    def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
+        return self.correction.neighbours(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -118,7 +121,7 @@ def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: fl
         friction=4.0 / math.pi * friction,
         lever=6.0 / scene.piston.skirt_length,
         offset=scene.piston.clamp_offset,
-        buckled=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
+        buckled_force=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
     )
 
 
@@ -168,26 +171,26 @@ class Cycle:
         """This cycle with the linear shape."""
         return Cycle(self.scene, self.dimensions, self.composition.linear, self.tolerance)
 
-    def beside(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
+    def neighbours(self, strips: Sequence[Dimensions]) -> list[Cycle | None]:
         """The cycles of neighbouring strips, with corrections at this cycle's resolution; None where that does not
         apply. None of the strips may buckle.
 
-        All are solved at once, and differences between them contain no change of resolution.
+        All are solved together, and differences between them contain no effect of a change of resolution.
         """
         cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
         found = [
-            correction.beside(refinement, cycles)
+            correction.neighbours(refinement, cycles)
             for correction, refinement in zip(corrections, self.refinements, strict=True)
         ]
         return [
-            None if any(one is None for one in own) else cycle._prepared(own)
-            for cycle, own in zip(cycles, zip(*found, strict=True), strict=True)
+            None if any(one is None for one in refinements) else cycle._with_refinements(refinements)
+            for cycle, refinements in zip(cycles, zip(*found, strict=True), strict=True)
         ]
 
-    def _prepared(self, refinements: Sequence[Refinement]) -> Cycle:
+    def _with_refinements(self, refinements: Sequence[Refinement]) -> Cycle:
         """This cycle with corrections already prepared for it."""
-        own = zip(self.composition.corrections, refinements, strict=True)
-        prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in own)
+        pairs = zip(self.composition.corrections, refinements, strict=True)
+        prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in pairs)
         return replace(self, composition=replace(self.composition, corrections=prepared))
 
     @cached_property
@@ -226,7 +229,7 @@ class Cycle:
         """The machine at the given crank angles [rad]."""
         angle = np.ascontiguousarray(np.atleast_1d(np.asarray(angle, dtype=float)))
         states = self.states(angle)
-        return Instants(angle, states[FORCE], states[STROKE], self.bent(states))
+        return Instants(angle, states[FORCE], states[STROKE], self.bent_strip(states))
 
     def states(self, angle: Array) -> Array:
         """The states of the linear strip at crank angles [rad], (ROWS, angles)."""
@@ -234,12 +237,13 @@ class Cycle:
         fill_states(self.drive, self.strip, angle, states)
         return states
 
-    def bent(self, states: Array) -> BentStrip:
+    def bent_strip(self, states: Array) -> BentStrip:
         """The strip at its states, with all corrections."""
         if not self.refinements:
             return BentStrip.linear(self.strip, states)
-        bent = np.zeros((max(r.bent_terms for r in self.refinements), states.shape[1]))
-        sunk = np.zeros((max(r.sunk_terms for r in self.refinements), states.shape[1]))
-        side, moment = np.sum([refinement.add(states, bent, sunk) for refinement in self.refinements], axis=0)
+        curvature_series = np.zeros((max(r.curvature_terms for r in self.refinements), states.shape[1]))
+        deflection_series = np.zeros((max(r.deflection_terms for r in self.refinements), states.shape[1]))
+        reactions = [refinement.add(states, curvature_series, deflection_series) for refinement in self.refinements]
+        side, moment = np.sum(reactions, axis=0)
         inclined = any(refinement.inclines for refinement in self.refinements)
-        return BentStrip(self.strip, states, bent, sunk, side, moment, inclined)
+        return BentStrip(self.strip, states, curvature_series, deflection_series, side, moment, inclined)

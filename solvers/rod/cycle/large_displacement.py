@@ -37,65 +37,66 @@ from solvers.rod.strip.elastica_kernels import (
     third_order,
 )
 
-_FEW = grid(64)
+_ANGLES = grid(64)
 
 
 @dataclass(frozen=True)
 class LargeDisplacement:
-    """Adds the third-order correction to any linear shape."""
+    """Correction that adds the third order of the slope to any linear shape."""
 
     def prepare(self, cycle: Cycle) -> ElasticaExpansion:
         strip = cycle.strip
-        q = strip.couples * cycle.axial_force(_FEW) * strip.length**2 / strip.stiffness
+        q = strip.couples * cycle.axial_force(_ANGLES) * strip.length**2 / strip.stiffness
         return ElasticaExpansion(strip, nodes_for(float(q.min()), float(q.max())))
 
-    def beside(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
-        """Each strip by itself: the expansion has no resolution to be kept."""
+    def neighbours(self, found: ElasticaExpansion, cycles: Sequence[Cycle]) -> list[ElasticaExpansion]:
+        """Prepare each strip separately, as the expansion has no adaptive resolution."""
         return [self.prepare(cycle) for cycle in cycles]
 
 
 @dataclass(frozen=True)
 class ElasticaExpansion:
-    """The expansion for one strip. Its errors are those of the collocation, negligible within its validity."""
+    """The expansion for one strip. Its numerical error is that of the collocation, negligible within its validity."""
 
     strip: Strip
     nodes: int
     error: float = 0.0
     lasting_error: float = 0.0
     inclines = True
-    pace = 0.0
+    highest_frequency = 0.0
     ringing = None
 
     @property
-    def quiet(self) -> ElasticaExpansion:
+    def without_ringing(self) -> ElasticaExpansion:
         return self
 
     @property
-    def bent_terms(self) -> int:
-        """Legendre coefficients of V''."""
+    def curvature_terms(self) -> int:
+        """Number of Legendre coefficients of V''."""
         return self.nodes + 2
 
     @property
-    def sunk_terms(self) -> int:
-        """Legendre coefficients of V."""
+    def deflection_terms(self) -> int:
+        """Number of Legendre coefficients of V."""
         return self.nodes + 2
 
-    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
-        """Add the correction to the series of V'' and V at the states' angles; returns the additions to T [N], M0
-        [N m]."""
+    def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
+        """Add the correction to the series of V'' [1/m] and V [m] at the states' angles; return its contributions to T
+        [N] and M0 [N m]."""
         side, moment = np.empty(states.shape[1]), np.empty(states.shape[1])
-        add_third_order(states, self.strip, collocation(self.nodes), bent, sunk, side, moment)
+        add_third_order(states, self.strip, collocation(self.nodes), curvature_series, deflection_series, side, moment)
         return side, moment
 
 
 @kernel
 def add_third_order(
-    states: Array, strip: Strip, tables: Collocation, bent: Array, sunk: Array, side: Array, moment: Array
-) -> None:
-    """``ElasticaExpansion.add`` on arrays."""
+    states: Array, strip: Strip, tables: Collocation, curvature_series: Array, deflection_series: Array, side: Array,
+    moment: Array,
+) -> None:  # fmt: skip
+    """Kernel of ``ElasticaExpansion.add``."""
     n, l, head = tables.nodes.size - 1, strip.length, strip.rod_length - strip.length
     per_force = l * l / strip.stiffness
-    slope, room, bend, rise = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
+    slope, workspace, curvature, deflection = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
     for i in range(states.shape[1]):
         m = states[SOFTENING, i]
         sheared = -strip.compliance * states[SHEAR, i]
@@ -105,9 +106,9 @@ def add_third_order(
         )  # fmt: skip
         q = strip.couples * states[FORCE, i] * per_force
         third_side, third_clamp = third_order(
-            q, -states[SIDE, i] * per_force, head / l, slope, tables, room, bend, rise
+            q, -states[SIDE, i] * per_force, head / l, slope, tables, workspace, curvature, deflection
         )
         for k in range(n + 2):
-            bent[k, i] += bend[k] / l
-            sunk[k, i] += rise[k] * l
+            curvature_series[k, i] += curvature[k] / l
+            deflection_series[k, i] += deflection[k] * l
         side[i], moment[i] = -third_side / per_force, strip.stiffness / l * third_clamp

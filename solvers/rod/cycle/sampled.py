@@ -17,22 +17,24 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Panels, Rule, inside, resolve, rule_of, split, tail_errors, values_at
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import no_ripple, reaches, ripple_at
+from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, read_guide
-from solvers.rod.cycle.sampling import CHECKED, MOST_PANELS, TURN, first_edges, rule_for
-from solvers.rod.cycle.section import Field, Rippling, read_along
+from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
+from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, rule_for
+from solvers.rod.cycle.section import Field, Rippling, strip_results
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, fill_states
 
 Array = NDArray[np.float64]
 
-_MAX_SLOPE_JUMPS, _POWER_SHARE = 80.0, 1.0
+_MAX_SLOPE_JUMPS, _OMITTED_FRACTION = 80.0, 1.0
 """Upper bound of the total slope jumps, per revolution, of a reaction's weight in the mean; fraction of the tolerance
 up to which ringing may be omitted from the mean."""
-_RADIANS_PER_PANEL, _POINTS, _MAX_PACE = 8.0, 16, 1500.0
-"""Radians of the fastest mode per panel, points per panel, and the fastest mode [1/rad] taken into account."""
+_RADIANS_PER_PANEL, _POINTS, _MAX_FREQUENCY = 8.0, 16, 1500.0
+"""Phase of the highest mode per panel [rad], points per panel, and the maximum frequency of modes taken into account
+[1/rad]."""
 _RADIANS_PER_POINT = 1.5
-"""Of a panel's first width; with 2 rad per point of an oscillation the last coefficients may be small by accident."""
+"""Maximum phase of an oscillation per point [rad] in an initial panel; at 2 rad the last coefficients may be small by
+accident."""
 NO_RINGING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
@@ -49,25 +51,25 @@ class SampledCycle:
     ringing: Rippling
 
     @staticmethod
-    def of(cycle: Cycle, tolerance: float, accuracy: float, begin: Panels | None = None) -> SampledCycle:
+    def of(cycle: Cycle, tolerance: float, accuracy: float, initial: Panels | None = None) -> SampledCycle:
         """Sample a cycle to ``tolerance`` relative to the maximum magnitudes, with the panel rule for an ``accuracy``
         of the results, starting from the panels of an earlier sampling if given."""
         strip, load, d = cycle.strip, cycle.scene.load, cycle.dimensions
         sharp = np.ascontiguousarray(load.sharp_angles(), dtype=float)
-        rings = any(refinement.ringing is not None for refinement in cycle.refinements)
-        edges, rule = begin or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy, rings))
-        edges = split(edges, _widest(cycle, rule))
+        vibrates = any(refinement.ringing is not None for refinement in cycle.refinements)
+        edges, rule = initial or (first_edges(cycle.drive, strip, sharp), rule_for(load, accuracy, vibrates))
+        edges = split(edges, _max_width(cycle, rule))
         sampler = _Sampler(cycle, rule)
-        panels, rows, _ = resolve(sampler, edges, rule, CHECKED, tolerance, MOST_PANELS)
-        states = rows[CHECKED : CHECKED + ROWS]
-        series = rows[CHECKED + ROWS :]
+        panels, rows, _ = resolve(sampler, edges, rule, RESOLVED_ROWS, tolerance, MAX_PANELS)
+        states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
+        series = rows[RESOLVED_ROWS + ROWS :]
         field = Field(
             edges=panels.edges,
             rule=panels.rule,
             states=states,
             side=states[SIDE],
-            bent=series[: sampler.bent_terms],
-            sunk=series[sampler.bent_terms :],
+            curvature_series=series[: sampler.curvature_terms],
+            deflection_series=series[sampler.curvature_terms :],
             length=d.l,
             compliance=strip.compliance,
             direct=1.0 / (d.b * d.h),
@@ -76,17 +78,19 @@ class SampledCycle:
         )
         return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], sampler.ringing)
 
-    def read(
-        self, lines: Array, parabola: Array, stations: int, contact: bool, along: Array, told: Array
+    def evaluate(
+        self, lines: Array, parabola: Array, stations: int, contact: bool, strip_out: Array, guide_out: Array
     ) -> tuple[float, float]:
-        """Write results along the strip for a fatigue diagram to ``along`` (section.READINGS,), those of the guide to
-        ``told`` (guide_loads.GUIDE_READINGS,); returns the friction power [W], nan without contact, and the maximum
-        relative error."""
-        field, rings, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
+        """Write results along the strip for a fatigue diagram to ``strip_out`` (section.STRIP_RESULTS,), those of the
+        guide to ``guide_out`` (guide_loads.GUIDE_RESULTS,); return the friction power [W], nan without contact, and the
+        maximum relative error."""
+        field, ringing, mean, force = self.field, self.ringing, 0.0, self.field.states[FORCE]
         if not field.inclined and force.max() == force.min():
             # A large constant force would mask a small amplitude: the criterion adds its stress separately.
             field, mean = field._replace(direct=0.0), field.direct * float(force[0])
-        error = _read(field, rings, self.guide(), contact, mean, lines, parabola, self.tolerance, stations, along, told)
+        error = _results(
+            field, ringing, self.guide(), contact, mean, lines, parabola, self.tolerance, stations, strip_out, guide_out
+        )
         if not contact:
             return np.nan, error
         power, missed = self.friction_power()
@@ -106,82 +110,86 @@ class SampledCycle:
         return power, error + (guide.per_wall * 4.0 / TURN * left_out / power if power else 0.0)
 
     def _with_ripple(self, guide: Guide) -> tuple[Panels, Guide, float]:
-        """The guide including the ringing relevant to the mean power, on panels that resolve it, and the effect that
-        the omitted part could have on the mean wall force [N]."""
-        rings, smooth = self.ringing, np.stack([self.side, self.moment])
-        ripple, rung = rings.ripple, np.stack([rings.side, rings.moment])
-        couple, of_couple = (guide.lever * (m + guide.offset * t) for t, m in (smooth, rung))
-        most = float(np.abs(self.side).max() + np.abs(couple).max())
-        reach = reaches(ripple, rung[0]) + reaches(ripple, of_couple)
-        reach, pace = reach.max(axis=0) / most, ripple.pace.max(axis=0)
+        """Return the guide including the ringing relevant to the mean power, on panels that resolve it, and the
+        possible effect of the omitted ringing on the mean wall force [N]."""
+        ringing, without_ringing = self.ringing, np.stack([self.side, self.moment])
+        ripple, weights = ringing.ripple, np.stack([ringing.side, ringing.moment])
+        couple, couple_weights = (guide.lever * (m + guide.offset * t) for t, m in (without_ringing, weights))
+        scale = float(np.abs(self.side).max() + np.abs(couple).max())
+        reach = amplitude_bounds(ripple, weights[0]) + amplitude_bounds(ripple, couple_weights)
+        reach, frequency = reach.max(axis=0) / scale, ripple.frequency.max(axis=0)
         # Ringing contributes to a mean by its restarts, by slope jumps of its weight, and quadratically.
-        begins, turns = 2.0 * rings.begins / TURN, _MAX_SLOPE_JUMPS / TURN
-        noticed = reach * np.minimum(begins / pace + turns / pace**2 + reach.sum(), 1.0)
-        left = np.append(np.cumsum(noticed[::-1])[::-1], 0.0)
-        modes = int(np.flatnonzero((left <= _POWER_SHARE * self.tolerance) | (np.append(pace, np.inf) > _MAX_PACE))[0])
+        restarts, slope_jumps = 2.0 * ringing.begins / TURN, _MAX_SLOPE_JUMPS / TURN
+        effect = reach * np.minimum(restarts / frequency + slope_jumps / frequency**2 + reach.sum(), 1.0)
+        omitted = np.append(np.cumsum(effect[::-1])[::-1], 0.0)
+        negligible = omitted <= _OMITTED_FRACTION * self.tolerance
+        modes = int(np.flatnonzero(negligible | (np.append(frequency, np.inf) > _MAX_FREQUENCY))[0])
         if not modes:
-            return self.panels, guide, float(left[0]) * most
-        panels = Panels(split(self.panels.edges, _RADIANS_PER_PANEL / pace[:modes].max()), rule_of(_POINTS))
+            return self.panels, guide, float(omitted[0]) * scale
+        panels = Panels(split(self.panels.edges, _RADIANS_PER_PANEL / frequency[:modes].max()), rule_of(_POINTS))
         angle = panels.angles_inside
-        both = values_at(*self.panels, smooth, angle) + ripple_at(ripple, modes, rung, angle)
-        tails = tail_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
-        missed = float(tails @ np.diff(self.panels.edges)) / TURN
-        return panels, guide._replace(side=both[0], moment=both[1]), float(left[modes]) * most + missed
+        reactions = values_at(*self.panels, without_ringing, angle) + ripple_at(ripple, modes, weights, angle)
+        tail = tail_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
+        tail_effect = float(tail @ np.diff(self.panels.edges)) / TURN
+        guide = guide._replace(side=reactions[0], moment=reactions[1])
+        return panels, guide, float(omitted[modes]) * scale + tail_effect
 
 
-def _widest(cycle: Cycle, rule: Rule) -> float:
-    """The widest panels whose last coefficients tell whether the corrections' oscillations are resolved. With fewer
-    points than half a turn of theirs has, oscillations look like slower ones."""
-    pace = max(one.pace for one in cycle.refinements)
-    return _RADIANS_PER_POINT * rule.points.size / pace if pace else np.inf
+def _max_width(cycle: Cycle, rule: Rule) -> float:
+    """Maximum width of panels whose last coefficients indicate whether the corrections' oscillations are resolved. With
+    fewer points than two per period, oscillations are aliased to lower frequencies."""
+    frequency = max(one.highest_frequency for one in cycle.refinements)
+    return _RADIANS_PER_POINT * rule.points.size / frequency if frequency else np.inf
 
 
 @kernel
-def _read(
-    field: Field, rings: Rippling, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
-    tolerance: float, stations: int, along: Array, told: Array,
+def _results(
+    field: Field, ringing: Rippling, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
+    tolerance: float, stations: int, strip_out: Array, guide_out: Array,
 ) -> float:  # fmt: skip
-    """``SampledCycle.read`` without the friction power."""
-    error = read_along(field, rings, mean, lines, parabola, tolerance, stations, along)
-    edges, rule, ripple = field.edges, field.rule, rings.ripple
-    return max(error, read_guide(edges, rule, guide, ripple, rings.side, rings.moment, contact, tolerance, told))
+    """``SampledCycle.evaluate`` without the friction power."""
+    error = strip_results(field, ringing, mean, lines, parabola, tolerance, stations, strip_out)
+    edges, rule, ripple = field.edges, field.rule, ringing.ripple
+    side, moment = ringing.side, ringing.moment
+    return max(error, guide_results(edges, rule, guide, ripple, side, moment, contact, tolerance, guide_out))
 
 
 @cache
-def _at_the_middle(terms: int) -> Array:
-    """Legendre's polynomials at 0."""
+def _legendre_at_midspan(terms: int) -> Array:
+    """Legendre polynomials at 0."""
     return legendre.legvander(np.zeros(1), terms - 1)[0]
 
 
 class _Sampler:
-    """The rows of a cycle at any angles: the resolved quantities, the states, and the corrections' series."""
+    """Rows of a cycle at given angles: the resolved quantities, the states, and the corrections' series."""
 
     def __init__(self, cycle: Cycle, rule: Rule) -> None:
         self._cycle, self._rule = cycle, rule
-        self._corrections = [refinement.quiet for refinement in cycle.refinements]
+        self._corrections = [refinement.without_ringing for refinement in cycle.refinements]
         self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
-        self.bent_terms = max((c.bent_terms for c in self._corrections), default=0)
-        self.sunk_terms = max((c.sunk_terms for c in self._corrections), default=0)
+        self.curvature_terms = max((c.curvature_terms for c in self._corrections), default=0)
+        self.deflection_terms = max((c.deflection_terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
 
     def __call__(self, angle: Array) -> Array:
         if self.ringing is not NO_RINGING:
-            # The non-ringing part jumps at corners.
+            # The part without ringing has jumps at corners.
             angle = inside(angle, self._rule)
-        rows = np.zeros((CHECKED + ROWS + self.bent_terms + self.sunk_terms, angle.size))
-        states = rows[CHECKED : CHECKED + ROWS]
+        rows = np.zeros((RESOLVED_ROWS + ROWS + self.curvature_terms + self.deflection_terms, angle.size))
+        states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
         rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-        # Bending at head and midspan, each added to that at the clamp; without this, a strip as long as its rod would
-        # have a row of zeros.
+        # Bending at head and midspan, each added to that at the clamp; otherwise a strip as long as its rod would have
+        # a row of zeros.
         rows[3] = states[CLAMP] + states[HEAD]
         rows[4] = states[CLAMP]
-        bent, sunk = rows[CHECKED + ROWS :][: self.bent_terms], rows[CHECKED + ROWS + self.bent_terms :]
+        curvature_series = rows[RESOLVED_ROWS + ROWS :][: self.curvature_terms]
+        deflection_series = rows[RESOLVED_ROWS + ROWS + self.curvature_terms :]
         for correction in self._corrections:
-            side, moment = correction.add(states, bent, sunk)
+            side, moment = correction.add(states, curvature_series, deflection_series)
             rows[1] += side
             rows[2] += moment
-        if self.bent_terms:
-            rows[3] += bent.sum(axis=0)
-            rows[4] += _at_the_middle(self.bent_terms) @ bent
+        if self.curvature_terms:
+            rows[3] += curvature_series.sum(axis=0)
+            rows[4] += _legendre_at_midspan(self.curvature_terms) @ curvature_series
         return rows

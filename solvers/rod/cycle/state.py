@@ -35,10 +35,10 @@ ROWS = 10
 
 _MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
-_FORCE_TOLERANCE, _CONVERGED = 4.0 * _EPS, 0.01 * _EPS
+_FORCE_TOLERANCE, _SECANT_CONVERGED = 4.0 * _EPS, 0.01 * _EPS
 _MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.4
-"""Conditions for starting the secants from the neighbouring solution: minimum slope, and maximum force relative to the
-one that denotes buckling, i.e. far from buckling by friction."""
+"""Conditions for starting from the solution at the previous angle: minimum slope, and maximum force relative to the one
+that denotes buckling, i.e. far from buckling by friction."""
 
 
 class Strip(NamedTuple):
@@ -50,7 +50,7 @@ class Strip(NamedTuple):
     friction      (4/pi) mu, 0.0 without feedback of friction to the axial force
     lever         6/Lp [1/m] of the skirt
     offset        clamp offset e [m]
-    buckled       axial force [N] that denotes a strip buckled by friction: far beyond its critical load
+    buckled_force axial force [N] that denotes a strip buckled by friction: far beyond its critical load
     """
 
     stiffness: float
@@ -61,83 +61,82 @@ class Strip(NamedTuple):
     friction: float
     lever: float
     offset: float
-    buckled: float
+    buckled_force: float
 
 
 @kernel
 def wall_force(strip: Strip, q: float) -> float:
-    """int |q_wall| ds per unit stroke [N/m] for the coupling q."""
+    """int |q_wall| ds per unit stroke [N/m] for the coupling q = P/EI."""
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
     return strip.stiffness * both_walls(abs(side), strip.lever * abs(clamp + side * strip.offset))
 
 
 @kernel
-def closed_force(strip: Strip, force: float, stroke: float) -> float:
-    """P [N] including friction feedback, from P0; ``strip.buckled`` if friction buckles the strip.
+def force_with_friction(strip: Strip, force: float, stroke: float) -> float:
+    """P [N] including friction feedback, from P0 = ``force``; ``strip.buckled_force`` if friction buckles the strip.
 
     The velocity has the sign of the stroke for every crank shorter than its rod.
     """
-    return _secants(strip, force, stroke, force, 1.0)[0]
+    return _solve_friction(strip, force, stroke, force, 1.0)[0]
 
 
 @kernel
-def _secants(strip: Strip, force: float, stroke: float, start: float, slope: float) -> tuple[float, float]:
-    """``closed_force`` and the last slope of P - P0 - friction, by secants from a start with a given slope."""
-    per_force, push = strip.couples / strip.stiffness, strip.friction * stroke
-    if push == 0.0:
+def _solve_friction(strip: Strip, force: float, stroke: float, start: float, slope: float) -> tuple[float, float]:
+    """Solve P - P0 - friction(P) = 0 by the secant method from a start with a given slope; return P [N] and the last
+    slope."""
+    per_force, friction_factor = strip.couples / strip.stiffness, strip.friction * stroke
+    if friction_factor == 0.0:
         return force, 1.0
-    here, step, last = start, np.inf, np.inf
-    gap = force + push * wall_force(strip, per_force * here) - here
+    solution, step, last_step = start, np.inf, np.inf
+    residual = force + friction_factor * wall_force(strip, per_force * solution) - solution
     for _ in range(_MAX_SECANTS):
-        earlier, last, step = last, step, gap / slope
-        here += step
-        size = abs(force) + abs(here)
-        # A secant error is proportional to the product of the two before it; the last three give the factor. A first
-        # step away from the critical load is too long to tell.
+        earlier_step, last_step, step = last_step, step, residual / slope
+        solution += step
+        size = abs(force) + abs(solution)
+        # The error of a secant step is proportional to the product of the two before it; the last three give the
+        # factor. A first step away from the critical load is too long to judge.
         if abs(step) <= _FORCE_TOLERANCE * size or (
-            earlier < np.inf and step * step <= _CONVERGED * size * min(abs(earlier), size)
+            earlier_step < np.inf and step * step <= _SECANT_CONVERGED * size * min(abs(earlier_step), size)
         ):
-            return here, slope
-        if here <= strip.buckled:
+            return solution, slope
+        if solution <= strip.buckled_force:
             break
-        gap_before, gap = gap, force + push * wall_force(strip, per_force * here) - here
-        slope = (gap_before - gap) / step
-        # Without a usable slope, as beyond the last solution, take a plain step.
+        last_residual, residual = residual, force + friction_factor * wall_force(strip, per_force * solution) - solution
+        slope = (last_residual - residual) / step
+        # Without a usable slope, as beyond the last solution, take a step of fixed-point iteration.
         if not slope > 0.0:
             slope = 1.0
-    return strip.buckled, 1.0
+    return strip.buckled_force, 1.0
 
 
 @kernel
 def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None:
-    """Fill a table of shape (ROWS, n) with the states at the angles (n,); fastest if the angles are increasing."""
-    # Friction force and slope reduction per stroke at the previous angle, as an initial guess.
-    added, softer = 0.0, 0.0
-    shape = constants(0.0, strip.length, strip.rod_length, strip.compliance)
+    """Fill a table of shape (ROWS, n) with the states at the angles (n,), fastest if the angles are increasing."""
+    # Friction force and slope reduction per friction factor at the previous angle, for the initial guess.
+    last_friction, last_reduction = 0.0, 0.0
+    coefficients = constants(0.0, strip.length, strip.rod_length, strip.compliance)
     for i in range(angle.size):
         stroke = drive.crank_radius * math.sin(angle[i])
         force = axial_force(drive, angle[i])
-        push = strip.friction * stroke
-        if push != 0.0:
-            closed, slope, start, far = (
-                strip.buckled,
-                1.0 - push * softer,
-                force + push * added,
-                _MAX_WARM_FORCE * strip.buckled,
-            )
-            if slope > _MIN_WARM_SLOPE and min(force, start) > far:
-                closed, slope = _secants(strip, force, stroke, start, slope)
-            if not closed > far:
-                closed, slope = _secants(strip, force, stroke, force, 1.0)
-            added, softer = 0.0, 0.0
-            if closed > far:
-                added, softer = (closed - force) / push, (1.0 - slope) / push
-            force = closed
+        friction_factor = strip.friction * stroke
+        if friction_factor != 0.0:
+            solution, slope = strip.buckled_force, 1.0 - friction_factor * last_reduction
+            start, warm_limit = force + friction_factor * last_friction, _MAX_WARM_FORCE * strip.buckled_force
+            if slope > _MIN_WARM_SLOPE and min(force, start) > warm_limit:
+                solution, slope = _solve_friction(strip, force, stroke, start, slope)
+            if not solution > warm_limit:
+                solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
+            last_friction, last_reduction = 0.0, 0.0
+            if solution > warm_limit:
+                last_friction, last_reduction = (solution - force) / friction_factor, (1.0 - slope) / friction_factor
+            force = solution
         states[ANGLE, i], states[FORCE, i], states[STROKE, i] = angle[i], force, stroke
         if strip.couples != 0.0:
-            shape = constants(strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance)
-        q, m, clamp, shear, head = shape
+            coefficients = constants(
+                strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
+            )
+        q, m, clamp, shear, head = coefficients
         states[COUPLING, i], states[SOFTENING, i] = q, m
         states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
         states[SIDE, i] = -strip.stiffness * m * shear * stroke
@@ -145,10 +144,10 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
 
 
 @kernel
-def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
+def _wall_contact_margin(drive: Drive, strip: Strip, angle: float) -> float:
     """6 |M|/Lp - |T| per unit stroke and unit EI: positive where the piston contacts both walls."""
     force = axial_force(drive, angle)
-    force = closed_force(strip, force, drive.crank_radius * math.sin(angle))
+    force = force_with_friction(strip, force, drive.crank_radius * math.sin(angle))
     q = strip.couples / strip.stiffness * force
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
@@ -157,29 +156,30 @@ def _both_walls_begin(drive: Drive, strip: Strip, angle: float) -> float:
 
 @kernel
 def friction_corners(drive: Drive, strip: Strip, angle: Array) -> Array:
-    """Angles [rad] between those given, increasing, at which contact switches between one and both walls.
+    """Angles [rad] between those given, in increasing order, at which contact switches between one and both walls.
 
     Only there does the second derivative of the friction force jump: at sign changes of T or M it is smooth.
     """
-    found = [0.0 for _ in range(0)]
-    before = _both_walls_begin(drive, strip, angle[0])
+    corners = [0.0 for _ in range(0)]
+    last_value = _wall_contact_margin(drive, strip, angle[0])
     for i in range(1, angle.size):
-        here = _both_walls_begin(drive, strip, angle[i])
-        if before * here < 0.0:
-            # The false position; the value at an end that stays twice is halved (Illinois).
-            left, right, low, high, last, stays = angle[i - 1], angle[i], before, here, np.inf, 0
+        value_here = _wall_contact_margin(drive, strip, angle[i])
+        if last_value * value_here < 0.0:
+            # Regula falsi; the value at an end that is kept twice is halved (Illinois).
+            left, right, left_value, right_value, last_middle = angle[i - 1], angle[i], last_value, value_here, np.inf
+            side = 0
             middle = right
-            while abs(middle - last) > 4.0 * _EPS * max(abs(middle), 1.0):
-                last, middle = middle, right - high * (right - left) / (high - low)
+            while abs(middle - last_middle) > 4.0 * _EPS * max(abs(middle), 1.0):
+                last_middle, middle = middle, right - right_value * (right - left) / (right_value - left_value)
                 if not left < middle < right:
                     break
-                value = _both_walls_begin(drive, strip, middle)
-                if value * high > 0.0:
-                    right, high, low = middle, value, low if stays <= 0 else 0.5 * low
-                    stays = 1
+                value = _wall_contact_margin(drive, strip, middle)
+                if value * right_value > 0.0:
+                    right, right_value, left_value = middle, value, left_value if side <= 0 else 0.5 * left_value
+                    side = 1
                 else:
-                    left, low, high = middle, value, high if stays >= 0 else 0.5 * high
-                    stays = -1
-            found.append(min(max(middle, left), right))
-        before = here
-    return np.array(found)
+                    left, left_value, right_value = middle, value, right_value if side >= 0 else 0.5 * right_value
+                    side = -1
+            corners.append(min(max(middle, left), right))
+        last_value = value_here
+    return np.array(corners)

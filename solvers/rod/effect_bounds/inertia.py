@@ -1,20 +1,20 @@
-"""Inertia of the strip, to first order: response to the quasi-static motion, and the first mode's own motion.
+"""Dynamic response of the strip to first order: forced by its quasi-static motion, and resonance of the first mode.
 
     EI d'''' - P(phi) d'' = -rho A omega^2 V_phiphi,     d clamped, with the pin at no offset
 
-V is the quasi-static shape and P, of a strip flexible in shear, that of q_s (``strip.shear``); d is the first of the
-iterates whose sum is the motion without ringing; each angle is solved independently (``strip.elastica_kernels``). The
-first mode, with the share c(phi) of V projected on the shape of d, obeys
+V is the quasi-static shape; with shear, P is that of q_s (``strip.shear``). The solution d is the first of the iterates
+whose sum is the motion without free vibration (ringing); each angle is solved independently
+(``strip.elastica_kernels``). With c(phi) the projection of V on the shape of d, the amplitude of the first mode obeys
 
     a'' + eta Omega a' + Omega(phi)^2 a = -c'',     Omega = omega_1(P)/omega,  eta the loss factor
 
-which is solved exactly on steps with constant Omega and linear c'', with periodic closure: this includes harmonics near
-a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference from
--c''/Omega^2, which d already contains, is added in d's shape. A mode too fast for the step width is represented by its
-amplitude, and for a smooth load by the corners due to friction.
+which is solved exactly on steps with constant Omega and linear c'', with periodicity (``first_mode``): this includes
+harmonics near a resonance, corners and jumps of the load, however narrow, and the variation of Omega. Its difference
+from -c''/Omega^2, which d already contains, is added with the shape of d. For a mode too fast for the step width only
+the amplitude is found, for a smooth load from the corners due to friction.
 
-The periodic closure depends on the phase after a revolution, which is shifted toward resonance by its uncertainty.
-Faster modes ring too and are not computed: ``first_order`` has margins for them.
+The response depends on the mode's phase after a revolution, which is shifted toward resonance by its uncertainty.
+Higher modes ring too and are not computed: ``first_order`` has margins for them.
 
 Sources: G. Floquet (1883); A. Erdelyi, Asymptotic Expansions (1956), section 2.9, for the ringing that corners excite.
 """
@@ -29,27 +29,29 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
-from solvers.rod.effect_bounds.first_mode import Phase, certain_sine, divisor, own_motion
+from solvers.rod.effect_bounds.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.effect_bounds.sampling import Sampling
-from solvers.rod.strip.elastica_kernels import Collocation, bent_by, scratch
+from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 
 Array = NDArray[np.float64]
 
 NODES = 12
-"""Legendre polynomials along the strip: boundary layers of 1/20 of it are resolved as well as an estimate requires."""
+"""Number of Legendre polynomials along the strip; they resolve boundary layers of 1/20 of its length, enough for an
+estimate."""
 
-SIGNED, FOLLOWED = 0.5, 2.0
-"""First-mode phase [rad] per uniform step above which the steps may miss its maximum, and above which they do not
-resolve its excitation."""
+MAX_PHASE_FOR_SIGN, MAX_PHASE_FOR_EXCITATION = 0.5, 2.0
+"""Increments of the first mode's phase [rad] per uniform step above which the steps may miss its maximum, so that only
+its amplitude is known, and above which they do not resolve its excitation."""
 
-_FIRST_ROUNDS, _ROUNDS = 6, 3
-"""Inverse iterations for the natural frequency under the first force, and from its mode under the others."""
+_FIRST_ITERATIONS, _ITERATIONS = 6, 3
+"""Inverse iterations for the natural frequency under the first force, and under the others, which start from its
+mode."""
 
 _TURN = 2.0 * math.pi
 
 
-class Inert(NamedTuple):
-    """rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
+class InertiaParameters(NamedTuple):
+    """Mass per length rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
 
     line_mass: float
     loss: float
@@ -60,16 +62,16 @@ class Motion(NamedTuple):
     """Contributions of inertia, for the kernels of the main results.
 
     side, moment, series        T [N] and M0 [N m], (n,), and Legendre coefficients over the strip of V'' [1/m],
-                                (terms, n), of the response that follows the load, at uniform angles
-    mode_side, _moment, …       the same of a unit of the first mode's motion, the last of shape (terms,)
-    rings, steeper              the mode's ringing, and what else it does where the load is sharper than between uniform
-                                angles, at the judged angles
-    either                      whether the ringing may have either sign at any angle
-    share                       share of ringing in the first mode's maximum motion
-    pace                        mean of Omega
+                                (terms, n), of the response without ringing, at uniform angles
+    mode_side, _moment, …       the same for unit amplitude of the first mode, the last of shape (terms,)
+    ringing                     amplitude of the mode's ringing, at the angles of the results
+    sharp_response              its quasi-static amplitude less that at uniform angles, where the load is sharper
+    sign_unknown                whether the ringing may have either sign at any angle
+    ringing_share               share of ringing in the first mode's maximum amplitude
+    frequency                   mean of Omega
     sine                        |sin| of half the phase after a revolution
-    nearer                      how much nearer to resonance it is assumed
-    detuning                    relative change of the ringing per change of the sine, at its steepest between the two
+    sine_reduction              reduction of the sine, toward resonance, by the uncertainty of the phase
+    sine_sensitivity            maximum relative change of the ringing per change of the sine within that reduction
     """
 
     side: Array
@@ -78,200 +80,215 @@ class Motion(NamedTuple):
     mode_side: float
     mode_moment: float
     mode_series: Array
-    rings: Array
-    steeper: Array
-    either: bool
-    share: float
-    pace: float
+    ringing: Array
+    sharp_response: Array
+    sign_unknown: bool
+    ringing_share: float
+    frequency: float
     sine: float
-    nearer: float
-    detuning: float
+    sine_reduction: float
+    sine_sensitivity: float
 
 
 @kernel
-def motion_of(
-    states: Array, sampling: Sampling, every: int, strip: Strip, inert: Inert, tables: Collocation, nearer: float
-) -> Motion:
-    """The motion over a revolution of an unbuckled strip from its states at the sampled angles, returned at every
-    ``every``-th uniform one.
+def first_order_motion(
+    states: Array, sampling: Sampling, every: int, strip: Strip, parameters: InertiaParameters, tables: Collocation,
+    sine_reduction: float,
+) -> Motion:  # fmt: skip
+    """Return the motion over a revolution of an unbuckled strip from its states at the sampled angles; results are at
+    every ``every``-th of them.
 
-    ``nearer`` is that of a strip to compare with, or negative: by the uncertainty of the phase.
+    ``sine_reduction`` is that of a strip to compare with; if it is negative it follows from the uncertainty of the
+    phase.
     """
-    angle, order, ends, even = sampling.angle, sampling.order, sampling.ends, sampling.even
-    loss, l, per_force = inert.loss, strip.length, strip.length * strip.length / strip.stiffness
-    head, inertia, coupling = (strip.rod_length - l) / l, inert.line_mass * l * l * per_force, states[COUPLING] * l * l
-    smooth, step = order.size == even, _TURN / even
-    pace = paces(coupling, head, inertia, tables)
-    rise = _quasi_static(states, strip.compliance, l, head, tables)
-    rows, shape, greatest = _first_iterate(rise, coupling, head, inertia, even, every, tables)
-    share = _share_of(rise, shape)
-    follows, fast = np.empty(even), pace.min() * step > SIGNED
-    for i in range(even):
-        follows[i] = -_second_difference(share, i, even) / (step * pace[i]) ** 2
-    # Steps too wide for the mode do not resolve ringing after corners, so it is added separately.
-    corners = _corners_ring(states, even, share, pace, loss, strip, inert.critical) if smooth and fast else 0.0
-    rings, steeper, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
-    if smooth and pace.min() * step > FOLLOWED:
-        for i in range(even):
-            # The quasi-static response is the first term of a series; the second difference estimates the next one.
-            rings[i] = corners / math.sqrt(pace[i]) + abs(_second_difference(follows, i, even)) / (step * pace[i]) ** 2
+    angle, order, ends, uniform = sampling.angle, sampling.order, sampling.ends, sampling.uniform
+    loss, l, per_force = parameters.loss, strip.length, strip.length * strip.length / strip.stiffness
+    head, inertia = (strip.rod_length - l) / l, parameters.line_mass * l * l * per_force
+    coupling = states[COUPLING] * l * l
+    smooth, step = order.size == uniform, _TURN / uniform
+    frequency = first_frequencies(coupling, head, inertia, tables)
+    deflection = _quasi_static(states, strip.compliance, l, head, tables)
+    iterate, shape, largest = _first_iterate(deflection, coupling, head, inertia, uniform, every, tables)
+    projection = _projection(deflection, shape)
+    quasi_static, fast = np.empty(uniform), frequency.min() * step > MAX_PHASE_FOR_SIGN
+    for i in range(uniform):
+        quasi_static[i] = -_second_difference(projection, i, uniform) / (step * frequency[i]) ** 2
+    # Steps too wide for the mode do not resolve its ringing after corners, which is added separately.
+    corner_ringing, critical = 0.0, parameters.critical
+    if smooth and fast:
+        corner_ringing = _corner_ringing(states, uniform, projection, frequency, loss, strip, critical)
+    ringing, sharp_response, phase = np.zeros(order.size), np.zeros(order.size), Phase(1.0, 0.0, 0.0)
+    if smooth and frequency.min() * step > MAX_PHASE_FOR_EXCITATION:
+        for i in range(uniform):
+            # The quasi-static response is the first term of a series; its second difference estimates the next term.
+            next_term = abs(_second_difference(quasi_static, i, uniform)) / (step * frequency[i]) ** 2
+            ringing[i] = corner_ringing / math.sqrt(frequency[i]) + next_term
     else:
-        own, still, free, phase = own_motion(angle[order], share[order], pace[order], ends[order], loss, smooth, nearer)
+        response, own_quasi_static, amplitude, phase = first_mode_response(
+            angle[order], projection[order], frequency[order], ends[order], loss, smooth, sine_reduction
+        )
         for i in range(order.size):
             k = order[i]
-            near = follows[k if k < even else round(angle[k] / step) % even]
+            nearest = quasi_static[k if k < uniform else round(angle[k] / step) % uniform]
             if not fast:
-                rings[k] = own[i] - near
+                ringing[k] = response[i] - nearest
             elif not smooth:
-                steeper[k] = still[i] - near
+                sharp_response[k] = own_quasi_static[i] - nearest
         if fast:
-            _fill_amplitudes(rings, angle[order], free, even)
+            _fill_maximum_amplitudes(ringing, angle[order], amplitude, uniform)
             for i in range(order.size):
-                if order[i] >= even:
-                    rings[order[i]] = max(free[i], free[i - 1])
-            for i in range(even):
-                rings[i] = max(rings[i], corners / math.sqrt(pace[i]))
-    whole, most = np.abs(follows).max(), np.abs(rings).max()
+                if order[i] >= uniform:
+                    ringing[order[i]] = max(amplitude[i], amplitude[i - 1])
+            for i in range(uniform):
+                ringing[i] = max(ringing[i], corner_ringing / math.sqrt(frequency[i]))
+    max_quasi_static, max_ringing = np.abs(quasi_static).max(), np.abs(ringing).max()
+    ringing_share = max_ringing / max(max_quasi_static, max_ringing) if max_ringing > 0.0 else 0.0
     count = order.size // every
     for i in range(count):
         # The inertia of a mode's motion is proportional to the square of its frequency.
         k = i * every
-        rate = (pace[k] / pace[greatest * every]) ** 2
-        # Use one sign for the whole revolution: that of the stroke at every angle, or its opposite at every angle.
-        rings[i] = rate * (math.copysign(rings[k], states[STROKE, k]) if fast else rings[k])
-        steeper[i] = rate * steeper[k]
-    sides, moments = -1.0 / per_force, strip.stiffness / l
+        scale = (frequency[k] / frequency[largest * every]) ** 2
+        # One sign applies to the whole revolution: that of the stroke at every angle, or its opposite.
+        ringing[i] = scale * (math.copysign(ringing[k], states[STROKE, k]) if fast else ringing[k])
+        sharp_response[i] = scale * sharp_response[k]
+    sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
-        sides * rows[0], moments * rows[1], rows[2:] / l, sides * rows[0, greatest], moments * rows[1, greatest],
-        rows[2:, greatest] / l, rings[:count], steeper[:count], fast, most / max(whole, most) if most > 0.0 else 0.0,
-        pace[:even].mean(), phase.sine, phase.nearer, phase.detuning,
+        sides, moments, series, sides[largest], moments[largest], series[:, largest].copy(), ringing[:count],
+        sharp_response[:count], fast, ringing_share, frequency[:uniform].mean(), phase.sine, phase.sine_reduction,
+        phase.sine_sensitivity,
     )  # fmt: skip
 
 
 @kernel
 def _second_difference(values: Array, i: int, n: int) -> float:
-    """Second difference of a periodic function at one of ``n`` uniform points."""
+    """Return the second difference of a periodic function at one of ``n`` uniform points."""
     return values[i - 1 if i > 0 else n - 1] - 2.0 * values[i] + values[i + 1 if i < n - 1 else 0]
 
 
 @kernel
-def _fill_amplitudes(rings: Array, angle: Array, free: Array, even: int) -> None:
-    """The maximum amplitude within a step of each of ``even`` uniform angles, from those at increasing angles [rad]."""
-    for i in range(free.size):
-        at = angle[i] / _TURN * even
-        for k in (math.floor(at), math.ceil(at)):
-            rings[k % even] = max(rings[k % even], free[i])
+def _fill_maximum_amplitudes(ringing: Array, angle: Array, amplitude: Array, uniform: int) -> None:
+    """Fill in, at ``uniform`` uniform angles, the maximum of the amplitudes at increasing angles [rad] within a step of
+    each."""
+    for i in range(amplitude.size):
+        position = angle[i] / _TURN * uniform
+        for k in (math.floor(position), math.ceil(position)):
+            ringing[k % uniform] = max(ringing[k % uniform], amplitude[i])
 
 
 @kernel
-def paces(coupling: Array, head: float, inertia: float, tables: Collocation) -> Array:
-    """Omega under axial forces with q_s l^2: the square root of a parabola through three values of Omega^2.
+def first_frequencies(coupling: Array, head: float, inertia: float, tables: Collocation) -> Array:
+    """Return Omega under axial forces with q_s l^2, as the square root of a parabola through three values of Omega^2.
 
-    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d by inverse iteration with the Rayleigh quotient.
+    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d, found by inverse iteration with the Rayleigh
+    quotient.
     """
     n = NODES
-    room, none, load = scratch(n), np.zeros(n), np.empty(n)
-    bend, shape, sunk = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
+    workspace, none, load = scratch(n), np.zeros(n), np.empty(n)
+    curvature, shape, deflection = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
     least, most = coupling.min(), coupling.max()
     squares, shape[0] = np.empty(3), 1.0
     for m in range(3):
         q = least + 0.5 * m * (most - least)
-        for _ in range(_FIRST_ROUNDS if m == 0 else _ROUNDS):
+        for _ in range(_FIRST_ITERATIONS if m == 0 else _ITERATIONS):
             load[0] = 0.5 * shape[0] - shape[1] / 6.0
             for k in range(1, n):
                 load[k] = tables.low[k] * shape[k - 1] - tables.high[k] * shape[k + 1]
-            bent_by(q, head, 0.0, shape[0], load, none, tables, room, bend, sunk)
-            product, square = 0.0, 0.0
+            solve_bending(q, head, 0.0, shape[0], load, none, tables, workspace, curvature, deflection)
+            rayleigh, square = 0.0, 0.0
             for k in range(n + 2):
-                product += sunk[k] * shape[k] / (2 * k + 1)
-                square += sunk[k] * sunk[k] / (2 * k + 1)
+                rayleigh += deflection[k] * shape[k] / (2 * k + 1)
+                square += deflection[k] * deflection[k] / (2 * k + 1)
             for k in range(n + 2):
-                shape[k] = sunk[k] / math.sqrt(square)
-        squares[m] = product / (square * inertia)
+                shape[k] = deflection[k] / math.sqrt(square)
+        squares[m] = rayleigh / (square * inertia)
     out, middle = np.empty(coupling.size), 0.5 * (least + most)
-    bent, tilt = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
+    second, first = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
     half = 0.5 * (most - least)
     for i in range(coupling.size):
         x = (coupling[i] - middle) / half if half > 0.0 else 0.0
-        out[i] = math.sqrt(max(squares[1] + x * (tilt + x * bent), 1e-6 * abs(squares[1])))
+        out[i] = math.sqrt(max(squares[1] + x * (first + x * second), 1e-6 * abs(squares[1])))
     return out
 
 
 @kernel
 def _quasi_static(states: Array, compliance: float, l: float, head: float, tables: Collocation) -> Array:
-    """Legendre coefficients of V over the strip's length at all angles, (angles, NODES + 2).
+    """Return the Legendre coefficients of V/l at all angles, (angles, NODES + 2).
 
-    V = W/m - g D z, where psi = W' obeys psi'' = q_s psi + D (``strip.shear``) and, from the conditions at the head,
-    W(l) + e m psi(l) = m (s + g D l), psi'(l) + e m psi''(l) = 0.
+    V = W/m - g D z, where psi = W' obeys psi'' = q_s psi + D (``strip.shear``) and, at the head, W(l) + e m psi(l) = m
+    (s + g D l), psi'(l) + e m psi''(l) = 0.
     """
     n, count = NODES, states.shape[1]
-    room, none, bend, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
+    workspace, none, curvature, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
     for i in range(count):
-        m, leant = states[SOFTENING, i], compliance * states[SHEAR, i]
-        offset = m * (states[STROKE, i] / l + leant)
-        bent_by(l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, room, bend, out[i])
+        m, sheared = states[SOFTENING, i], compliance * states[SHEAR, i]
+        offset = m * (states[STROKE, i] / l + sheared)
+        solve_bending(
+            l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, workspace, curvature, out[i]
+        )
         for k in range(n + 2):
             out[i, k] = out[i, k] / m
         # z/l is (P_0 + P_1)/2.
-        out[i, 0] -= 0.5 * leant
-        out[i, 1] -= 0.5 * leant
+        out[i, 0] -= 0.5 * sheared
+        out[i, 1] -= 0.5 * sheared
     return out
 
 
 @kernel
 def _first_iterate(
-    rise: Array, coupling: Array, head: float, inertia: float, count: int, every: int, tables: Collocation
+    deflection: Array, coupling: Array, head: float, inertia: float, count: int, every: int, tables: Collocation
 ) -> tuple[Array, Array, int]:
-    """d at every ``every``-th of the first ``count`` angles, which are uniform: (NODES + 4, count/every); the Legendre
-    coefficients of its shape at its maximum, (NODES + 2,), and that column's index.
+    """Return d at every ``every``-th of the first ``count`` angles, which are uniform, (NODES + 4, count/every); the
+    Legendre coefficients of its shape at its maximum, (NODES + 2,), and the column of that maximum.
 
     Rows are Q and theta'(0) in units of the strip's length, then the Legendre coefficients of theta'. ``coupling`` is
     q_s l^2, ``inertia`` rho A omega^2 l^4/EI.
     """
     n = NODES
-    room, load, none = scratch(n), np.zeros(n), np.zeros(n)
+    workspace, load, none = scratch(n), np.zeros(n), np.zeros(n)
     out, shape = np.empty((n + 4, count // every)), np.zeros(n + 2)
-    bend, sunk, moved = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
-    scale, greatest, where = inertia * (count / _TURN) ** 2, -1.0, 0
+    curvature, response, acceleration = np.empty(n + 2), np.empty(n + 2), np.empty(n + 2)
+    scale, largest, column = inertia * (count / _TURN) ** 2, -1.0, 0
     for j in range(count // every):
         i = j * every
-        before, after = rise[i - 1 if i > 0 else count - 1], rise[i + 1 if i < count - 1 else 0]
+        previous, following = deflection[i - 1 if i > 0 else count - 1], deflection[i + 1 if i < count - 1 else 0]
         for k in range(n + 2):
-            moved[k] = scale * (before[k] - 2.0 * rise[i, k] + after[k])
-        load[0] = -(0.5 * moved[0] - moved[1] / 6.0)
+            acceleration[k] = scale * (previous[k] - 2.0 * deflection[i, k] + following[k])
+        load[0] = -(0.5 * acceleration[0] - acceleration[1] / 6.0)
         for k in range(1, n):
-            load[k] = -(tables.low[k] * moved[k - 1] - tables.high[k] * moved[k + 1])
-        q, c = bent_by(coupling[i], head, 0.0, -moved[0], load, none, tables, room, bend, sunk)
+            load[k] = -(tables.low[k] * acceleration[k - 1] - tables.high[k] * acceleration[k + 1])
+        q, c = solve_bending(
+            coupling[i], head, 0.0, -acceleration[0], load, none, tables, workspace, curvature, response
+        )
         out[0, j], out[1, j] = q, c
         for k in range(n + 2):
-            out[2 + k, j] = bend[k]
-        if abs(sunk[0]) > greatest:
-            greatest = abs(sunk[0])
-            where = j
-            for k in range(sunk.size):
-                shape[k] = sunk[k]
-    return out, shape, where
+            out[2 + k, j] = curvature[k]
+        if abs(response[0]) > largest:
+            largest = abs(response[0])
+            column = j
+            for k in range(response.size):
+                shape[k] = response[k]
+    return out, shape, column
 
 
 @kernel
-def _share_of(rise: Array, shape: Array) -> Array:
-    """int V psi dz/int psi^2 dz at every angle: the projection on the shape psi."""
-    out, whole = np.zeros(rise.shape[0]), 0.0
+def _projection(deflection: Array, shape: Array) -> Array:
+    """Return the projection int V psi dz/int psi^2 dz of V on the shape psi at every angle."""
+    out, norm = np.zeros(deflection.shape[0]), 0.0
     for k in range(shape.size):
-        whole += shape[k] * shape[k] / (2 * k + 1)
+        norm += shape[k] * shape[k] / (2 * k + 1)
     for i in range(out.size):
         for k in range(shape.size):
-            out[i] += rise[i, k] * shape[k] / (2 * k + 1)
-        out[i] = out[i] / whole if whole > 0.0 else 0.0
+            out[i] += deflection[i, k] * shape[k] / (2 * k + 1)
+        out[i] = out[i] / norm if norm > 0.0 else 0.0
     return out
 
 
 @kernel
-def _corners_ring(
-    states: Array, count: int, share: Array, pace: Array, loss: float, strip: Strip, critical: float
+def _corner_ringing(
+    states: Array, count: int, projection: Array, frequency: Array, loss: float, strip: Strip, critical: float
 ) -> float:  # fmt: skip
-    """Ringing amplitude of a fast mode after the corners due to friction between ``count`` uniform angles, times
-    Omega^(1/2), which is invariant while Omega varies slowly.
+    """Return the ringing amplitude of a fast mode after the corners due to friction, times Omega^(1/2), which is
+    invariant while Omega varies slowly; corners are sought between ``count`` uniform angles.
 
     Where 6 |M|/Lp = |T|, F'' jumps by (4/pi) mu |T| ((6 |M|/(|T| Lp))')^2.
     """
@@ -279,17 +296,17 @@ def _corners_ring(
     friction, lever, offset = strip.friction, strip.lever, strip.offset
     for i in range(count):
         j = (i + 1) % count
-        phase += pace[i] * step
-        here, after = abs(states[SIDE, i]), abs(states[SIDE, j])
-        skew = lever * abs(states[MOMENT, i] + states[SIDE, i] * offset) - here
-        skew_after = lever * abs(states[MOMENT, j] + states[SIDE, j] * offset) - after
-        if friction == 0.0 or skew * skew_after >= 0.0:
+        phase += frequency[i] * step
+        side_before, next_side = abs(states[SIDE, i]), abs(states[SIDE, j])
+        excess = lever * abs(states[MOMENT, i] + states[SIDE, i] * offset) - side_before
+        next_excess = lever * abs(states[MOMENT, j] + states[SIDE, j] * offset) - next_side
+        if friction == 0.0 or excess * next_excess >= 0.0:
             continue
-        at = skew / (skew - skew_after)
-        side, rate = here + at * (after - here), (skew_after - skew) / step
-        force = states[FORCE, i] + at * (states[FORCE, j] - states[FORCE, i])
-        stiff = max(critical + force - friction * side, 1e-3 * critical)
-        moved = abs(share[i] + at * (share[j] - share[i])) / stiff
-        total += friction * rate * rate / side * moved / pace[i] ** 1.5
-    kept = math.exp(-0.5 * loss * phase)
-    return total * max(1.0, 1.0 / divisor(kept, certain_sine(abs(math.sin(0.5 * phase)), phase)))
+        fraction = excess / (excess - next_excess)
+        side, rate = side_before + fraction * (next_side - side_before), (next_excess - excess) / step
+        force = states[FORCE, i] + fraction * (states[FORCE, j] - states[FORCE, i])
+        stiffness = max(critical + force - friction * side, 1e-3 * critical)
+        displacement = abs(projection[i] + fraction * (projection[j] - projection[i])) / stiffness
+        total += friction * rate * rate / side * displacement / frequency[i] ** 1.5
+    decay = math.exp(-0.5 * loss * phase)
+    return total * max(1.0, 1.0 / closure_divisor(decay, conservative_sine(abs(math.sin(0.5 * phase)), phase)))

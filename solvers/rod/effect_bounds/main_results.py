@@ -2,7 +2,7 @@
 
     sigma+- = N/(b h) +- (E h/2) psi',   T,   M0,   |T| + 6 |M0 + T e|/Lp,   F |v|,   P,   P_cr,   omega_1
 
-at equally spaced stations and given angles: extrema are those of the samples. Revolutions are compared at the same
+at equally spaced stations and given angles; extrema are those of the samples. Revolutions are compared at the same
 samples, so that sampling errors largely cancel.
 """
 
@@ -36,32 +36,32 @@ Array = NDArray[np.float64]
 
 STATIONS = 9
 
-UTILISATION, STRESS, MOST_SIDE, MOST_MOMENT, MOST_CONTACT, POWER = range(6)
+UTILISATION, MAX_STRESS, MAX_SIDE_FORCE, MAX_CLAMP_MOMENT, MAX_CONTACT_LOAD, FRICTION_WORK = range(6)
 """1/n of fatigue, maximum |sigma| [Pa], maximum |T| [N], |M0| [N m] and contact load |T| + 6 |M0 + T e|/Lp [N], and the
 mean of F |dx/dphi| [N m]."""
 
 RESULTS = 6
 
-MASS, COUPLES, SHEARING, FRICTION = range(4)
+RECIPROCATING_MASS, AXIAL_COUPLING, SHEAR_FLEXIBILITY, FRICTION_FEEDBACK = range(4)
 """Removable parts: the reciprocating mass, the axial force's contribution to bending, shear, and friction feedback."""
 
 PARTS = 4
 
 
-class Judging(NamedTuple):
+class ResultParameters(NamedTuple):
     """Parameters of the results, SI units.
 
-    angle, share     crank angles and their quadrature weights as fractions of a revolution, (n,)
+    angle, weight    crank angles and their quadrature weights as fractions of a revolution, (n,)
     travel           |dx/dphi| [m] at the angles times their weights, (n,)
     lever, offset    6/Lp [1/m] of the skirt and the clamp's offset e [m]
     friction         (4/pi) mu
     direct, bending  1/(b h) [1/m^2] and E h/2 [Pa m]
     lines, parabola  the fatigue diagram (``solvers.fatigue.kernels``)
-    in_plane         P_cr [N] of bending in the crank's plane, rigid in shear
+    in_plane_critical  P_cr [N] of bending in the crank's plane, rigid in shear
     """
 
     angle: Array
-    share: Array
+    weight: Array
     travel: Array
     lever: float
     offset: float
@@ -70,22 +70,22 @@ class Judging(NamedTuple):
     bending: float
     lines: Array
     parabola: Array
-    in_plane: float
+    in_plane_critical: float
 
 
-class Judged(NamedTuple):
+class MainResults(NamedTuple):
     """The results of one revolution.
 
     ``results`` (RESULTS,), and utilisation and stress amplitude [Pa] of every fibre and station in ``sections``
-    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``stands`` is 0
-    and only forces exist: without friction, or P_cr as the maximum compression if it buckles by friction only.
+    (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``is_stable`` is
+    0 and only forces exist: without friction, or with P_cr as the maximum compression if it buckles by friction only.
     """
 
     results: Array
     sections: Array
     force: Array
     critical: float
-    stands: float
+    is_stable: float
 
 
 @reducing_kernel
@@ -96,9 +96,9 @@ def _extremes(f: Array) -> tuple[float, float]:
     return high, low
 
 
-class Added(NamedTuple):
-    """What corrections add to T [N] and M0 [N m], (n,), and to V'' [1/m] as Legendre coefficients over the strip,
-    (terms, n); ``inclined``: N is tangential to the deflected strip."""
+class ShapeCorrection(NamedTuple):
+    """Contribution of corrections to T [N] and M0 [N m], (n,), and to V'' [1/m] as Legendre coefficients over the
+    strip, (terms, n); ``inclined``: N is tangential to the deflected strip."""
 
     side: Array
     moment: Array
@@ -107,164 +107,178 @@ class Added(NamedTuple):
 
 
 @kernel
-def nothing_added(n: int) -> Added:
-    """No corrections at n angles."""
-    return Added(np.zeros(n), np.zeros(n), np.zeros((0, n)), False)
+def no_correction(n: int) -> ShapeCorrection:
+    """Return a correction of zero at n angles."""
+    return ShapeCorrection(np.zeros(n), np.zeros(n), np.zeros((0, n)), False)
 
 
 @kernel
-def both_added(one: Added, other: Added) -> Added:
-    """The sum of two corrections."""
+def sum_of_corrections(one: ShapeCorrection, other: ShapeCorrection) -> ShapeCorrection:
+    """Return the sum of two corrections."""
     if one.series.shape[0] < other.series.shape[0]:
         one, other = other, one
     series = one.series.copy()
     for k in range(other.series.shape[0]):
         for i in range(series.shape[1]):
             series[k, i] += other.series[k, i]
-    return Added(one.side + other.side, one.moment + other.moment, series, one.inclined or other.inclined)
+    return ShapeCorrection(one.side + other.side, one.moment + other.moment, series, one.inclined or other.inclined)
 
 
 @kernel
-def judge(j: Judging, strip: Strip, states: Array, added: Added, critical: float) -> Judged:
-    """The main results from a table of states (``cycle.state``) of an unbuckled strip, one column per angle."""
-    n, series, inclined = states.shape[1], added.series, added.inclined
-    side, moment = states[SIDE] + added.side, states[MOMENT] + added.moment
+def evaluate(
+    parameters: ResultParameters, strip: Strip, states: Array, correction: ShapeCorrection, critical: float
+) -> MainResults:
+    """Return the main results from a table of states (``cycle.state``) of an unbuckled strip, one column per angle, and
+    a correction."""
+    n, series, inclined = states.shape[1], correction.series, correction.inclined
+    side, moment = states[SIDE] + correction.side, states[MOMENT] + correction.moment
     results, sections, force = np.zeros(RESULTS), np.empty((2, 2 * STATIONS)), states[FORCE]
     for i in range(n):
-        t, couple = abs(side[i]), j.lever * abs(moment[i] + side[i] * j.offset)
-        results[MOST_SIDE], results[MOST_MOMENT] = max(results[MOST_SIDE], t), max(results[MOST_MOMENT], abs(moment[i]))
-        results[MOST_CONTACT] = max(results[MOST_CONTACT], contact_load(t, couple))
-        results[POWER] += j.friction * j.travel[i] * both_walls(t, couple)
-    bent, turned, sunk, upper, lower = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
-    for m in range(STATIONS):
-        z = strip.length * m / (STATIONS - 1)
-        bend(states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, bent, turned, sunk)
-        before, here, x = 0.0, 1.0, 2.0 * m / (STATIONS - 1) - 1.0
+        side_force, couple = abs(side[i]), parameters.lever * abs(moment[i] + side[i] * parameters.offset)
+        results[MAX_SIDE_FORCE] = max(results[MAX_SIDE_FORCE], side_force)
+        results[MAX_CLAMP_MOMENT] = max(results[MAX_CLAMP_MOMENT], abs(moment[i]))
+        results[MAX_CONTACT_LOAD] = max(results[MAX_CONTACT_LOAD], contact_load(side_force, couple))
+        results[FRICTION_WORK] += parameters.friction * parameters.travel[i] * both_walls(side_force, couple)
+    curvature, slope, deflection, upper, lower = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
+    for station in range(STATIONS):
+        z = strip.length * station / (STATIONS - 1)
+        bend(
+            states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, curvature, slope, deflection
+        )
+        previous, legendre, x = 0.0, 1.0, 2.0 * station / (STATIONS - 1) - 1.0
         for k in range(series.shape[0]):
             for i in range(n):
-                bent[i] += here * series[k, i]
-            before, here = here, ((2 * k + 1) * x * here - k * before) / (k + 1)
+                curvature[i] += legendre * series[k, i]
+            previous, legendre = legendre, ((2 * k + 1) * x * legendre - k * previous) / (k + 1)
         for i in range(n):
-            tangent = force[i]
+            tangential = force[i]
             if inclined:
-                slope = turned[i] / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
-                tangent = tangent * (1.0 - 0.5 * slope * slope) + side[i] * slope
-            upper[i] = j.direct * tangent + j.bending * bent[i]
-            lower[i] = j.direct * tangent - j.bending * bent[i]
+                inclination = slope[i] / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
+                tangential = tangential * (1.0 - 0.5 * inclination * inclination) + side[i] * inclination
+            direct, bending = parameters.direct * tangential, parameters.bending * curvature[i]
+            upper[i], lower[i] = direct + bending, direct - bending
         for fibre in range(2):
             high, low = _extremes(upper if fibre == 0 else lower)
-            used = utilisation_of(high, low, j.lines, j.parabola)
-            sections[0, fibre * STATIONS + m], sections[1, fibre * STATIONS + m] = used, 0.5 * (high - low)
-            results[UTILISATION] = max(results[UTILISATION], used)
-            results[STRESS] = max(results[STRESS], max(high, -low))
-    return Judged(results, sections, force, critical, 1.0)
+            utilisation = utilisation_of(high, low, parameters.lines, parameters.parabola)
+            column = fibre * STATIONS + station
+            sections[0, column], sections[1, column] = utilisation, 0.5 * (high - low)
+            results[UTILISATION] = max(results[UTILISATION], utilisation)
+            results[MAX_STRESS] = max(results[MAX_STRESS], max(high, -low))
+    return MainResults(results, sections, force, critical, 1.0)
 
 
 @kernel
-def judge_turn(j: Judging, drive: Drive, strip: Strip, states: Array, critical: float) -> Judged:
-    """The main results from a table of states without corrections."""
+def evaluate_linear(
+    parameters: ResultParameters, drive: Drive, strip: Strip, states: Array, critical: float
+) -> MainResults:
+    """Return the main results from a table of states without corrections; the strip may buckle."""
     if states[FORCE].min() > -critical:
-        return judge(j, strip, states, nothing_added(states.shape[1]), critical)
-    force = np.empty(j.angle.size)
+        return evaluate(parameters, strip, states, no_correction(states.shape[1]), critical)
+    force = np.empty(parameters.angle.size)
     for i in range(force.size):
-        force[i] = axial_force(drive, j.angle[i])
+        force[i] = axial_force(drive, parameters.angle[i])
     if force.min() > -critical:
         force[force.argmin()] = -critical
-    return Judged(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
+    return MainResults(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
 
 
 @kernel
 def has_part(drive: Drive, strip: Strip, part: int) -> bool:
-    """Whether there is anything to remove."""
-    return (drive.mass if part == MASS else strip.friction if part == FRICTION else 1.0) != 0.0
+    """Whether the revolution contains a part that could be removed."""
+    return (drive.mass if part == RECIPROCATING_MASS else strip.friction if part == FRICTION_FEEDBACK else 1.0) != 0.0
 
 
 @kernel
 def without_part(strip: Strip, part: int) -> Strip:
-    """The strip without a part."""
+    """Return the strip without a part."""
     return Strip(
-        strip.stiffness, strip.length, strip.rod_length, 0.0 if part == COUPLES else strip.couples,
-        0.0 if part == SHEARING else strip.compliance, 0.0 if part == FRICTION else strip.friction, strip.lever,
-        strip.offset, strip.buckled,
+        strip.stiffness, strip.length, strip.rod_length, 0.0 if part == AXIAL_COUPLING else strip.couples,
+        0.0 if part == SHEAR_FLEXIBILITY else strip.compliance,
+        0.0 if part == FRICTION_FEEDBACK else strip.friction, strip.lever, strip.offset, strip.buckled_force,
     )  # fmt: skip
 
 
 @kernel
 def changes_without(
-    j: Judging, drive: Drive, still: Drive, strip: Strip, critical: float, rigid: float, exact: Judged
-) -> Array:
-    """Changes of the forces and of the shape without each part of the revolution, (PARTS, 2); ``still`` is the drive
-    without inertia, ``rigid`` P_cr [N] without shear."""
-    out, states = np.zeros((PARTS, 2)), np.empty((ROWS, j.angle.size))
+    parameters: ResultParameters, drive: Drive, massless_drive: Drive, strip: Strip, critical: float,
+    critical_without_shear: float, exact: MainResults,
+) -> Array:  # fmt: skip
+    """Return the relative changes of the forces and of the shape without each part of the revolution, (PARTS, 2).
+    ``massless_drive`` is the drive without inertia, ``critical_without_shear`` P_cr [N] without shear."""
+    out, states = np.zeros((PARTS, 2)), np.empty((ROWS, parameters.angle.size))
     for part in range(PARTS):
         if not has_part(drive, strip, part):
             continue
-        driven = still if part == MASS else drive
-        most = rigid if part == SHEARING else critical
-        left = without_part(strip, part)
-        fill_states(driven, left, j.angle, states)
-        found = judge_turn(j, driven, left, states, most)
-        out[part, 0], out[part, 1] = change_of_forces(j, found, exact), change_of_shape(found, exact)
+        reduced_drive = massless_drive if part == RECIPROCATING_MASS else drive
+        reduced_critical = critical_without_shear if part == SHEAR_FLEXIBILITY else critical
+        reduced_strip = without_part(strip, part)
+        fill_states(reduced_drive, reduced_strip, parameters.angle, states)
+        reduced = evaluate_linear(parameters, reduced_drive, reduced_strip, states, reduced_critical)
+        out[part, 0], out[part, 1] = change_of_forces(parameters, reduced, exact), change_of_shape(reduced, exact)
     return out
 
 
 @kernel
-def change_of_shape(found: Judged, exact: Judged) -> float:
-    """Maximum relative difference of the bent strip's results; inf if only one of them stands."""
-    if found.stands != exact.stands:
+def change_of_shape(found: MainResults, exact: MainResults) -> float:
+    """Return the maximum relative difference of the bent strip's results; inf if only one of two strips is stable."""
+    if found.is_stable != exact.is_stable:
         return np.inf
-    if exact.stands == 0.0:
+    if exact.is_stable == 0.0:
         return 0.0
-    worst = _change_of_amplitude(found.sections, exact.sections)
+    largest = _change_of_amplitude(found.sections, exact.sections)
     for k in range(RESULTS):
-        here, truth = found.results[k], exact.results[k]
-        # A safety is the inverse of the utilisation.
-        base = here if k in (UTILISATION, STRESS) else truth
-        if here != truth:
-            worst = max(worst, abs(here - truth) / base if base > 0.0 else np.inf)
-    return worst
+        value, exact_value = found.results[k], exact.results[k]
+        # A safety is the inverse of the utilisation, so its change refers to the changed value.
+        reference = value if k in (UTILISATION, MAX_STRESS) else exact_value
+        if value != exact_value:
+            largest = max(largest, abs(value - exact_value) / reference if reference > 0.0 else np.inf)
+    return largest
 
 
 @kernel
-def change_of_forces(j: Judging, found: Judged, exact: Judged) -> float:
-    """Change of P_cr, of the extrema of the axial force, the stability, and the natural frequency under the mean force.
+def change_of_forces(parameters: ResultParameters, found: MainResults, exact: MainResults) -> float:
+    """Return the maximum relative change of P_cr, of the extrema of the axial force, of the stability safety, and of
+    the natural frequency under the mean force.
 
-    An extremum lies between samples: the maximum difference at the neighbouring samples is used.
+    The true extrema lie between samples: the maximum difference at the neighbouring samples is used.
     """
-    worst, n = abs(found.critical / exact.critical - 1.0), j.angle.size
+    largest, n = abs(found.critical / exact.critical - 1.0), parameters.angle.size
     for sign in (1.0, -1.0):
-        here, there = 0, 0
+        exact_at, found_at = 0, 0
         for i in range(n):
-            here = i if sign * exact.force[i] > sign * exact.force[here] else here
-            there = i if sign * found.force[i] > sign * found.force[there] else there
-        truth, differs = exact.force[here], abs(found.force[there] - exact.force[here])
-        for i in range(here - 1, here + 2):
-            differs = max(differs, abs(found.force[i % n] - exact.force[i % n]))
-        if differs > 0.0:
-            worst = max(worst, differs / abs(truth) if truth != 0.0 else np.inf)
+            exact_at = i if sign * exact.force[i] > sign * exact.force[exact_at] else exact_at
+            found_at = i if sign * found.force[i] > sign * found.force[found_at] else found_at
+        exact_value, difference = exact.force[exact_at], abs(found.force[found_at] - exact.force[exact_at])
+        for i in range(exact_at - 1, exact_at + 2):
+            difference = max(difference, abs(found.force[i % n] - exact.force[i % n]))
+        if difference > 0.0:
+            largest = max(largest, difference / abs(exact_value) if exact_value != 0.0 else np.inf)
         if sign < 0.0:
-            if (truth < 0.0) != (found.force[there] < 0.0):
-                worst = np.inf
-            elif truth < 0.0:
-                worst = max(worst, abs(truth / found.force[there] * (found.critical / exact.critical) - 1.0))
-    mean, means = 0.0, 0.0
+            if (exact_value < 0.0) != (found.force[found_at] < 0.0):
+                largest = np.inf
+            elif exact_value < 0.0:
+                safety_ratio = exact_value / found.force[found_at] * (found.critical / exact.critical)
+                largest = max(largest, abs(safety_ratio - 1.0))
+    mean, found_mean = 0.0, 0.0
     for i in range(n):
-        mean, means = mean + j.share[i] * exact.force[i], means + j.share[i] * found.force[i]
-    stiff = max(j.in_plane + min(mean, means), 1e-3 * j.in_plane)
-    return max(worst, 0.5 * abs(mean - means) / stiff)
+        mean += parameters.weight[i] * exact.force[i]
+        found_mean += parameters.weight[i] * found.force[i]
+    critical = parameters.in_plane_critical
+    stiffness = max(critical + min(mean, found_mean), 1e-3 * critical)
+    return max(largest, 0.5 * abs(mean - found_mean) / stiffness)
 
 
 @kernel
 def _change_of_amplitude(found: Array, exact: Array) -> float:
-    """Change of the amplitude at the section that governs fatigue.
+    """Return the relative change of the stress amplitude at the section that governs fatigue.
 
     In optimal strips two sections govern equally, and a small change switches between them: the reported amplitude then
     jumps, like the section itself, although no section's stress changes much.
     """
-    top, at = 0.0, 0
+    highest, at = 0.0, 0
     for m in range(exact.shape[1]):
-        if exact[0, m] > top:
-            top, at = exact[0, m], m
-    if top <= 0.0 or exact[1, at] == 0.0:
+        if exact[0, m] > highest:
+            highest, at = exact[0, m], m
+    if highest <= 0.0 or exact[1, at] == 0.0:
         return 0.0
     return abs(found[1, at] / exact[1, at] - 1.0)

@@ -14,18 +14,18 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import BEAM_COLUMN, strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
-from solvers.rod.effect_bounds.corrected import Corrected, change_beside, corrected
-from solvers.rod.effect_bounds.inertia import FOLLOWED, NODES, SIGNED, Inert
+from solvers.rod.effect_bounds.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
+from solvers.rod.effect_bounds.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
 from solvers.rod.effect_bounds.main_results import (
-    MASS,
-    SHEARING,
-    Judged,
-    Judging,
+    RECIPROCATING_MASS,
+    SHEAR_FLEXIBILITY,
+    MainResults,
+    ResultParameters,
     changes_without,
-    judge_turn,
+    evaluate_linear,
     without_part,
 )
-from solvers.rod.effect_bounds.sampling import Sampling, Sharp, even_angles, sharp_angles, with_sharp
+from solvers.rod.effect_bounds.sampling import Sampling, SharpAngles, sharp_angles, uniform_angles, with_sharp_angles
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.piston.friction import travel
 from solvers.rod.scene import Dimensions, Scene
@@ -35,49 +35,54 @@ from solvers.rod.strip.shear import critical_coupling
 
 Array = NDArray[np.float64]
 
-_EVEN, _MAX_EVEN, _MAX_EVEN_IF_SHARP = 128, 1024, 4096
-"""Initial and maximum number of uniform angles; doubled until the reactions are resolved."""
+_UNIFORM, _MAX_UNIFORM, _MAX_UNIFORM_IF_SHARP = 128, 1024, 4096
+"""Initial and maximum numbers of uniform angles; the number is doubled until the reactions are resolved."""
 
-_LEAST = 1e-3
-"""Change by inertia from which the motion is worth more angles where the load is sharp."""
+_MIN_CHANGE = 1e-3
+"""Change by inertia from which more angles for the motion are worth their time if the load is sharp."""
 
-_APART, _APART_IF_SHARP = 1e-2, 1e-3
-"""Change by corrections up to which they and other effects are judged one by one, for smooth and for sharp loads."""
+_MAX_INDEPENDENT, _MAX_INDEPENDENT_IF_SHARP = 1e-2, 1e-3
+"""Change by corrections up to which their influence and that of other effects are independent, for smooth and for sharp
+loads."""
 
-_MAX_EXCITED = 25.0
-"""Pace of the first mode, relative to the revolution's sharpness, above which smooth loads do not excite it."""
+_MAX_EXCITED_FREQUENCY = 25.0
+"""Natural frequency of the first mode, relative to the revolution's sharpness, above which smooth loads do not excite
+it."""
 
 _FEWER_NODES = 12
-"""Of large displacement than for full precision."""
+"""Number of nodes for large displacement saved in comparison with full precision."""
 
 _MAX_SECOND_DIFFERENCE = 0.03
 """Second difference of a reaction at uniform angles, relative to its maximum, up to which it is resolved."""
 
 
 @kernel
-def _states(drive: Drive, strip: Strip, angle: Array, even: int) -> tuple[Array, Array, float, float]:
-    """The states at the angles, |dx/dphi| [m], and the maximum second differences of the reactions at the uniform
-    angles and at every other one, relative to their maxima."""
-    states, moved = np.empty((ROWS, angle.size)), np.empty(angle.size)
+def _states(drive: Drive, strip: Strip, angle: Array, count: int) -> tuple[Array, Array, float, float]:
+    """Return the states at the angles, |dx/dphi| [m], and the maximum second differences of the reactions at the
+    uniform angles and at every other one, relative to their maxima."""
+    states, piston_travel = np.empty((ROWS, angle.size)), np.empty(angle.size)
     fill_states(drive, strip, angle, states)
     for i in range(angle.size):
-        moved[i] = drive.crank_radius * travel(drive.crank_radius / drive.rod_length, angle[i])
-    bent, thinned = 0.0, 0.0
+        piston_travel[i] = drive.crank_radius * travel(drive.crank_radius / drive.rod_length, angle[i])
+    second_difference, thinned_difference = 0.0, 0.0
     for row in (SIDE, MOMENT):
         reaction, most, once, twice = states[row], 0.0, 0.0, 0.0
-        for i in range(even):
+        for i in range(count):
+            before, after = reaction[i - 1 if i > 0 else count - 1], reaction[(i + 1) % count]
             most = max(most, abs(reaction[i]))
-            once = max(once, abs(reaction[i - 1 if i > 0 else even - 1] - 2.0 * reaction[i] + reaction[(i + 1) % even]))
-            twice = max(twice, abs(reaction[(i - 2) % even] - 2.0 * reaction[i] + reaction[(i + 2) % even]))
+            once = max(once, abs(before - 2.0 * reaction[i] + after))
+            twice = max(twice, abs(reaction[(i - 2) % count] - 2.0 * reaction[i] + reaction[(i + 2) % count]))
         if most > 0.0:
-            bent, thinned = max(bent, once / most), max(thinned, twice / most)
-    return states, moved, bent, thinned
+            second_difference = max(second_difference, once / most)
+            thinned_difference = max(thinned_difference, twice / most)
+    return states, piston_travel, second_difference, thinned_difference
 
 
 @dataclass(frozen=True)
-class Turn:
-    """A sampled revolution of a strip: P_cr [N], the states (``cycle.state``) at all angles, and at those ``seen`` by
-    the results, whose parameters are ``judging``: of a smooth load every ``step``-th one, if these resolve it.
+class Revolution:
+    """A sampled revolution of a strip: P_cr [N], the states (``cycle.state``) at all angles, and at those of the
+    results, whose ``parameters`` it holds. For a smooth load these are every ``step``-th angle, if that resolves the
+    results.
 
     ``sharpness`` is the square root of the ratio of the reactions' maximum second derivative to their maximum.
     """
@@ -89,44 +94,46 @@ class Turn:
     sharpness: float
     states: Array
     step: int
-    seen: Array
-    judging: Judging
+    result_states: Array
+    parameters: ResultParameters
 
     @cached_property
-    def judged(self) -> Judged:
+    def results(self) -> MainResults:
         """The main results."""
-        return judge_turn(self.judging, self.drive, self.strip, self.seen, self.critical)
+        return evaluate_linear(self.parameters, self.drive, self.strip, self.result_states, self.critical)
 
     @cached_property
     def tables(self) -> Collocation:
-        """Those of large displacement, which is smooth: fewer nodes suffice than for full precision."""
+        """Collocation tables for large displacement, which is smooth: fewer nodes suffice than for full precision."""
         force, per_force = self.states[FORCE], self.strip.length**2 / self.strip.stiffness
         return collocation(nodes_for(float(force.min()) * per_force, float(force.max()) * per_force) - _FEWER_NODES)
 
     @property
     def smooth(self) -> bool:
-        return self.sampling.even == self.sampling.angle.size
+        return self.sampling.uniform == self.sampling.angle.size
 
     @property
-    def stands(self) -> bool:
+    def is_stable(self) -> bool:
         return float(self.states[FORCE].min()) > -self.critical
 
 
-def _finer(turn: Turn, found: Corrected) -> int | None:
-    """How many uniform angles the first mode asks for, if more than there are; None where no number up to the greatest
-    is enough, or where that mode hardly moves.
+def _finer_count(revolution: Revolution, found: CorrectedRevolution) -> int | None:
+    """Return the number of uniform angles required by the first mode if it exceeds the present one; None if no
+    admissible number suffices, or if that mode hardly moves.
 
-    Smooth loads hardly make it ring, so that its excitation is to be resolved. Corners and jumps do, and only where its
-    motion is resolved the phases count of what they excite; else its amplitudes are added up.
+    Smooth loads hardly make the mode ring, but its excitation must be resolved. Corners and jumps do; only if the
+    mode's motion is resolved the phases of their contributions are known, otherwise their amplitudes are added.
     """
-    even, turns = turn.sampling.even, found.pace * TURN
-    if turn.smooth:
-        excited = FOLLOWED * even <= turns and found.pace <= _MAX_EXCITED * turn.sharpness
-        return 2 * even if excited and 2 * even <= _MAX_EVEN else None
-    wanted = turns / SIGNED
-    if not even < wanted <= _MAX_EVEN_IF_SHARP or found.by_inertia < _LEAST:
+    uniform, phase = revolution.sampling.uniform, found.frequency * TURN
+    if revolution.smooth:
+        resolved = MAX_PHASE_FOR_EXCITATION * uniform > phase
+        max_frequency = _MAX_EXCITED_FREQUENCY * revolution.sharpness
+        is_excited = not resolved and found.frequency <= max_frequency
+        return 2 * uniform if is_excited and 2 * uniform <= _MAX_UNIFORM else None
+    required = phase / MAX_PHASE_FOR_SIGN
+    if not uniform < required <= _MAX_UNIFORM_IF_SHARP or found.by_inertia < _MIN_CHANGE:
         return None
-    return 2 ** math.ceil(math.log2(wanted))
+    return 2 ** math.ceil(math.log2(required))
 
 
 @dataclass(frozen=True)
@@ -146,8 +153,8 @@ class Situation:
         return drive_of(self.scene, self.scene.piston.reciprocating_mass)
 
     @cached_property
-    def sharp(self) -> Sharp:
-        """Where the load is sharp."""
+    def sharp(self) -> SharpAngles:
+        """Angles at which the load is sharp."""
         return sharp_angles(self.scene.load, self.drive)
 
     @cached_property
@@ -157,14 +164,14 @@ class Situation:
         return strip_of(self.scene, self.dimensions, BEAM_COLUMN.with_shear(), friction)
 
     @cached_property
-    def in_plane(self) -> float:
+    def in_plane_critical(self) -> float:
         """P_cr [N] of bending in the crank's plane, rigid in shear."""
         return -self.strip.stiffness * coupling_of(self.dimensions.l, self.scene.mechanism.rod_length)
 
     @property
     def critical(self) -> float:
         """P_cr [N] about the weaker axis, rigid in shear."""
-        return self.in_plane * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
+        return self.in_plane_critical * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
 
     @property
     def critical_with_shear(self) -> float:
@@ -174,100 +181,109 @@ class Situation:
         return min(self.critical, -strip.stiffness * coupling)
 
     @cached_property
-    def turn(self) -> Turn:
+    def revolution(self) -> Revolution:
         """The revolution with every closed-form effect."""
         return self._resolved(self.drive, self.strip)
 
     @cached_property
-    def upright(self) -> Turn | None:
-        """The revolution by which shape corrections are judged.
+    def stable_revolution(self) -> Revolution | None:
+        """The revolution for shape corrections: ``revolution`` if the strip is stable in it, otherwise the one without
+        friction and mass, provided that these are excluded.
 
-        If the strip buckles in ``turn``, the revolution without friction and mass, provided that they are excluded.
-        None if it still buckles: only forces are then defined, and no shape correction changes them.
+        None if the strip still buckles: only forces are then defined, and no shape correction changes them.
         """
-        if self.turn.stands:
-            return self.turn
+        if self.revolution.is_stable:
+            return self.revolution
         drive = self.drive._replace(mass=0.0) if "reciprocating_inertia" in self.excluded else self.drive
         strip = self.strip._replace(friction=0.0) if "friction_feedback" in self.excluded else self.strip
-        turn = self._resolved(drive, strip)
-        return turn if turn.stands else None
+        revolution = self._resolved(drive, strip)
+        return revolution if revolution.is_stable else None
 
     @cached_property
-    def without(self) -> Array:
-        """Maximum relative changes of the forces and of the shape without each part, (PARTS, 2), beside no
-        corrections."""
-        turn, still = self.turn, self.drive._replace(mass=0.0)
-        return changes_without(turn.judging, turn.drive, still, turn.strip, turn.critical, self.critical, turn.judged)
+    def uncorrected_changes(self) -> Array:
+        """Maximum relative changes of the forces and of the shape without each part, (PARTS, 2), in a revolution
+        without corrections."""
+        full, massless_drive = self.revolution, self.drive._replace(mass=0.0)
+        return changes_without(
+            full.parameters, full.drive, massless_drive, full.strip, full.critical, self.critical, full.results
+        )
 
     @cached_property
-    def inert(self) -> Inert:
-        """What the strip's inertia depends on."""
+    def inertia(self) -> InertiaParameters:
+        """Parameters of the strip's inertia."""
         d, material = self.dimensions, self.scene.material
         line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
-        return Inert(line_mass, material.loss_factor, self.in_plane)
+        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical)
 
     @property
-    def corrected(self) -> Corrected | None:
+    def corrected(self) -> CorrectedRevolution | None:
         """The corrections of the revolution; None if the strip buckles."""
         return self._corrections[1] if self._corrections else None
 
     @cached_property
-    def _corrections(self) -> tuple[Turn, Corrected] | None:
-        """They, and the revolution they belong to: at as many angles as resolve the first mode."""
-        turn = self.upright
-        while turn is not None:
-            found = corrected(
-                turn.judging, turn.strip, turn.seen, turn.judged, turn.states, turn.sampling, turn.step, self.inert,
-                collocation(NODES), turn.tables, _APART if turn.smooth else _APART_IF_SHARP,
+    def _corrections(self) -> tuple[Revolution, CorrectedRevolution] | None:
+        """The corrected revolution, preceded by the revolution it belongs to, which has enough angles to resolve the
+        first mode."""
+        revolution = self.stable_revolution
+        while revolution is not None:
+            max_independent = _MAX_INDEPENDENT if revolution.smooth else _MAX_INDEPENDENT_IF_SHARP
+            found = corrected_revolution(
+                revolution.parameters, revolution.strip, revolution.result_states, revolution.results,
+                revolution.states, revolution.sampling, revolution.step, self.inertia, collocation(NODES),
+                revolution.tables, max_independent,
             )  # fmt: skip
-            finer = _finer(turn, found)
-            if finer is None:
-                return turn, found
-            turn = self._resolved(turn.drive, turn.strip, finer)
+            count = _finer_count(revolution, found)
+            if count is None:
+                return revolution, found
+            revolution = self._resolved(revolution.drive, revolution.strip, count)
         return None
 
     def changes_without(self, part: int) -> tuple[float, float]:
-        """Maximum relative changes of the forces and of the shape without a part (``main_results.PARTS``), beside the
-        corrections if these are large."""
-        if not self.turn.stands or not self.corrected or not self.corrected.interact:
-            forces, shape = self.without[part].tolist()
+        """Maximum relative changes of the forces and of the shape without a part (``main_results.PARTS``), including
+        the changes of large corrections."""
+        if not self.revolution.is_stable or not self.corrected or not self.corrected.interact:
+            forces, shape = self.uncorrected_changes[part].tolist()
             return forces, shape
-        turn, found = self._corrections
-        drive = turn.drive._replace(mass=0.0) if part == MASS else turn.drive
-        strip = without_part(turn.strip, part)
-        if drive.mass == turn.drive.mass and strip == turn.strip:
+        full, found = self._corrections
+        drive = full.drive._replace(mass=0.0) if part == RECIPROCATING_MASS else full.drive
+        strip = without_part(full.strip, part)
+        if drive.mass == full.drive.mass and strip == full.strip:
             return 0.0, 0.0
-        critical = self.critical if part == SHEARING else turn.critical
-        return change_beside(
-            turn.judging, turn.sampling, turn.step, self.inert, collocation(NODES), turn.tables, found, drive, strip,
-            critical,
+        critical = self.critical if part == SHEAR_FLEXIBILITY else full.critical
+        return change_with_corrections(
+            full.parameters, full.sampling, full.step, self.inertia, collocation(NODES), full.tables, found, drive,
+            strip, critical,
         )  # fmt: skip
 
-    def _resolved(self, drive: Drive, strip: Strip, even: int = _EVEN) -> Turn:
+    def _resolved(self, drive: Drive, strip: Strip, count: int = _UNIFORM) -> Revolution:
         sharp = self.sharp.ends.size > 0
         while True:
-            sampling = with_sharp(even, self.sharp) if sharp else even_angles(even)
-            states, moved, bent, thinned = _states(drive, strip, sampling.angle, even)
-            step = 2 if thinned <= _MAX_SECOND_DIFFERENCE and not sharp else 1
-            judging, seen = self._judging(sampling, moved, step), np.ascontiguousarray(states[:, ::step])
-            sharpness = math.sqrt(bent) * even / TURN
-            turn = Turn(sampling, drive, strip, self.critical_with_shear, sharpness, states, step, seen, judging)
-            if sharp or not bent > _MAX_SECOND_DIFFERENCE or even >= _MAX_EVEN or not turn.stands:
-                return turn
-            even *= 2 if bent <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
+            sampling = with_sharp_angles(count, self.sharp) if sharp else uniform_angles(count)
+            states, piston_travel, second_difference, thinned_difference = _states(drive, strip, sampling.angle, count)
+            step = 2 if thinned_difference <= _MAX_SECOND_DIFFERENCE and not sharp else 1
+            parameters = self._result_parameters(sampling, piston_travel, step)
+            result_states = np.ascontiguousarray(states[:, ::step])
+            sharpness = math.sqrt(second_difference) * count / TURN
+            revolution = Revolution(
+                sampling, drive, strip, self.critical_with_shear, sharpness, states, step, result_states, parameters
+            )
+            resolved = sharp or not second_difference > _MAX_SECOND_DIFFERENCE
+            if resolved or count >= _MAX_UNIFORM or not revolution.is_stable:
+                return revolution
+            count *= 2 if second_difference <= 4.0 * _MAX_SECOND_DIFFERENCE else 4
 
-    def _judging(self, sampling: Sampling, moved: Array, step: int) -> Judging:
+    def _result_parameters(self, sampling: Sampling, piston_travel: Array, step: int) -> ResultParameters:
         d, piston, material = self.dimensions, self.scene.piston, self.scene.material
-        share = step * sampling.share[::step]
-        return Judging(
+        weight = step * sampling.weight[::step]
+        return ResultParameters(
             sampling.angle[::step].copy(),
-            share,
-            share * moved[::step],
+            weight,
+            weight * piston_travel[::step],
             self.strip.lever,
             piston.clamp_offset,
             4.0 / math.pi * piston.friction_coefficient,
             1.0 / (d.b * d.h),
             0.5 * material.elastic_modulus * d.h,
             *serensen(material).diagram(),
-            self.in_plane,
+            self.in_plane_critical,
         )

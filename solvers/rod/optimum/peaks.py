@@ -1,8 +1,8 @@
-"""Where a strip's results peak: the sections, and the crank angles at which their stresses and the reactions do.
+"""Locations of the peaks of a strip's results: sections and crank angles of extreme stresses and guide reactions.
 
-Stresses are tabulated on a coarse grid of angles and sections; next to the greatest ones peaks are looked for on a
-finer grid, which tells apart those 0.02 rad from each other. What is asked for is one strip at any angles and sections
-(``Response``), whatever physics it has.
+Stresses are tabulated on a coarse grid of angles and sections. Near the largest values, peaks are located on a finer
+grid, which resolves peaks 0.02 rad apart. The search depends only on stresses and reactions at arbitrary angles and
+sections (``Response``), not on the physics behind them.
 """
 
 from __future__ import annotations
@@ -22,27 +22,27 @@ Array = NDArray[np.float64]
 
 ANGLE_STEP = 0.01
 SECTION_STEP = 0.006
-"""Apart from each other [rad, of l] are the three samples through which a peak is followed by a parabola."""
+"""Spacing [rad, fraction of l] of the three samples (a stencil) whose parabola represents a peak."""
 
 ANGLES = 96
-"""Where peaks are first looked for."""
+"""Number of angles of the coarse grid."""
 
-_TRIPLE = np.array([-1.0, 0.0, 1.0])
+_STENCIL = np.array([-1.0, 0.0, 1.0])
 _SECTIONS = 41
-_FINER = 8
-_ZOOM = 17
+_REFINEMENT = 8
+_REFINED_SECTIONS = 17
 _SECTION_SPAN = 0.04
-_HUMP = 0.8
-_SAMPLED, _TIED = 0.02, 1e-3
-"""How far below the greatest a peak may lie that is another's equal: among samples, and when it has been climbed."""
-_ZOOMS, _CLOSER = 5, np.linspace(-1.0, 1.0, 9)
-"""Steps to a peak beside a corner, where no parabola leads to it; the places looked at in each, of which the next
-step's are a quarter as far apart."""
+_CANDIDATE_FRACTION = 0.8
+_SAMPLING_TOLERANCE, _TIE_TOLERANCE = 0.02, 1e-3
+"""Relative distance below the maximum within which a peak counts as equal to it: of samples, and of located peaks."""
+_GRID_REFINEMENTS, _LOCAL_GRID = 5, np.linspace(-1.0, 1.0, 9)
+"""Number of local grids by which a peak near a corner, where a parabola is no approximation, is located, and their
+points; each grid is four times as fine as the one before."""
 _NO_CORNERS = np.empty(0)
 
 
-class Wanted(NamedTuple):
-    """What is looked at beside utilisation and stability: greatest stress, greatest reactions, friction power."""
+class RequiredResults(NamedTuple):
+    """The results required besides utilisation and stability: maximum stress, maximum reactions, friction power."""
 
     stress: bool
     reactions: bool
@@ -50,173 +50,193 @@ class Wanted(NamedTuple):
 
 
 class Response(Protocol):
-    """One strip at any crank angles [rad]; ``eta`` are sections by their distance from the head over l."""
+    """The response of one strip at arbitrary crank angles [rad]; ``eta`` is the distance of a section from the head
+    over l."""
 
     def stresses(self, angle: Array, eta: Array) -> Array:
-        """Both fibres' stresses [Pa], shape (2, sections, angles)."""
+        """Stresses of both fibres [Pa], shape (2, sections, angles)."""
 
     def reactions(self, angle: Array) -> Array:
         """|T| and |T| + 6 |M0 + T e|/Lp [N], shape (2, angles)."""
 
 
 class Peaks(NamedTuple):
-    """``angles`` of the stresses' extremes, ``sections`` (eta) of inner peaks along the strip - the clamp is always
-    looked at -, angles of the peaks of side force or contact pressure in ``reactions``, and those of the compression,
-    where it depends on the strip, in ``pushed``."""
+    """Locations of a strip's peaks; the clamp section is always included.
+
+    angles        crank angles of the extremes of stress [rad]
+    sections      eta of interior peaks along the strip
+    reactions     crank angles of the peaks of side force or contact pressure [rad]
+    compressions  crank angles of the peaks of compression [rad], where it depends on the strip
+    """
 
     angles: Array
     sections: Array
     reactions: Array
-    pushed: Array = np.empty(0)
+    compressions: Array = np.empty(0)
 
-    def threes(self, apart: float | Array = ANGLE_STEP) -> Array:
-        """The angles with a neighbour on each side, three by three."""
-        return _threes(self.angles, apart)
+    def stencils(self, spacing: float | Array = ANGLE_STEP) -> Array:
+        """Three angles per extreme of stress: the peak and a neighbour on each side."""
+        return _stencils(self.angles, spacing)
 
-    def reaction_threes(self, apart: float | Array = ANGLE_STEP) -> Array:
-        return _threes(self.reactions, apart)
+    def reaction_stencils(self, spacing: float | Array = ANGLE_STEP) -> Array:
+        """Three angles per peak of the reactions."""
+        return _stencils(self.reactions, spacing)
 
-    def pushed_threes(self, apart: float = ANGLE_STEP) -> Array:
-        return _threes(self.pushed, apart)
+    def compression_stencils(self, spacing: float = ANGLE_STEP) -> Array:
+        """Three angles per peak of compression."""
+        return _stencils(self.compressions, spacing)
 
     def stations(self) -> Array:
-        """eta of the clamp, then of the inner sections with a neighbour on each side."""
+        """eta of the clamp, then of each interior section and a neighbour on each side."""
         middle = np.clip(self.sections, SECTION_STEP, 1.0 - SECTION_STEP)
         inner = middle[:, None] + np.array([SECTION_STEP, 0.0, -SECTION_STEP])
         return np.concatenate([[1.0], inner.ravel()])
 
-    def joined(self, earlier: Peaks) -> Peaks:
-        """With those of other peaks that are not next to one of these."""
-        apart = ANGLE_STEP, SECTION_STEP, ANGLE_STEP, ANGLE_STEP
-        return Peaks(*(_with_others(own, other, a) for own, other, a in zip(self, earlier, apart, strict=True)))
+    def merged_with(self, earlier: Peaks) -> Peaks:
+        """These peaks and those ``earlier`` ones that are farther than a step from all of them."""
+        steps = ANGLE_STEP, SECTION_STEP, ANGLE_STEP, ANGLE_STEP
+        return Peaks(*(_with_distinct(own, other, step) for own, other, step in zip(self, earlier, steps, strict=True)))
 
-    def on_one_side(self, jumps: Array, apart: float) -> Peaks:
-        """With peaks on either side of a jump in place of those whose threes it would part."""
-        angles, reactions, pushed = (_on_one_side(x, jumps, apart) for x in (self.angles, self.reactions, self.pushed))
-        return self._replace(angles=angles, reactions=reactions, pushed=pushed)
+    def split_at_jumps(self, jumps: Array, spacing: float) -> Peaks:
+        """Peaks whose stencils contain a jump of the load replaced by one peak on either side of it."""
+        sides = [_split_at_jumps(angles, jumps, spacing) for angles in (self.angles, self.reactions, self.compressions)]
+        return self._replace(angles=sides[0], reactions=sides[1], compressions=sides[2])
 
 
-def _on_one_side(angles: Array, jumps: Array, apart: float) -> Array:
+def _split_at_jumps(angles: Array, jumps: Array, spacing: float) -> Array:
     if not (angles.size and jumps.size):
         return angles
-    away = np.mod(angles[:, None] - jumps + np.pi, 2.0 * np.pi) - np.pi
-    met = np.any(np.abs(away) < apart, axis=0)
-    sides = jumps[met, None] + (apart + JUMP) * np.array([-1.0, 1.0])
-    return np.unique(np.concatenate([angles[np.all(np.abs(away) >= apart, axis=1)], sides.ravel()]))
+    distance = np.abs(np.mod(angles[:, None] - jumps + np.pi, 2.0 * np.pi) - np.pi)
+    crossed = np.any(distance < spacing, axis=0)
+    sides = jumps[crossed, None] + (spacing + JUMP) * np.array([-1.0, 1.0])
+    return np.unique(np.concatenate([angles[np.all(distance >= spacing, axis=1)], sides.ravel()]))
 
 
-def _threes(angles: Array, apart: float | Array) -> Array:
-    return (angles[:, None] + np.reshape(apart, (-1, 1)) * _TRIPLE).ravel()
+def _stencils(angles: Array, spacing: float | Array) -> Array:
+    return (angles[:, None] + np.reshape(spacing, (-1, 1)) * _STENCIL).ravel()
 
 
-def _with_others(own: Array, other: Array, apart: float) -> Array:
+def _with_distinct(own: Array, other: Array, step: float) -> Array:
     if not (own.size and other.size):
         return np.append(own, other)
-    return np.append(own, other[np.abs(other[:, None] - own).min(axis=1) > apart])
+    return np.append(own, other[np.abs(other[:, None] - own).min(axis=1) > step])
 
 
-def peaks_of(strip: Response, diagram: Diagram, wanted: Wanted, corners: Array = _NO_CORNERS) -> Peaks:
-    """Every peak of a strip that governs it, or nearly does; as exactly beside ``corners`` [rad], where derivatives by
-    the angle jump."""
+def find_peaks(strip: Response, diagram: Diagram, required: RequiredResults, corners: Array = _NO_CORNERS) -> Peaks:
+    """All peaks of a strip that govern its results or nearly do.
+
+    At ``corners`` [rad], the crank angles where derivatives of the load jump, peaks are located as accurately as
+    elsewhere.
+    """
     eta, angle = np.linspace(0.0, 1.0, _SECTIONS)[::-1].copy(), periodic.grid(ANGLES)
     table = strip.stresses(angle, eta)
     high, low = table.max(axis=2), table.min(axis=2)
     severity = np.empty_like(high)
     severities(high, low, *diagram, severity)
-    chosen = _apart(_inner_peaks(severity, eta))
-    by_use = len(chosen)
-    if wanted.stress:
-        chosen += _apart(_inner_peaks(np.maximum(high, -low), eta))
-    columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in chosen]
+    candidates = _distinct(_interior_peaks(severity, eta))
+    by_utilisation = len(candidates)
+    if required.stress:
+        candidates += _distinct(_interior_peaks(np.maximum(high, -low), eta))
+    columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in candidates]
     rows = table[:, columns].reshape(-1, angle.size)
-    angles = _climb(strip, _near_the_top(rows) | _near_the_top(-rows), np.array([1.0, *chosen]), corners)
-    sections = _apart([_zoom(strip, section, angles, diagram, n >= by_use) for n, section in enumerate(chosen)])
-    reactions = reaction_peaks(strip, corners) if wanted.reactions else np.empty(0)
+    near = _may_hold_maximum(rows) | _may_hold_maximum(-rows)
+    angles = _stress_extremes(strip, near, np.array([1.0, *candidates]), corners)
+    sections = _distinct(
+        [_refined_section(strip, section, angles, diagram, n >= by_utilisation) for n, section in enumerate(candidates)]
+    )
+    reactions = reaction_peaks(strip, corners) if required.reactions else np.empty(0)
     return Peaks(angles, np.array(sections), reactions)
 
 
 def compression_peaks(force: Callable[[Array], Array]) -> Array:
-    """The angles at which an axial force is least, of all dips that may come to be the deepest."""
+    """Angles of the minima of an axial force that may become the lowest for neighbouring strips."""
     return _refined_peaks(lambda angle: -force(angle)[None])
 
 
 def reaction_peaks(strip: Response, corners: Array = _NO_CORNERS) -> Array:
-    """The angles at which side force or contact pressure peak, of all peaks that may come to be the greatest."""
+    """Angles of the peaks of side force or contact pressure that may become the highest for neighbouring strips."""
     return _refined_peaks(strip.reactions, corners)
 
 
 def _refined_peaks(rows: Callable[[Array], Array], corners: Array = _NO_CORNERS) -> Array:
-    """The angles of the peaks of any of several functions, given as rows, that are not far below its greatest."""
+    """Angles of the peaks of several functions, given as rows, that reach a fraction of their function's maximum."""
     values = rows(periodic.grid(ANGLES))
-    most = values.max(axis=1, keepdims=True)
-    humps = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1)) & (values >= _HUMP * most)
-    angle, values = _closely(rows, np.any(humps | (values >= (1.0 - _SAMPLED) * most), axis=0))
-    return _tops(rows, angle, values, 1.0 - _HUMP, corners)
+    top = values.max(axis=1, keepdims=True)
+    peaks = (values >= np.roll(values, 1, axis=1)) & (values >= np.roll(values, -1, axis=1))
+    peaks &= values >= _CANDIDATE_FRACTION * top
+    angle, values = _refined_samples(rows, np.any(peaks | (values >= (1.0 - _SAMPLING_TOLERANCE) * top), axis=0))
+    return _peaks_near_maximum(rows, angle, values, 1.0 - _CANDIDATE_FRACTION, corners)
 
 
-def _climb(strip: Response, near: NDArray[np.bool_], eta: Array, corners: Array) -> Array:
-    """The angles of the stresses' extremes at the sections, next to angles of the coarse grid that are ``near``."""
+def _stress_extremes(strip: Response, near: NDArray[np.bool_], eta: Array, corners: Array) -> Array:
+    """Angles of the extremes of stress at sections ``eta``; ``near`` marks the coarse grid's angles close to one."""
     rows = lambda angle: strip.stresses(angle, eta).reshape(2 * eta.size, -1)  # noqa: E731
-    angle, values = _closely(rows, near)
-    greatest = _tops(rows, angle, values, _TIED, corners)
-    return np.unique(np.append(greatest, _tops(lambda angle: -rows(angle), angle, -values, _TIED, corners)))
+    angle, values = _refined_samples(rows, near)
+    highest = _peaks_near_maximum(rows, angle, values, _TIE_TOLERANCE, corners)
+    lowest = _peaks_near_maximum(lambda angle: -rows(angle), angle, -values, _TIE_TOLERANCE, corners)
+    return np.unique(np.append(highest, lowest))
 
 
-def _closely(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[Array, Array]:
-    """A finer grid of angles, and rows of values there; nan more than a coarse step away from the angles ``near``."""
-    angle, seen = periodic.grid(ANGLES * _FINER), np.repeat(near | np.roll(near, -1), _FINER)
-    found = rows(angle[seen])
-    values = np.full((found.shape[0], angle.size), np.nan)
-    values[:, seen] = found
+def _refined_samples(rows: Callable[[Array], Array], near: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """A refined grid of angles and the rows' values; nan more than a coarse step away from the angles ``near``."""
+    angle, evaluated = periodic.grid(ANGLES * _REFINEMENT), np.repeat(near | np.roll(near, -1), _REFINEMENT)
+    samples = rows(angle[evaluated])
+    values = np.full((samples.shape[0], angle.size), np.nan)
+    values[:, evaluated] = samples
     return angle, values
 
 
-def _tops(rows: Callable[[Array], Array], angle: Array, values: Array, below: float, corners: Array) -> Array:
-    """The angles of the peaks of rows of values that lie below their row's greatest by no greater share."""
-    row, places = _top_places(values, below)
-    places *= angle[1]
-    beside = from_corners(places, corners) < 2.0 * angle[1]
-    if beside.any():
-        places[beside] = _climbed(rows, row[beside], places[beside], angle[1])
-    return np.unique(np.round(places, 5))
+def _peaks_near_maximum(
+    rows: Callable[[Array], Array], angle: Array, values: Array, tolerance: float, corners: Array
+) -> Array:
+    """Angles of the peaks within a relative ``tolerance`` of their row's maximum."""
+    row, peaks = _peak_positions(values, tolerance)
+    peaks *= angle[1]
+    at_corner = distance_to_corners(peaks, corners) < 2.0 * angle[1]
+    if at_corner.any():
+        peaks[at_corner] = _grid_search(rows, row[at_corner], peaks[at_corner], angle[1])
+    return np.unique(np.round(peaks, 5))
 
 
-def from_corners(angles: Array, corners: Array) -> Array:
-    """How far angles are from the nearest corner [rad], in the turn's round; inf without corners."""
-    away = np.mod(angles[:, None] - corners + np.pi, 2.0 * np.pi) - np.pi
-    return np.min(np.abs(away), axis=1, initial=np.inf)
+def distance_to_corners(angles: Array, corners: Array) -> Array:
+    """Distance of angles from the nearest corner [rad], modulo a revolution; inf without corners."""
+    difference = np.mod(angles[:, None] - corners + np.pi, 2.0 * np.pi) - np.pi
+    return np.min(np.abs(difference), axis=1, initial=np.inf)
 
 
-def _climbed(rows: Callable[[Array], Array], row: NDArray[np.intp], places: Array, step: float) -> Array:
-    """Where, within a step of ``places``, one row each has its greatest value."""
-    each = np.arange(places.size)
-    for _ in range(_ZOOMS):
-        looked = places[:, None] + step * _CLOSER
-        values = rows(looked.ravel()).reshape(-1, *looked.shape)[row, each]
-        places, step = looked[each, values.argmax(axis=1)], 0.25 * step
-    return places
+def _grid_search(rows: Callable[[Array], Array], row: NDArray[np.intp], peaks: Array, step: float) -> Array:
+    """Position of the maximum of one row each within ``step`` of the approximate ``peaks``, by nested grids."""
+    each = np.arange(peaks.size)
+    for _ in range(_GRID_REFINEMENTS):
+        grid = peaks[:, None] + step * _LOCAL_GRID
+        values = rows(grid.ravel()).reshape(-1, *grid.shape)[row, each]
+        peaks, step = grid[each, values.argmax(axis=1)], 0.25 * step
+    return peaks
 
 
 @kernel
-def _top_places(values: Array, below: float) -> tuple[NDArray[np.intp], Array]:
-    """``_tops`` in steps of the grid, and their rows; beside a missing value (nan) is no peak."""
-    found, of = [0.0 for _ in range(0)], [0 for _ in range(0)]
+def _peak_positions(values: Array, tolerance: float) -> tuple[NDArray[np.intp], Array]:
+    """Rows and positions, in steps of the grid, of the peaks within a relative ``tolerance`` of their row's maximum.
+
+    A sample next to a missing value (nan) is no peak.
+    """
+    positions, indices = [0.0 for _ in range(0)], [0 for _ in range(0)]
     for r in range(values.shape[0]):
-        row, level = values[r], -np.inf
+        row, top = values[r], -np.inf
         for value in row:
-            level = max(level, value) if value == value else level
+            top = max(top, value) if value == value else top
         for i in range(row.size):
             left, here, right = row[i - 1], row[i], row[(i + 1) % row.size]
-            if here >= left and here >= right and here >= level - below * abs(level):
-                bend = 2.0 * here - left - right
-                found.append(i + (0.5 * (right - left) / bend if bend > 0.0 else 0.0))
-                of.append(r)
-    return np.array(of), np.array(found)
+            if here >= left and here >= right and here >= top - tolerance * abs(top):
+                concavity = 2.0 * here - left - right
+                positions.append(i + (0.5 * (right - left) / concavity if concavity > 0.0 else 0.0))
+                indices.append(r)
+    return np.array(indices), np.array(positions)
 
 
-def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:
-    """Where near ``section`` the worse fibre's utilisation, or stress, peaks, seen at the governing angles."""
-    eta = np.clip(section + _SECTION_SPAN * np.linspace(1.0, -1.0, _ZOOM), 0.0, 1.0)
+def _refined_section(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:
+    """eta near ``section`` at which the worse fibre's utilisation or stress peaks, from its extremes at ``angles``."""
+    eta = np.clip(section + _SECTION_SPAN * np.linspace(1.0, -1.0, _REFINED_SECTIONS), 0.0, 1.0)
     table = strip.stresses(angles, eta)
     severity, high, low = np.empty((2, eta.size)), table.max(axis=2), table.min(axis=2)
     if by_stress:
@@ -227,18 +247,17 @@ def _zoom(strip: Response, section: float, angles: Array, diagram: Diagram, by_s
     j = int(row.argmax())
     if not 0 < j < eta.size - 1:
         return section
-    bend = 2.0 * row[j] - row[j - 1] - row[j + 1]
-    return float(eta[j] + (0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0) * (eta[1] - eta[0]))
+    return float(eta[j] + _vertex_offset(row, j) * (eta[1] - eta[0]))
 
 
-def _near_the_top(values: Array) -> NDArray[np.bool_]:
-    """The angles at which any row of values may be at its greatest once it is looked at closely."""
-    level = values.max(axis=1, keepdims=True)
-    return np.any(values >= level - _SAMPLED * (level - values.min(axis=1, keepdims=True)), axis=0)
+def _may_hold_maximum(values: Array) -> NDArray[np.bool_]:
+    """The angles of the coarse grid near which any row of values may have its maximum."""
+    top = values.max(axis=1, keepdims=True)
+    return np.any(values >= top - _SAMPLING_TOLERANCE * (top - values.min(axis=1, keepdims=True)), axis=0)
 
 
-def _apart(sections: list[float]) -> list[float]:
-    """Those of the sections that are not next to an earlier one."""
+def _distinct(sections: list[float]) -> list[float]:
+    """The sections farther than a step from every earlier one."""
     out: list[float] = []
     for section in sections:
         if all(abs(section - other) > SECTION_STEP for other in out):
@@ -246,8 +265,8 @@ def _apart(sections: list[float]) -> list[float]:
     return out
 
 
-def _inner_peaks(values: Array, eta: Array) -> list[float]:
-    """Where, away from the clamp, either fibre's value along the strip has its greatest peak."""
+def _interior_peaks(values: Array, eta: Array) -> list[float]:
+    """eta of the highest peak of each row away from the ends of the strip; [0.5] if there is none."""
     out = []
     for row in values:
         inner = (row[1:-1] >= row[:-2]) & (row[1:-1] >= row[2:])
@@ -255,7 +274,11 @@ def _inner_peaks(values: Array, eta: Array) -> list[float]:
         if at.size == 0:
             continue
         j = int(at[np.argmax(row[at])])
-        bend = 2.0 * row[j] - row[j - 1] - row[j + 1]
-        shift = 0.5 * (row[j + 1] - row[j - 1]) / bend if bend > 0 else 0.0
-        out.append(float(eta[j] + shift * (eta[1] - eta[0])))
+        out.append(float(eta[j] + _vertex_offset(row, j) * (eta[1] - eta[0])))
     return out or [0.5]
+
+
+def _vertex_offset(values: Array, j: int) -> float:
+    """Offset from sample j, in steps, of the vertex of the parabola through it and its neighbours; 0 if not concave."""
+    concavity = 2.0 * values[j] - values[j - 1] - values[j + 1]
+    return 0.5 * (values[j + 1] - values[j - 1]) / concavity if concavity > 0 else 0.0

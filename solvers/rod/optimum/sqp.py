@@ -1,9 +1,8 @@
-"""Sequential quadratic programming in the logarithms of b, h, l, on an active-peak model of any physics.
+"""Sequential quadratic programming in x = ln(b, h, l) on an active-peak model of any physics.
 
-The worst of many sections is a kinked function; every fibre of the clamp and of each governing inner section is a
-constraint of its own here, and so is every peak of the reactions, so that a kink becomes a corner where smooth
-constraints meet. An objective that is the greatest of several is written with one more variable that all of them stay
-below. Source: D. Kraft (1988), as scipy's SLSQP.
+The maximum over many sections is not differentiable. Each fibre of the clamp and of every governing interior section,
+and each peak of the reactions, is therefore a separate smooth constraint. An objective that is a maximum is minimised
+in epigraph form: an additional variable bounds all its parts from above. Source: D. Kraft (1988), as scipy's SLSQP.
 """
 
 from __future__ import annotations
@@ -16,192 +15,202 @@ from numpy.typing import NDArray
 
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.problem import Objective
 from solvers.rod.rows import Layout
 
 Array = NDArray[np.float64]
 
 TOLERANCE, ITERATIONS = 1e-10, 60
-"""Slopes by differences tell no less; line searches for less than that go on for hundreds of evaluations."""
-_FAR = 700.0
+"""Derivatives by finite differences resolve no smaller change; line searches for less take hundreds of evaluations."""
+_MAX_LOG = 700.0
 ALL = np.arange(3)
 """The indices of b, h, l."""
 
 
 class ActiveRows(Protocol):
-    """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l)."""
+    """All rows of the strips near one with known peaks, as functions of x = ln(b, h, l)."""
 
     layout: Layout
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
 
-    def slopes(self, x: Array, free: Array = ALL) -> Array:
-        """Their derivatives by x, shape (rows, 3); by those with other indices than ``free`` they may be left out."""
+    def jacobian(self, x: Array, free: Array = ALL) -> Array:
+        """Derivatives of all rows with respect to x, shape (rows, 3); only columns ``free`` need be computed."""
 
 
 class Program(NamedTuple):
-    """Minimise sum(weight row) over ``linear`` + ``top_weight`` max(rows ``top`` - ``offset``), subject to
-    rows ``which`` <= ``limit``."""
+    """Minimise sum of weight*row over ``linear`` + ``max_weight`` max(rows ``max_rows`` - ``max_offset``), subject to
+    rows ``limited`` <= ``limit``."""
 
     linear: tuple[tuple[int, float], ...]
-    top: NDArray[np.intp]
-    offset: Array
-    top_weight: float
-    which: NDArray[np.intp]
+    max_rows: NDArray[np.intp]
+    max_offset: Array
+    max_weight: float
+    limited: NDArray[np.intp]
     limit: Array
 
     def cost(self, values: Array) -> float:
-        """What is made small, of all rows."""
+        """The cost, from all rows."""
         cost = float(sum(weight * values[row] for row, weight in self.linear))
-        return cost + self.top_weight * float(np.max(values[self.top] - self.offset)) if self.top.size else cost
+        if not self.max_rows.size:
+            return cost
+        return cost + self.max_weight * float(np.max(values[self.max_rows] - self.max_offset))
 
     def violation(self, values: Array) -> float:
-        """The greatest excess of a limited row over its limit; negative where all have room."""
-        return float(np.max(values[self.which] - self.limit)) if self.which.size else -np.inf
+        """Maximum excess of a limited row over its limit; negative if no limit is active."""
+        return float(np.max(values[self.limited] - self.limit)) if self.limited.size else -np.inf
 
 
 @dataclass(frozen=True)
-class Step:
-    """Where a run ended, and what the model says there: the cost, and the greatest excess over a limit."""
+class SlsqpResult:
+    """End point of a run, with the model's cost and maximum excess over a limit there."""
 
     x: Array
     cost: float
     violation: float
 
 
-def wanted_of(objective: Objective, limits: Limits) -> Wanted:
-    """What objective and limits look at."""
-    weighed = dict(objective.weights)
-    pressed = rows.PRESSURE in limits or rows.PRESSURE in weighed or rows.SIDE in weighed
-    return Wanted(rows.STRESS in limits, pressed, rows.POWER in limits or rows.POWER in weighed)
+def required_results(objective: Objective, limits: Limits) -> RequiredResults:
+    """The results on which objective and limits depend."""
+    weights = dict(objective.weights)
+    reactions = rows.PRESSURE in limits or rows.PRESSURE in weights or rows.SIDE in weights
+    return RequiredResults(rows.STRESS in limits, reactions, rows.POWER in limits or rows.POWER in weights)
 
 
 def limited_rows(limits: Limits, layout: Layout) -> tuple[NDArray[np.intp], Array]:
-    """The smooth rows that are limited, and their limits; stability both in the crank's plane and out of it."""
-    which, limit = [rows.SIDEWAYS], [limits[rows.STABILITY]]
-    for row, greatest in limits.items():
+    """The smooth rows that are limited, and their limits; stability both in and out of the crank's plane."""
+    limited, limit = [rows.SIDEWAYS], [limits[rows.STABILITY]]
+    for row, value in limits.items():
         parts = layout.parts(row)
-        which += parts
-        limit += [greatest] * len(parts)
-    return np.array(which, dtype=np.intp), np.array(limit)
+        limited += parts
+        limit += [value] * len(parts)
+    return np.array(limited, dtype=np.intp), np.array(limit)
 
 
-def program(objective: Objective, limits: Limits, layout: Layout, safe: float = 0.0) -> Program:
-    """The objective under limits, each tightened by ``safe``."""
+def program(objective: Objective, limits: Limits, layout: Layout, margin: float = 0.0) -> Program:
+    """The minimisation of an objective under limits, each tightened by ``margin``."""
     weights = dict(objective.weights)
-    top = next((row for row in weights if len(layout.parts(row)) > 1), None)
-    weight = 0.0 if top is None else weights.pop(top)
-    inner = np.array(layout.parts(top) if weight else [], dtype=np.intp)
-    which, limit = limited_rows(limits, layout)
-    return Program(tuple(weights.items()), inner, np.zeros(inner.size), weight, which, limit - safe)
+    max_row = next((row for row in weights if len(layout.parts(row)) > 1), None)
+    weight = 0.0 if max_row is None else weights.pop(max_row)
+    parts = np.array(layout.parts(max_row) if weight else [], dtype=np.intp)
+    limited, limit = limited_rows(limits, layout)
+    return Program(tuple(weights.items()), parts, np.zeros(parts.size), weight, limited, limit - margin)
 
 
 def feasibility_program(limits: Limits, layout: Layout) -> Program:
-    """The greatest excess over a limit, made small; short of buckling throughout."""
-    which, limit = limited_rows(limits, layout)
-    upright = np.array([rows.STABILITY, rows.SIDEWAYS], dtype=np.intp)
-    return Program((), which, limit, 1.0, upright, np.full(2, -1e-3))
+    """The minimisation of the maximum excess over a limit, subject to stability against buckling."""
+    limited, limit = limited_rows(limits, layout)
+    stability = np.array([rows.STABILITY, rows.SIDEWAYS], dtype=np.intp)
+    return Program((), limited, limit, 1.0, stability, np.full(2, -1e-3))
 
 
 @dataclass
-class Memory:
-    """Rows and slopes at the places last asked for, which an optimizer asks for again and again."""
+class MemoisedRows:
+    """Rows and Jacobian at the points of the last evaluations, which an optimiser requests repeatedly."""
 
     active: ActiveRows
-    at: bytes = b""
-    sloped: tuple[bytes, frozenset[int]] = (b"", frozenset())
-    """Where, and by which of b, h, l. Places are known by their bytes: ten times as fast as by comparing arrays."""
+    values_at: bytes = b""
+    jacobian_at: tuple[bytes, frozenset[int]] = (b"", frozenset())
+    """Point and columns of the stored Jacobian. Comparing points by their bytes is ten times as fast as by arrays."""
 
     def values(self, x: Array) -> Array:
         key = x.tobytes()
-        if key != self.at:
-            self._values, self.at = self.active.values(x), key
+        if key != self.values_at:
+            self._values, self.values_at = self.active.values(x), key
         return self._values
 
-    def slopes(self, x: Array, free: Array = ALL) -> Array:
-        key, wanted = x.tobytes(), frozenset(free.tolist())
-        if key != self.sloped[0] or not wanted <= self.sloped[1]:
+    def jacobian(self, x: Array, free: Array = ALL) -> Array:
+        key, columns = x.tobytes(), frozenset(free.tolist())
+        if key != self.jacobian_at[0] or not columns <= self.jacobian_at[1]:
             self.values(x)
-            self._slopes, self.sloped = self.active.slopes(x, free), (key, wanted)
-        return self._slopes
+            self._jacobian, self.jacobian_at = self.active.jacobian(x, free), (key, columns)
+        return self._jacobian
 
 
-def run(memory: Memory, p: Program, box: Array, x: Array, tolerance: float = TOLERANCE, most: int = ITERATIONS) -> Step:
-    """One run of SLSQP from x within ``box`` (3, 2): where it ends."""
+def run_slsqp(
+    memory: MemoisedRows, p: Program, box: Array, x: Array, tolerance: float = TOLERANCE,
+    max_iterations: int = ITERATIONS,
+) -> SlsqpResult:  # fmt: skip
+    """Run SLSQP from x within the bounds ``box``, shape (3, 2)."""
     from scipy.optimize import minimize
 
     free = np.flatnonzero(box[:, 1] > box[:, 0])
-    layered = p.top.size > 0
+    epigraph = p.max_rows.size > 0
 
-    def place(y: Array) -> Array:
+    def full_point(y: Array) -> Array:
         at = x.copy()
         at[free] = y[: free.size]
         return at
 
     def cost(y: Array) -> float:
-        values = memory.values(place(y))
+        values = memory.values(full_point(y))
         linear = sum(weight * values[row] for row, weight in p.linear)
-        return linear + p.top_weight * y[-1] if layered else linear
+        return linear + p.max_weight * y[-1] if epigraph else linear
 
-    def cost_slope(y: Array) -> Array:
-        slope = np.zeros(y.size)
+    def cost_gradient(y: Array) -> Array:
+        gradient = np.zeros(y.size)
         if p.linear:
-            slopes = memory.slopes(place(y), free)
-            slope[: free.size] = sum(weight * slopes[row, free] for row, weight in p.linear)
-        if layered:
-            slope[-1] += p.top_weight
-        return slope
+            jacobian = memory.jacobian(full_point(y), free)
+            gradient[: free.size] = sum(weight * jacobian[row, free] for row, weight in p.linear)
+        if epigraph:
+            gradient[-1] += p.max_weight
+        return gradient
 
     def slack(y: Array) -> Array:
-        values = memory.values(place(y))
-        out = p.limit - values[p.which]
-        return np.concatenate([out, y[-1] + p.offset - values[p.top]]) if layered else out
+        values = memory.values(full_point(y))
+        out = p.limit - values[p.limited]
+        return np.concatenate([out, y[-1] + p.max_offset - values[p.max_rows]]) if epigraph else out
 
-    def slack_slope(y: Array) -> Array:
-        slopes = memory.slopes(place(y), free)[:, free]
-        if not layered:
-            return -slopes[p.which]
-        count = p.which.size
-        out = np.zeros((count + p.top.size, y.size))
-        out[:count, :-1], out[count:, :-1], out[count:, -1] = -slopes[p.which], -slopes[p.top], 1.0
+    def slack_jacobian(y: Array) -> Array:
+        jacobian = memory.jacobian(full_point(y), free)[:, free]
+        if not epigraph:
+            return -jacobian[p.limited]
+        count = p.limited.size
+        out = np.zeros((count + p.max_rows.size, y.size))
+        out[:count, :-1], out[count:, :-1], out[count:, -1] = -jacobian[p.limited], -jacobian[p.max_rows], 1.0
         return out
 
     start, ranges = x[free], box[free]
-    if layered:
-        start = np.append(start, np.max(memory.values(x)[p.top] - p.offset))
-        ranges = np.vstack([ranges, [-_FAR, _FAR]])
+    if epigraph:
+        start = np.append(start, np.max(memory.values(x)[p.max_rows] - p.max_offset))
+        ranges = np.vstack([ranges, [-_MAX_LOG, _MAX_LOG]])
     if free.size:
         result = minimize(
             cost,
             start,
-            jac=cost_slope,
+            jac=cost_gradient,
             bounds=ranges,
             method="SLSQP",
-            constraints={"type": "ineq", "fun": slack, "jac": slack_slope},
-            options={"ftol": tolerance, "maxiter": most},
+            constraints={"type": "ineq", "fun": slack, "jac": slack_jacobian},
+            options={"ftol": tolerance, "maxiter": max_iterations},
         )
         start = np.clip(result.x, ranges[:, 0], ranges[:, 1])
-    at = place(start)
+    at = full_point(start)
     if not np.all(np.isfinite(at)):
-        return Step(x, np.inf, np.inf)
+        return SlsqpResult(x, np.inf, np.inf)
     values = memory.values(at)
-    return Step(at, p.cost(values), p.violation(values))
+    return SlsqpResult(at, p.cost(values), p.violation(values))
 
 
-def restored(memory: Memory, p: Program, box: Array, x: Array, steps: int = 4, near: float = 1e-2) -> Step:
-    """The least steps that take violated limits back, where a run stopped a little outside."""
+def restore_feasibility(
+    memory: MemoisedRows, p: Program, box: Array, x: Array, steps: int = 4, max_excess: float = 1e-2
+) -> SlsqpResult:
+    """Restore feasibility after a run that ended slightly outside its limits, by least-norm Newton steps.
+
+    Beyond ``max_excess`` over a limit x is left as it is.
+    """
     for _ in range(steps):
         values = memory.values(x)
-        excess = values[p.which] - p.limit
+        excess = values[p.limited] - p.limit
         over = excess > 0.0
-        if not over.any() or excess.max() > near:
+        if not over.any() or excess.max() > max_excess:
             break
         free, step = box[:, 1] > box[:, 0], np.zeros(3)
-        slopes = memory.slopes(x, np.flatnonzero(free))[p.which][over]
+        jacobian = memory.jacobian(x, np.flatnonzero(free))[p.limited][over]
         for _ in range(3):
-            step[free] = -np.linalg.lstsq(slopes[:, free], excess[over], rcond=1e-9)[0]
+            step[free] = -np.linalg.lstsq(jacobian[:, free], excess[over], rcond=1e-9)[0]
             outside = free & ((x + step < box[:, 0]) | (x + step > box[:, 1]))
             if not outside.any():
                 break
@@ -209,4 +218,4 @@ def restored(memory: Memory, p: Program, box: Array, x: Array, steps: int = 4, n
             step[~free] = 0.0
         x = np.clip(x + step, box[:, 0], box[:, 1])
     values = memory.values(x)
-    return Step(x, p.cost(values), p.violation(values))
+    return SlsqpResult(x, p.cost(values), p.violation(values))

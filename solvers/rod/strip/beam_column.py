@@ -8,8 +8,8 @@ with the lateral stroke s = r sin(phi) of the crank pin. With S_k(z) = z^k c_k(-
     V = C S2 + D S3,  V' = C S1 + D S2,  V'' = C S0 + D S1,  V''' = q C S1 + D S0,
     det = l^3 (c2 - c3) + e L l c1,   C = s (l c1 + e c0)/det,   D = -s (c0 + e q l c1)/det
 
-all c_k at t = -q l^2. The determinant in this form is a sum of positive terms from the strongest tension down to
-half-way to buckling, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the head
+all c_k at t = -q l^2. The determinant in this form is a sum of positive terms from the strongest tension down to half
+the buckling load, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the head
 is V''(l) = s e/det; the equilibrium of the whole rod is C + L D + q s = 0.
 
 All quantities here are per unit stroke (s = 1): curvatures in 1/m^2. The small-displacement theory is linear in s.
@@ -37,10 +37,10 @@ _C2 = tuple((-1.0) ** j / math.factorial(2 * j + 2) for j in range(16))
 _C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(16))
 
 
-# In pairs (Estrin), as each of Horner's steps waits for the one before: a third of the time.
+# Estrin's scheme: independent pairs take a third of the time of Horner's chain of dependent steps.
 @fusing_kernel
 def _remainders(t: float) -> tuple[float, float]:
-    """c2, c3 for |t| <= 10."""
+    """Stumpff's c2 and c3 for |t| <= 10."""
     t2 = t * t
     t4 = t2 * t2
     a = (_C2[0] + t * _C2[1]) + t2 * (_C2[2] + t * _C2[3]) + t4 * ((_C2[4] + t * _C2[5]) + t2 * (_C2[6] + t * _C2[7]))
@@ -59,13 +59,13 @@ def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple
         det = l^3 (c2 - c3)/m + e l (l + m e) c1 + g l (c0 + e q l c1)
         C = (l c1 + e m c0)/det,  D = -(c0 + e q l c1)/det,  psi'(l) = e m/det,      c_k at t = -q_s l^2
 
-    Without shear det is a sum of positive terms from the strongest tension to half-way to buckling. In tension all c_k
-    are scaled by exp(-sqrt(q_s) l).
+    Without shear det is a sum of positive terms from the strongest tension to half the buckling load. In tension all
+    c_k are scaled by exp(-sqrt(q_s) l).
     """
     e, m = rod_length - l, 1.0 + compliance * q
     scaled = q / m
     t = -scaled * l * l
-    half = 1.0
+    half_decay = 1.0
     if abs(t) <= _SERIES_LIMIT:
         c2, c3 = _remainders(t)
         c1, c0, difference = 1.0 - t * c3, 1.0 - t * c2, c2 - c3
@@ -75,11 +75,11 @@ def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple
         c1, difference = sine / x, (sine - x * c0) / (x * t)
     else:
         y = math.sqrt(-t)
-        # In two halves: the full decay may underflow.
-        half = math.exp(-0.5 * y)
-        decay = half * half
+        # The decay is applied in two factors, as it may underflow.
+        half_decay = math.exp(-0.5 * y)
+        decay = half_decay * half_decay
         c0, sine = 0.5 * (1.0 + decay * decay), -0.5 * math.expm1(-2.0 * y)
         c1, difference = sine / y, (y * c0 - sine) / (-y * t)
-    turned = c0 + e * q * l * c1
-    det = l * l * l * difference / m + e * l * (l + m * e) * c1 + compliance * l * turned
-    return scaled, m, (l * c1 + e * m * c0) / det, -turned / det, e * m * half / det * half
+    head_term = c0 + e * q * l * c1
+    det = l * l * l * difference / m + e * l * (l + m * e) * c1 + compliance * l * head_term
+    return scaled, m, (l * c1 + e * m * c0) / det, -head_term / det, e * m * half_decay / det * half_decay

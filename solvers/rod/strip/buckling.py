@@ -68,7 +68,7 @@ def _first_roots(beta: Array, out: Array) -> None:
 
 
 def critical_phase(length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """x = K_cr l for beta = l/L in (0, 1], of the shape of beta; accurate to a few units in the last place."""
+    """x = K_cr l for beta = l/L in (0, 1], with the shape of beta; accurate to a few units in the last place."""
     beta = np.asarray(length_ratio, dtype=float)
     if not np.all((beta > 0) & (beta <= 1)):
         raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
@@ -90,7 +90,8 @@ def critical_coupling(length: ArrayLike, rod_length: float) -> NDArray[np.float6
 
 @lru_cache(maxsize=256)
 def coupling_of(length: float, rod_length: float) -> float:
-    """``critical_coupling`` of one strip: strips of the same length follow each other in a search."""
+    """``critical_coupling`` of one strip, cached, as a search evaluates many strips of the same length in
+    succession."""
     return float(critical_coupling(length, rod_length))
 
 

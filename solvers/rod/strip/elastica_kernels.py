@@ -6,12 +6,12 @@ In units of the strip's length, zeta = z/l in [0, 1], with head = e/l, q = P l^2
     int_0^1 (theta_3 - theta_1^3/6) + head (theta_3 - theta_1^3/6)(1) = 0,   theta_3'(1) + head theta_3''(1) = 0
 
 The unknowns are the Legendre coefficients a_k of theta_3'' in x = 2 zeta - 1: integrating a series preserves the
-precision that differentiating loses. As the integral of P_k is (P_{k+1} - P_{k-1})/(2k+1), theta_3 depends on a_{k-2},
-a_k and a_{k+2} alone, and the equation is tridiagonal in the even and in the odd coefficients, diagonally dominant from
-the strongest tension to buckling. Two unknowns remain: E = q m + Q_3, m the mean of theta_3, which acts on the even
-coefficients, and B, the mean of theta_3' and so theta_3(1), which acts on the odd ones. The two conditions at the head,
-in which nearly all coefficients cancel, are a 2 x 2 system for them. Nothing divides by q, and values at the head are
-obtained from the equation and from theta_1 there: summing a series would amplify its rounding.
+precision that differentiation loses. As the integral of P_k is (P_{k+1} - P_{k-1})/(2k+1), theta_3 depends only on
+a_{k-2}, a_k and a_{k+2}, and the equation is tridiagonal in the even and in the odd coefficients, diagonally dominant
+from the strongest tension to buckling. Two unknowns remain: E = q m + Q_3, m the mean of theta_3, which acts on the
+even coefficients, and B, the mean of theta_3' and so theta_3(1), which acts on the odd ones. The two conditions at the
+head, in which nearly all coefficients cancel, are a 2 x 2 system for them. No division by q occurs, and values at the
+head follow from the equation and from theta_1 there: summing a series would amplify its rounding errors.
 
 The products are sampled at Gauss points. Source: J. Shen, SIAM J. Sci. Comput. 15 (1994) 1489, for Legendre
 polynomials in second-order problems; the reduction to E and B is our own.
@@ -33,16 +33,16 @@ from solvers.rod.strip.beam_column import FORWARD_LIMIT
 Array = NDArray[np.float64]
 
 _LIMIT = FORWARD_LIMIT
-_MIN_NODES, _MORE_NODES, _MAX_NODES = 16, 8, 128
+_MIN_NODES, _NODE_STEP, _MAX_NODES = 16, 8, 128
 
 
 class Collocation(NamedTuple):
     """Tables for n nodes, n even.
 
-    ``nodes`` are the Gauss points on [0, 1] and 1, shape (n + 1,). ``even``, ``odd`` map sums, differences of values
-    at mirrored nodes to Legendre coefficients of even and odd degree, shape (n/2, n/2). The coefficient of degree k of
-    an integral over zeta is low[k] times that of degree k - 1 minus high[k] times that of degree k + 1 of its
-    integrand; of a double integral, below[k], -here[k] and above[k] times those of k - 2, k, k + 2; shape (n + 3,).
+    ``nodes`` are the Gauss points on [0, 1] and 1, shape (n + 1,). ``even`` and ``odd`` map sums and differences of
+    values at mirrored nodes to Legendre coefficients of even and odd degree, shape (n/2, n/2). The coefficient of
+    degree k of an integral over zeta is low[k] times that of degree k - 1 minus high[k] times that of degree k + 1 of
+    its integrand; of a double integral, below[k], -here[k] and above[k] times those of k - 2, k, k + 2; shape (n + 3,).
     """
 
     nodes: Array
@@ -83,36 +83,37 @@ def collocation(nodes: int) -> Collocation:
 
 
 def nodes_for(least: float, greatest: float) -> int:
-    """Number of nodes that resolve theta_1^3 for q = P l^2/EI in this range: boundary layers, or oscillations."""
-    wave = math.sqrt(max(-least, 0.0))
-    decay = math.sqrt(max(greatest, 0.0))
-    wanted = _MIN_NODES + max(2.0 * wave, 1.5 * decay)
-    return min(_MAX_NODES, _MORE_NODES * math.ceil(wanted / _MORE_NODES))
+    """Number of nodes that resolve theta_1^3, waves or boundary layers, for q = P l^2/EI in this range."""
+    waves = math.sqrt(max(-least, 0.0))
+    layers = math.sqrt(max(greatest, 0.0))
+    required = _MIN_NODES + max(2.0 * waves, 1.5 * layers)
+    return min(_MAX_NODES, _NODE_STEP * math.ceil(required / _NODE_STEP))
 
 
 @kernel
 def linear_slope(
     q: float, clamp: float, shear: float, head: float, l: float, nodes: Array, scale: float, offset: float, out: Array
 ) -> None:
-    """scale V' + offset at the nodes of the strip clamped with V''(0), V'''(0) and V''(l), q = P/EI [1/m^2].
+    """Write scale V' + offset at the nodes of the strip, from V''(0), V'''(0) and V''(l), q = P/EI [1/m^2].
 
     ``nodes`` are those of a ``Collocation``. With shear, q and V refer to the section's rotation, and the slope of the
     axis is V'/m - g V'''(0) (``solvers.rod.strip.shear``).
     """
     n = nodes.size - 1
     if q * l * l > _LIMIT:
-        # q V' = V''' - D with V'' from its two ends; the part decaying from one end mirrors that from the other.
+        # q V' = V''' - D with V'' from its values at the two ends; the parts decaying from the two ends are mirror
+        # images.
         k = math.sqrt(q)
-        whole = math.exp(-k * l)
-        span = -math.expm1(-2.0 * k * l)
+        end_decay = math.exp(-k * l)
+        denominator = -math.expm1(-2.0 * k * l)
         for i in range(n):
             out[i] = math.exp(-k * l * nodes[i])
-        gain, constant = scale * k / (span * q), offset - scale * shear / q
-        out[n] = gain * (head * (1.0 + whole * whole) - clamp * (whole + whole)) + constant
+        factor, constant = scale * k / (denominator * q), offset - scale * shear / q
+        out[n] = factor * (head * (1.0 + end_decay * end_decay) - clamp * (end_decay + end_decay)) + constant
         for i in range((n + 1) // 2):
             down, up = out[i], out[n - 1 - i]
-            out[i] = gain * (head * (up + whole * down) - clamp * (down + whole * up)) + constant
-            out[n - 1 - i] = gain * (head * (down + whole * up) - clamp * (up + whole * down)) + constant
+            out[i] = factor * (head * (up + end_decay * down) - clamp * (down + end_decay * up)) + constant
+            out[n - 1 - i] = factor * (head * (down + end_decay * up) - clamp * (up + end_decay * down)) + constant
         return
     k = 0.5 * math.sqrt(abs(q))
     for i in range(n + 1):
@@ -130,33 +131,34 @@ def linear_slope(
 
 @kernel
 def scratch(nodes: int) -> Array:
-    """Workspace of ``bent_by`` and ``third_order`` for this number of nodes."""
+    """Workspace of ``solve_bending`` and ``third_order`` for this number of nodes."""
     return np.empty((6, nodes + 3))
 
 
 @kernel
-def bent_by(
-    q: float, head: float, offset: float, end: float, load: Array, less: Array, tables: Collocation, room: Array,
-    bend: Array, rise: Array,
+def solve_bending(
+    q: float, head: float, offset: float, end_load: float, load: Array, slope_difference: Array, tables: Collocation,
+    workspace: Array, curvature: Array, deflection: Array,
 ) -> tuple[float, float]:  # fmt: skip
-    """Q and theta'(0) of theta'' - q theta - Q = f with the pin at an offset, in units of the strip's length.
+    """Solve theta'' - q theta - Q = f with the pin at an offset, in units of the strip's length; return Q and
+    theta'(0).
 
-    theta(0) = 0, int (theta - less) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the
-    Legendre coefficients of f, ``end`` is f(1), and ``less`` holds those of the difference of theta and the
-    deflection's slope, (n,) each. ``bend`` receives those of theta', ``rise`` of int (theta - less), (n + 2,) each.
-    ``room``: ``scratch``.
+    theta(0) = 0, int (theta - d) + head theta(1) = offset, theta'(1) + head theta''(1) = 0. ``load`` holds the Legendre
+    coefficients of f, ``end_load`` is f(1), and ``slope_difference`` holds those of d, the difference of theta and the
+    deflection's slope, (n,) each. ``curvature`` receives those of theta', ``deflection`` of int (theta - d), (n + 2,)
+    each. ``workspace``: from ``scratch``.
     """
     n = load.size
-    pivot, a, u, w = room[0], room[1], room[2], room[3]
+    pivot, a, u, w = workspace[0], workspace[1], workspace[2], workspace[3]
     for k in range(n, n + 3):
         pivot[k], a[k], u[k], w[k] = 0.0, 0.0, 0.0, 0.0
-    # Elimination from the highest degree down: ``pivot`` holds reciprocals.
+    # Elimination from the highest degree down; ``pivot`` holds reciprocals of the pivots.
     below, here, above = tables.below, tables.here, tables.above
     for k in range(n - 1, 0, -1):
-        carried = q * above[k] * pivot[k + 2]
-        pivot[k] = 1.0 / (1.0 + q * here[k] - carried * (q * below[k + 2]))
-        a[k] = load[k] + carried * a[k + 2]
-    # Back substitution: a without E and B, the even response to E = 1, the odd one to B = 1.
+        factor = q * above[k] * pivot[k + 2]
+        pivot[k] = 1.0 / (1.0 + q * here[k] - factor * (q * below[k + 2]))
+        a[k] = load[k] + factor * a[k + 2]
+    # Back substitution: a for E = B = 0, u the even response to E = 1, w the odd response to B = 1.
     a[0], u[0], w[0] = load[0], 1.0, 0.0
     a[1], u[1], w[1] = a[1] * pivot[1], 0.0, 0.5 * q * pivot[1]
     for k in range(2, n):
@@ -165,43 +167,45 @@ def bent_by(
         u[k], w[k] = ratio * u[k - 2], ratio * w[k - 2]
     # Offset and moment at the pin: two equations for E and B. theta''(1) is q B + Q + f(1), Q = E - q m.
     mean_a, mean_e, mean_b = -(a[0] - 0.2 * a[2]) / 12.0, -(1.0 - 0.2 * u[2]) / 12.0, 0.5
-    offset_e, offset_b, offset_a = mean_e, mean_b + head, offset + less[0] - mean_a
+    offset_e, offset_b, offset_a = mean_e, mean_b + head, offset + slope_difference[0] - mean_a
     moment_e, moment_b = 0.5 + head * (1.0 - q * mean_e), 1.0 + w[1] / 6.0 + head * q * (1.0 - mean_b)
-    moment_a = -(0.5 * a[0] + a[1] / 6.0 + head * (end - q * mean_a))
+    moment_a = -(0.5 * a[0] + a[1] / 6.0 + head * (end_load - q * mean_a))
     det = offset_b * moment_e - offset_e * moment_b
-    by_even = (offset_b * moment_a - moment_b * offset_a) / det
-    by_odd = (offset_a * moment_e - moment_a * offset_e) / det
+    even_factor = (offset_b * moment_a - moment_b * offset_a) / det
+    odd_factor = (offset_a * moment_e - moment_a * offset_e) / det
     for k in range(n):
-        a[k] += by_even * u[k] + by_odd * w[k]
+        a[k] += even_factor * u[k] + odd_factor * w[k]
     low, high = tables.low, tables.high
-    bend[0] = by_odd
+    curvature[0] = odd_factor
     for k in range(1, n + 2):
-        bend[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
-    mean = 0.5 * by_odd - bend[1] / 6.0
-    # theta minus ``less``, in ``u``, and its integral.
-    u[0] = mean - less[0]
+        curvature[k] = low[k] * a[k - 1] - high[k] * a[k + 1]
+    mean = 0.5 * odd_factor - curvature[1] / 6.0
+    # theta - d in ``u``, and its integral.
+    u[0] = mean - slope_difference[0]
     for k in range(1, n):
-        u[k] = low[k] * bend[k - 1] - high[k] * bend[k + 1] - less[k]
-    u[n] = low[n] * bend[n - 1] - high[n] * bend[n + 1]
-    u[n + 1], u[n + 2] = low[n + 1] * bend[n], 0.0
-    rise[0] = 0.5 * u[0] - u[1] / 6.0
+        u[k] = low[k] * curvature[k - 1] - high[k] * curvature[k + 1] - slope_difference[k]
+    u[n] = low[n] * curvature[n - 1] - high[n] * curvature[n + 1]
+    u[n + 1], u[n + 2] = low[n + 1] * curvature[n], 0.0
+    deflection[0] = 0.5 * u[0] - u[1] / 6.0
     for k in range(1, n + 2):
-        rise[k] = low[k] * u[k - 1] - high[k] * u[k + 1]
-    return by_even - q * mean, by_odd - 0.5 * a[0] + a[1] / 6.0
+        deflection[k] = low[k] * u[k - 1] - high[k] * u[k + 1]
+    return even_factor - q * mean, odd_factor - 0.5 * a[0] + a[1] / 6.0
 
 
 @kernel
 def third_order(
-    q: float, shear: float, head: float, slope: Array, tables: Collocation, room: Array, bend: Array, rise: Array
-) -> tuple[float, float]:
-    """Q_3 and theta_3'(0), in units of the strip's length, from the linear slope at the nodes, (n + 1,).
+    q: float, shear: float, head: float, slope: Array, tables: Collocation, workspace: Array, curvature: Array,
+    deflection: Array,
+) -> tuple[float, float]:  # fmt: skip
+    """Solve for the third-order correction; return Q_3 and theta_3'(0), in units of the strip's length, from the linear
+    slope at the nodes, (n + 1,).
 
-    ``bend`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``rise`` those of the deflection's
-    correction over l; (n + 2,) each. ``room`` is a ``scratch``.
+    ``curvature`` receives the Legendre coefficients of theta_3' (V'' is this over l), ``deflection`` those of the
+    deflection's correction over l; (n + 2,) each. ``workspace``: from ``scratch``.
     """
     n = slope.size - 1
     half = n // 2
-    load, cubic, u, w = room[4], room[5], room[2], room[3]
+    load, cubic, u, w = workspace[4], workspace[5], workspace[2], workspace[3]
     for k in range(n):
         u[k], w[k] = 0.0, 0.0
     # Sums and differences of mirrored nodes give the even and odd coefficients.
@@ -209,21 +213,21 @@ def third_order(
         left, right = slope[i], slope[n - 1 - i]
         square_left, square_right = left * left, right * right
         cubic_left, cubic_right = left * square_left / 6.0, right * square_right / 6.0
-        bent_left, bent_right = (
-            -q * cubic_left - 0.5 * shear * square_left,
-            -q * cubic_right - 0.5 * shear * square_right,
-        )
+        load_left = -q * cubic_left - 0.5 * shear * square_left
+        load_right = -q * cubic_right - 0.5 * shear * square_right
         cubic_sum, cubic_difference = cubic_left + cubic_right, cubic_left - cubic_right
-        bent_sum, bent_difference = bent_left + bent_right, bent_left - bent_right
+        load_sum, load_difference = load_left + load_right, load_left - load_right
         for k in range(half):
             u[k] += tables.even[i, k] * cubic_sum
             u[half + k] += tables.odd[i, k] * cubic_difference
-            w[k] += tables.even[i, k] * bent_sum
-            w[half + k] += tables.odd[i, k] * bent_difference
+            w[k] += tables.even[i, k] * load_sum
+            w[half + k] += tables.odd[i, k] * load_difference
     for k in range(half):
         cubic[2 * k], cubic[2 * k + 1] = u[k], u[half + k]
         load[2 * k], load[2 * k + 1] = w[k], w[half + k]
     end = slope[n]
     end_cubic = end * end * end / 6.0
     end_load = -q * end_cubic - 0.5 * shear * end * end
-    return bent_by(q, head, head * end_cubic, end_load, load[:n], cubic[:n], tables, room, bend, rise)
+    return solve_bending(
+        q, head, head * end_cubic, end_load, load[:n], cubic[:n], tables, workspace, curvature, deflection
+    )

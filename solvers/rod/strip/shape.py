@@ -2,10 +2,10 @@
 
     psi' = C S0 + D S1,  psi = C S1 + D S2,  V' = psi/m - g D,  V = (C S2 + D S3)/m - g D z
 
-(``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k are computed by series alone, at a quarter of the
-argument and doubled once, which vectorises over angles. Beyond, in tension, a decaying solution integrated from the
-clamp would be the small difference of two growing ones; there psi' is computed from its values at both ends, where both
-parts decay inward, and psi and V from the integrated equation itself, q V'' = V''''.
+(``strip.beam_column``, ``strip.shear``). Up to q z^2 = 4 the S_k are computed by series only, at a quarter of the
+argument followed by one doubling step, which vectorises over angles. Beyond, in tension, a decaying solution integrated
+from the clamp would be the small difference of two growing ones; there psi' is computed from its values at both ends,
+where both parts decay inward, and psi and V from the integrated equation itself, q V'' = V''''.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ _C3 = tuple((-1.0) ** j / math.factorial(2 * j + 3) for j in range(_TERMS))
 # Unrolled by hand: the compiler vectorises over angles only if the loop contains no inner loop.
 @reducing_kernel
 def _remainders(t: float) -> tuple[float, float]:
-    """c2, c3 for |t| <= 5.1, accurate to the last place."""
+    """Stumpff's c2 and c3 for |t| <= 5.1, accurate to the last place."""
     a = _C2[10] + t * _C2[11]
     a = _C2[9] + t * a
     a = _C2[8] + t * a
@@ -56,39 +56,44 @@ def _remainders(t: float) -> tuple[float, float]:
 
 @reducing_kernel
 def _from_clamp(q: float, clamp: float, shear: float, z: float) -> tuple[float, float, float]:
-    """psi', psi and their integral for q z^2 <= 4."""
+    """psi', psi and its integral for q z^2 <= 4, from the constants at the clamp."""
     t = -q * z * z
     quarter = 0.25 * t
     c2, c3 = _remainders(quarter)
     s1, s0 = 1.0 - quarter * c3, 1.0 - quarter * c2
     c3 = 0.25 * (c2 + s0 * c3)
     c2 = 0.5 * s1 * s1
-    c1, turn = s0 * s1, shear * z
-    return clamp * (1.0 - t * c2) + turn * c1, z * (clamp * c1 + turn * c2), z * z * (clamp * c2 + turn * c3)
+    c1, linear = s0 * s1, shear * z
+    return (
+        clamp * (1.0 - t * c2) + linear * c1,
+        z * (clamp * c1 + linear * c2),
+        z * z * (clamp * c2 + linear * c3),
+    )
 
 
 @kernel
 def _from_ends(
     q: float, clamp: float, shear: float, head: float, l: float, z: float
 ) -> tuple[float, float, float]:  # fmt: skip
-    """psi', psi and their integral in strong tension."""
+    """psi', psi and its integral in strong tension, from psi' at both ends."""
     k = math.sqrt(q)
     span = -math.expm1(-2.0 * k * l)
     near, far = math.exp(-k * z), math.exp(-k * (l - z))
     near_image, far_image = math.exp(-k * (2.0 * l - z)), math.exp(-k * (l + z))
-    bent = (clamp * (near - near_image) + head * (far - far_image)) / span
-    third = k * (head * (far + far_image) - clamp * (near + near_image)) / span
-    return bent, (third - shear) / q, (bent - clamp - shear * z) / q
+    curvature = (clamp * (near - near_image) + head * (far - far_image)) / span
+    derivative = k * (head * (far + far_image) - clamp * (near + near_image)) / span
+    return curvature, (derivative - shear) / q, (curvature - clamp - shear * z) / q
 
 
 @reducing_kernel
 def bend(
-    q: Array, clamp: Array, shear: Array, head: Array, l: float, z: float, bent: Array, turned: Array, sunk: Array
-) -> None:
-    """psi' [1/m], psi and int psi dz [m] at the section z for all angles, each (n,)."""
-    most = FORWARD_LIMIT / (l * l)
+    q: Array, clamp: Array, shear: Array, head: Array, l: float, z: float, curvature: Array, rotation: Array,
+    integral: Array,
+) -> None:  # fmt: skip
+    """Write psi' [1/m], psi and int psi dz [m] at the section z for all angles, each (n,)."""
+    limit = FORWARD_LIMIT / (l * l)
     for i in range(q.size):
-        bent[i], turned[i], sunk[i] = _from_clamp(min(q[i], most), clamp[i], shear[i], z)
+        curvature[i], rotation[i], integral[i] = _from_clamp(min(q[i], limit), clamp[i], shear[i], z)
     for i in range(q.size):
-        if q[i] > most:
-            bent[i], turned[i], sunk[i] = _from_ends(q[i], clamp[i], shear[i], head[i], l, z)
+        if q[i] > limit:
+            curvature[i], rotation[i], integral[i] = _from_ends(q[i], clamp[i], shear[i], head[i], l, z)

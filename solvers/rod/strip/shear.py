@@ -33,36 +33,36 @@ def _scaled_determinant(x: float, l: float, rod_length: float, compliance: float
     softening = 1.0 / (1.0 - compliance * scaled)
     c0, sine = math.cos(x), math.sin(x)
     c1, difference = sine / x, (sine - x * c0) / (x * x * x)
-    turned = c0 + e * scaled * softening * l * c1
-    det = l**3 * difference / softening + e * l * (l + softening * e) * c1 + compliance * l * turned
+    head_term = c0 + e * scaled * softening * l * c1
+    det = l**3 * difference / softening + e * l * (l + softening * e) * c1 + compliance * l * head_term
     return det / rod_length**3
 
 
 @kernel
-def _first_root(l: float, rod_length: float, compliance: float, rigid: float) -> float:
-    """First root by the Illinois variant of regula falsi, from the root without shear downward."""
-    high, above = rigid, _scaled_determinant(rigid, l, rod_length, compliance)
-    if not above < 0.0:
-        return rigid
-    low, below, kept = 0.5 * rigid, 1.0, 0
+def _first_root(l: float, rod_length: float, compliance: float, upper_bound: float) -> float:
+    """First root of the determinant, by the Illinois variant of regula falsi, below the root without shear."""
+    high, high_value = upper_bound, _scaled_determinant(upper_bound, l, rod_length, compliance)
+    if not high_value < 0.0:
+        return upper_bound
+    low, low_value, last_side = 0.5 * upper_bound, 1.0, 0
     while True:
-        below = _scaled_determinant(low, l, rod_length, compliance)
-        if below > 0.0:
+        low_value = _scaled_determinant(low, l, rod_length, compliance)
+        if low_value > 0.0:
             break
-        high, above, low = low, below, 0.5 * low
+        high, high_value, low = low, low_value, 0.5 * low
     for _ in range(_MAX_ITERATIONS):
-        x = high - above * (high - low) / (above - below)
+        x = high - high_value * (high - low) / (high_value - low_value)
         value = _scaled_determinant(x, l, rod_length, compliance)
         if value == 0.0 or high - low <= _TOLERANCE * high:
             return x
         if value > 0.0:
-            low, below = x, value
-            above = 0.5 * above if kept == 1 else above
-            kept = 1
+            low, low_value = x, value
+            high_value = 0.5 * high_value if last_side == 1 else high_value
+            last_side = 1
         else:
-            high, above = x, value
-            below = 0.5 * below if kept == -1 else below
-            kept = -1
+            high, high_value = x, value
+            low_value = 0.5 * low_value if last_side == -1 else low_value
+            last_side = -1
     return high
 
 
@@ -70,7 +70,7 @@ def _first_root(l: float, rod_length: float, compliance: float, rigid: float) ->
 def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
     """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
 
-    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear only softens, so the root lies below that without it.
+    With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear only softens the strip, so the root lies below that without shear.
     """
     x = _first_root(length, rod_length, compliance, first_root(min(length / rod_length, 1.0))[0])
     return -((x / length) ** 2) / (1.0 + compliance * (x / length) ** 2)

@@ -1,12 +1,12 @@
-"""The strip as a vibrating body: modes in place, under a constant axial force.
+"""Natural frequencies and modes of the strip in place, under a constant axial force.
 
     EI V'''' - P V'' + rho A V_tt = 0,  V(0) = V'(0) = 0,  V(l) + e V'(l) = 0,  M(L) = 0
 
-Ritz's method with polynomials whose second derivatives are Legendre's, so that the bending energy is a sum of squares
-and low frequencies keep their digits however many polynomials there are. They satisfy the clamp's conditions by
-themselves and the pin's by a combination; the moment condition is natural. The rigid head turns with the strip's end,
-so the axial force works through P (int V'^2 dz + e V'(l)^2)/2. The head's own mass is not modelled (it is guided by the
-crank). Frequencies come from above and converge faster than any power of the number of polynomials.
+Ritz method with polynomials whose second derivatives are Legendre polynomials: the bending energy is then a sum of
+squares, and low frequencies keep their accuracy for any number of polynomials. The clamp's conditions hold for each
+polynomial, the pin's for a combination of the first two; the moment condition is natural. The rigid head rotates with
+the strip's end, so the work of the axial force is P (int V'^2 dz + e V'(l)^2)/2. The head's own mass is not modelled
+(it is guided by the crank). Frequencies converge from above, faster than any power of the number of polynomials.
 
 Source: W. Ritz (1909); S. P. Timoshenko, Vibration Problems in Engineering.
 """
@@ -28,23 +28,23 @@ from solvers.rod.scene import Dimensions, Scene
 Array = NDArray[np.float64]
 
 POLYNOMIALS = 14
-FEW_POLYNOMIALS, OF_FEW = 9, 1e-8
-"""Enough for the first frequency alone where little accuracy is asked for, and what they may miss of it: 1e-9 was the
-most of 4,000 strips from l = L/11 to L, from the edge of buckling to strong tension."""
-_MORE_POINTS = 6
-_MOST_POWERS = 500
-_MOST_POLYNOMIALS = 60
+FEW_POLYNOMIALS, FEW_POLYNOMIALS_ERROR = 9, 1e-8
+"""Sufficient for the first frequency at low accuracy, and the relative error then: 1e-9 was the largest for 4,000
+strips from l = L/11 to L, from the edge of buckling to strong tension."""
+_EXTRA_POINTS = 6
+_MAX_ITERATIONS = 500
+_MAX_POLYNOMIALS = 60
 _EPS = float(np.finfo(float).eps)
 
 
 @lru_cache(maxsize=64)
 def _coefficients(polynomials: int, order: int) -> Array:
-    """Legendre coefficients over [0, 1] of the basis polynomials' derivatives of this order: (degree, basis)."""
+    """Legendre coefficients over [0, 1] of the derivatives of this order of the basis polynomials: (degree, basis)."""
     columns = np.zeros((polynomials + 2, polynomials))
     for j in range(polynomials):
         series = np.zeros(j + 1)
         series[j] = math.sqrt(2 * j + 1)
-        # Legendre's variable runs twice as fast as zeta, and from -1, where the clamp is.
+        # Legendre's variable is 2 zeta - 1, i.e. -1 at the clamp.
         if order < 2:
             series = legendre.legint(series, 2 - order, lbnd=-1.0, scl=0.5)
         else:
@@ -55,14 +55,19 @@ def _coefficients(polynomials: int, order: int) -> Array:
 
 @lru_cache(maxsize=256)
 def _derivatives(zeta: tuple[float, ...], polynomials: int, order: int) -> Array:
-    """Derivatives d^order/dzeta^order of the polynomials, whose second ones have unit norm: (points, basis)."""
+    """Derivatives d^order/dzeta^order of the polynomials, whose second derivatives have unit norm: (points, basis)."""
     return legendre_at(2.0 * np.array(zeta) - 1.0, polynomials + 1) @ _coefficients(polynomials, order)
 
 
 class Polynomials(NamedTuple):
-    """Over a strip of unit length: Gauss's points and weights that integrate products of two of them exactly, value and
-    slope there, (points, n); value and slope at the far end, (n,); second and third derivatives at the clamp, (2, n);
-    int psi_i psi_j dz and int psi_i' psi_j' dz, (n, n)."""
+    """Table of n polynomials on a strip of unit length.
+
+    zeta, weights     Gauss points and weights that integrate the product of two polynomials exactly
+    values, slopes    at these points (points, n)
+    end, tip          value and slope at the far end (n,)
+    clamp             second and third derivatives at the clamp (2, n)
+    mass, geometric   int psi_i psi_j dz and int psi_i' psi_j' dz (n, n)
+    """
 
     zeta: Array
     weights: Array
@@ -77,8 +82,8 @@ class Polynomials(NamedTuple):
 
 @lru_cache(maxsize=16)
 def polynomials_of(count: int) -> Polynomials:
-    """So many polynomials."""
-    x, w = legendre.leggauss(count + _MORE_POINTS)
+    """Table of ``count`` polynomials."""
+    x, w = legendre.leggauss(count + _EXTRA_POINTS)
     zeta, weights = 0.5 * (x + 1.0), 0.5 * w
     value, slope = (np.ascontiguousarray(_derivatives(tuple(zeta.tolist()), count, order)) for order in (0, 1))
     end, tip = (_derivatives((1.0,), count, order)[0] for order in (0, 1))
@@ -88,21 +93,21 @@ def polynomials_of(count: int) -> Polynomials:
 
 
 class StripBasis(NamedTuple):
-    """Polynomials on a strip of free ``length`` [m] that satisfy the constraints; ``combination`` maps them to those of
-    ``Polynomials``, shape (polynomials, basis). Sections are told by zeta = z/l."""
+    """Polynomials on a strip of free ``length`` [m] that satisfy the constraints; ``combination`` (polynomials, basis)
+    expresses them in those of ``Polynomials``. Sections are given by zeta = z/l."""
 
     length: float
     combination: Array
 
     @property
     def polynomials(self) -> int:
-        """How many there are."""
+        """Number of polynomials before the constraint."""
         return self.combination.shape[0]
 
     def values(self, zeta: Array, order: int) -> Array:
         """d^order psi/dz^order at the sections: (sections, basis)."""
-        one = _derivatives(tuple(zeta.tolist()), self.polynomials, order)
-        return one @ self.combination / self.length**order
+        derivatives = _derivatives(tuple(zeta.tolist()), self.polynomials, order)
+        return derivatives @ self.combination / self.length**order
 
     def series(self, order: int) -> Array:
         """Legendre coefficients over the strip of d^order psi/dz^order of the basis: (terms, basis)."""
@@ -110,8 +115,8 @@ class StripBasis(NamedTuple):
 
 
 def all_polynomials() -> Polynomials:
-    """As many polynomials as any force asks for; the first so many of them are those of a smaller basis."""
-    return polynomials_of(_MOST_POLYNOMIALS)
+    """Table of the largest number of polynomials used for any force; its first n are those of the smaller tables."""
+    return polynomials_of(_MAX_POLYNOMIALS)
 
 
 def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:
@@ -130,34 +135,35 @@ def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) 
 
 
 @kernel
-def pinned(table: Polynomials, lever: float) -> tuple[float, float]:
-    """The combination of the first two polynomials that leaves the pin where it is, (e/l = ``lever``); of all
-    polynomials these alone move it."""
+def pin_combination(table: Polynomials, lever: float) -> tuple[float, float]:
+    """Normalized combination of the first two polynomials without displacement of the pin (e/l = ``lever``), which the
+    other polynomials do not displace."""
     first, second = table.end[0] + lever * table.tip[0], table.end[1] + lever * table.tip[1]
-    size = math.hypot(first, second)
-    return -second / size, first / size
+    norm = math.hypot(first, second)
+    return -second / norm, first / norm
 
 
 @kernel
-def combined(row: Array, blend: tuple[float, float], out: Array) -> None:
-    """What belongs to the basis (n - 1,) from what belongs to the polynomials (n,)."""
-    out[0] = blend[0] * row[0] + blend[1] * row[1]
+def combine(row: Array, combination: tuple[float, float], out: Array) -> None:
+    """Transform a row for the polynomials (n,) to the basis (n - 1,)."""
+    out[0] = combination[0] * row[0] + combination[1] * row[1]
     for j in range(1, out.size):
         out[j] = row[j + 1]
 
 
 @kernel
-def energies(table: Polynomials, lever: float, n: int) -> tuple[Array, Array, Array]:
-    """Of the basis made of the first n + 1 polynomials, over a strip of unit length with its head: int psi_i psi_j dz,
-    and int psi_i' psi_j' dz + e psi_i'(l) psi_j'(l), (n, n); psi_i'(l), (n,). The bending energy is the unit matrix."""
-    blend = pinned(table, lever)
+def energy_matrices(table: Polynomials, lever: float, n: int) -> tuple[Array, Array, Array]:
+    """Ritz matrices of the basis made of the first n + 1 polynomials, for a strip of unit length with its head: mass,
+    int psi_i psi_j dz, and geometric stiffness, int psi_i' psi_j' dz + e psi_i'(l) psi_j'(l), (n, n) each; and the
+    slopes psi_i'(l), (n,). The bending stiffness is the unit matrix."""
+    combination = pin_combination(table, lever)
     mass, geometric, tip, rows = np.empty((n, n)), np.empty((n, n)), np.empty(n), np.empty((n + 1, n))
-    combined(table.tip[: n + 1], blend, tip)
+    combine(table.tip[: n + 1], combination, tip)
     for k in range(2):
         for i in range(n + 1):
-            combined(table.geometric[i, : n + 1] if k else table.mass[i, : n + 1], blend, rows[i])
+            combine(table.geometric[i, : n + 1] if k else table.mass[i, : n + 1], combination, rows[i])
         for j in range(n):
-            combined(rows[:, j], blend, geometric[:, j] if k else mass[:, j])
+            combine(rows[:, j], combination, geometric[:, j] if k else mass[:, j])
     for i in range(n):
         for j in range(n):
             geometric[i, j] += lever * tip[i] * tip[j]
@@ -169,12 +175,12 @@ def frequency_under(
     table: Polynomials, stiffness: float, line_mass: float, length: float, rod_length: float, axial_force: float,
     polynomials: int,
 ) -> float:  # fmt: skip
-    """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m], by so many
-    polynomials and, in tension, some more."""
-    # Under tension the strip bends in layers at its ends, 1/decay of its length.
+    """First natural frequency [Hz] under an axial force [N], from EI [N m^2], rho A [kg/m], l and L [m], with a number
+    of polynomials that grows under tension; 0 where the strip buckles."""
+    # Tension confines bending to boundary layers of relative length 1/decay.
     decay = math.sqrt(max(axial_force, 0.0) / stiffness) * length
-    n = int(min(polynomials + math.ceil(0.5 * decay), _MOST_POLYNOMIALS))
-    mass, system, _ = energies(table, rod_length / length - 1.0, n - 1)
+    n = int(min(polynomials + math.ceil(0.5 * decay), _MAX_POLYNOMIALS))
+    mass, system, _ = energy_matrices(table, rod_length / length - 1.0, n - 1)
     for i in range(n - 1):
         for j in range(n - 1):
             mass[i, j] *= length
@@ -186,10 +192,11 @@ def frequency_under(
 
 @kernel
 def greatest_ratio(mass: Array, system: Array) -> float:
-    """The greatest x' mass x/(x' system x), or 0 where the second matrix is not positive definite.
+    """Greatest x' mass x/(x' system x), or 0 if the second matrix is not positive definite.
 
-    By powers of C^-1 mass C^-T, with system = C C'; the quotient's error falls with the square of the vector's. The
-    greatest 1/omega^2 keeps the digits that the least omega^2 would lose to the greatest.
+    By power iteration with C^-1 mass C^-T, where system = C C'; the error of the Rayleigh quotient is of second order
+    in that of the vector. Iterating for the greatest 1/omega^2 retains accuracy that the least omega^2 would lose to
+    the greatest.
     """
     n = system.shape[0]
     c = np.zeros((n, n))
@@ -206,7 +213,7 @@ def greatest_ratio(mass: Array, system: Array) -> float:
                 return 0.0
     x, y = np.full(n, 1.0 / math.sqrt(n)), np.empty(n)
     value = 0.0
-    for _ in range(_MOST_POWERS):
+    for _ in range(_MAX_ITERATIONS):
         for i in range(n - 1, -1, -1):
             total = x[i]
             for k in range(i + 1, n):

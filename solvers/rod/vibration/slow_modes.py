@@ -1,15 +1,17 @@
-"""Slow modes by collocation in time, fast ones following them without ringing: the strip's motion over one element.
+"""Slow modes by collocation in time, fast modes by a quasi-static series: the strip's motion over one element.
 
-    M a'' + C a' + (1 + swing(phi) G) a = f(phi),   C diagonal in the modes
+    M a'' + C a' + (1 + dP(phi) G) a = f(phi),   C diagonal in the modes
 
-in coordinates of which the first m are modes and the rest makes G diagonal beside them, so that the stiffness of the
-rest is diagonal at every angle. What the rest does is, w = 1/(1 + swing gamma),
+in coordinates of which the first m are the slow modes; the others span the fast modes and diagonalize their block of G,
+so that their stiffness matrix 1 + dP gamma is diagonal at every angle. Without free vibration, the fast coordinates r
+follow force and slow modes: with w = 1/(1 + dP gamma),
 
-    r = w (f_r - swing G_sr' a_s - M_r r'' - C_r r')
+    r = w (f_r - dP G_sr' a_s - M_r r'' - C_r r')
 
-without r'' and r' at first, and again with those of the last r: a series in powers of (slow/fast frequency)^2. It is
-asymptotic; where its terms no longer fall it ends. Each time the slow modes obey Radau's collocation under the force of
-the rest. All columns of the solution (for unit first states, and for f alone) are carried on side by side.
+The first iterate omits r'' and r', each further one takes them from the one before: a series in powers of (slow/fast
+frequency)^2. It is asymptotic and is truncated where its terms cease to decrease. In each iteration the slow modes are
+solved by Radau collocation, loaded by the fast ones. All columns of the solution (for unit initial states, and the
+particular one for f) are computed at once.
 
 Source: R. J. Guyan (1965); for the series, J. Kevorkian, J. D. Cole, Multiple Scale and Singular Perturbation Methods
 (1996), section 4.3; for the collocation, ``solvers.numerics.radau``.
@@ -28,53 +30,60 @@ from solvers.numerics.radau import Radau
 
 Array = NDArray[np.float64]
 
-_WIDE, _ROUNDING, _SMOOTH = 2.0, 1e-16, 200.0
-"""Radians beyond which a series is given an element's whole polynomials; rounding of a polynomial's highest degree; and
-radians of a fast mode over which forces are smooth at the least: their Legendre coefficients fall that fast."""
+_NARROW, _ROUNDING, _FORCE_LENGTH = 2.0, 1e-16, 200.0
+"""Phase of the slowest fast mode [rad] over an element above which the series differentiates polynomials of full
+degree; rounding error of a polynomial's highest coefficient; and shortest length over which forces vary, as a phase of
+a fast mode [rad], which gives the decrease of their Legendre coefficients."""
 
 
-class Parts(NamedTuple):
-    """Matrices in the coordinates of above: ``slowness`` (m,) masses of the slow modes and ``damping`` (m,) of C,
-    ``own`` (m, m), ``across`` (m, rest) and ``rates`` (rest,) of G, ``inert`` and ``damped`` (rest, rest) masses and C
-    of the rest, ``read`` (2, m + rest) what is looked at."""
+class Partition(NamedTuple):
+    """The equation's matrices in the coordinates above, for m slow modes.
 
-    slowness: Array
+    masses          of the slow modes (m,), and their ``damping``, the diagonal of C (m,)
+    slow_geometric  slow block of G (m, m)
+    coupling        slow-fast block of G (m, fast)
+    eigenvalues     gamma, the fast block of G (fast,)
+    fast_masses     of the fast coordinates (fast, fast), and their ``fast_damping`` (fast, fast)
+    outputs         V'' and V''' at the clamp per unit coordinate (2, m + fast)
+    """
+
+    masses: Array
     damping: Array
-    own: Array
-    across: Array
-    rates: Array
-    inert: Array
-    damped: Array
-    read: Array
+    slow_geometric: Array
+    coupling: Array
+    eigenvalues: Array
+    fast_masses: Array
+    fast_damping: Array
+    outputs: Array
 
 
 @kernel
 def factor(a: Array, order: NDArray[np.int64]) -> None:
-    """Gauss's elimination in place, rows exchanged."""
+    """LU factorization in place with partial pivoting; ``order`` receives the row interchanges."""
     n = a.shape[0]
     for k in range(n):
-        best = k
+        pivot = k
         for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[best, k]):
-                best = i
-        order[k] = best
-        for j in range(n if best != k else 0):
-            a[k, j], a[best, j] = a[best, j], a[k, j]
+            if abs(a[i, k]) > abs(a[pivot, k]):
+                pivot = i
+        order[k] = pivot
+        for j in range(n if pivot != k else 0):
+            a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
         for i in range(k + 1, n):
-            share = a[i, k] / a[k, k]
-            a[i, k] = share
+            multiplier = a[i, k] / a[k, k]
+            a[i, k] = multiplier
             for j in range(k + 1, n):
-                a[i, j] -= share * a[k, j]
+                a[i, j] -= multiplier * a[k, j]
 
 
 @kernel
 def substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
-    """Right sides (n, columns) become solutions."""
+    """Solve with the factors of ``factor``; the right-hand sides (n, columns) are overwritten by the solutions."""
     n, columns = b.shape
     for k in range(n):
-        best = order[k]
-        for j in range(columns if best != k else 0):
-            b[k, j], b[best, j] = b[best, j], b[k, j]
+        pivot = order[k]
+        for j in range(columns if pivot != k else 0):
+            b[k, j], b[pivot, j] = b[pivot, j], b[k, j]
     for k in range(n):
         for i in range(k + 1, n):
             for j in range(columns):
@@ -88,271 +97,291 @@ def substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
 
 
 @kernel
-def degree_in(turned: float, most: int) -> int:
-    """The degree up to which polynomials are given to a series, in an element in which the slowest fast mode turns by
-    ``turned`` [rad].
+def series_degree(phase: float, max_degree: int) -> int:
+    """Degree up to which the series differentiates polynomials, on an element over which the slowest fast mode advances
+    by ``phase`` [rad].
 
-    A term's second derivative makes (d - 1) d (d + 1) (d + 2)/(2 turned^2) times as much of what is of degree d, two
-    degrees lower, and the next terms go on with that. So rounding grows the more the higher the degree and the
-    narrower the element; what a lower degree leaves out is smooth, and the derivatives that it has are left out."""
-    if turned >= _WIDE:
-        return most
-    best, least = most, np.inf
-    for degree in range(1, most + 1):
-        lost = _ROUNDING * _steepened(degree, turned)
-        for further in range(degree + 1, degree + 3):
-            lost += (turned / _SMOOTH) ** further * _steepened(further, turned)
-        if lost < least:
-            best, least = degree, lost
+    The second derivative multiplies a Legendre coefficient of degree d by (d - 1) d (d + 1) (d + 2)/(2 phase^2) and
+    lowers its degree by two, and further terms repeat this. Rounding errors therefore grow with the degree and on
+    narrower elements. The degree returned minimizes their sum with the truncation error of smooth forces.
+    """
+    if phase >= _NARROW:
+        return max_degree
+    best, smallest = max_degree, np.inf
+    for degree in range(1, max_degree + 1):
+        error = _ROUNDING * _rounding_growth(degree, phase)
+        for omitted in range(degree + 1, degree + 3):
+            error += (phase / _FORCE_LENGTH) ** omitted * _rounding_growth(omitted, phase)
+        if error < smallest:
+            best, smallest = degree, error
     return best
 
 
 @kernel
-def _steepened(degree: int, turned: float) -> float:
-    """What all terms together make of a polynomial of that degree."""
-    out = 1.0
+def _rounding_growth(degree: int, phase: float) -> float:
+    """Factor by which all terms of the series together amplify a coefficient of this degree."""
+    growth = 1.0
     for d in range(degree, 1, -2):
-        out *= max(0.5 * (d - 1) * d * (d + 1) * (d + 2) / turned**2, 1.0)
-    return out
+        growth *= max(0.5 * (d - 1) * d * (d + 1) * (d + 2) / phase**2, 1.0)
+    return growth
 
 
 @fusing_kernel
 def slow_motion(
-    widths: Array, swing: Array, right: Array, parts: Parts, rule: Radau, wanted: float, most: int
-) -> tuple[Array, Array, Array, Array, float]:
-    """Motions over the elements, from ``swing`` (elements, points) and ``right`` (elements, points, m + rest).
+    widths: Array, fluctuation: Array, forces: Array, partition: Partition, rule: Radau, tolerance: float,
+    max_terms: int,
+) -> tuple[Array, Array, Array, Array, float]:  # fmt: skip
+    """Solve the equation on all elements, from ``fluctuation`` dP (elements, points) and ``forces`` f (elements,
+    points, m + fast).
 
-    Gives (elements, points, 2 m + 1, m + rest): columns for unit first states (a, sqrt(mu) a') and, last, for the
-    right side alone; the last states of the slow modes, (elements, 2 m + 1, 2 m); the speeds of the rest at an
-    element's two ends, (elements, 2, 2 m + 1, rest); the last change of what ``parts.read`` reads, (elements,
-    points, 2 m + 1, 2), at the ends of narrow elements as their speeds change it; and the greatest ratio by which
-    changes fell at last. The series ends where it changes less than ``wanted`` of the first term's greatest that is
-    read, after ``most`` terms, or before it grows.
+    Returns solutions (elements, points, 2 m + 1, m + fast), columns being those for unit initial states (a, sqrt(mu)
+    a') and, last, the particular solution; final states of the slow modes (elements, 2 m + 1, 2 m); speeds of the fast
+    coordinates at an element's two ends (elements, 2, 2 m + 1, fast); the series' last term in the outputs (elements,
+    points, 2 m + 1, 2), at the ends of narrow elements including the ringing that its speed excites; and the largest
+    ratio of its last term to the one before. The series ends where a term is below ``tolerance`` relative to the
+    largest output of the first one, after ``max_terms`` terms, or before a term that is larger than its predecessor.
 
-    Within an element all is laid out as (modes, columns, points): every step is one product of small matrices or one
-    pass over all of an array.
+    Arrays on an element are ordered (modes, columns, points), so that every step is a product of small matrices or a
+    single pass over contiguous memory.
     """
-    count, p, m, rest = widths.size, swing.shape[1], parts.slowness.size, parts.rates.size
-    columns, size = 2 * m + 1, m + rest
-    wide, last = columns * p, (columns - 1) * p
-    out, ends = np.empty((count, p, columns, size)), np.empty((count, columns, 2 * m))
-    speeds, change = np.empty((count, 2, columns, rest)), np.empty((count, p, columns, 2))
-    lossy, slowest = bool(np.any(parts.damped != 0.0)), 0.0
-    # 1/(1 + swing gamma), once for all columns; and the right side, that of the last column alone
-    soft, given, pushed = np.empty((rest, wide)), np.zeros((rest, wide)), np.zeros((m, wide))
-    # x holds slow modes and the rest; ``inertia`` is what inertia and damping of the rest take.
-    x, kept, inertia, pulled = np.zeros((size, wide)), np.zeros((size, wide)), np.zeros((rest, wide)), soft.copy()
-    slow, r, turned = x[:m], x[m:], np.empty((2 if lossy else 1, rest, wide))
-    # The same arrays as products need them
-    flat, both = r.reshape(rest * columns, p), turned.reshape(turned.shape[0] * rest, wide)
-    once, twice = turned[turned.shape[0] - 1].reshape(rest * columns, p), turned[0].reshape(rest * columns, p)
-    weights, across = np.empty((rest, turned.shape[0] * rest)), np.ascontiguousarray(parts.across.T)
-    firsts, seconds, transposed = np.empty((p, p)), np.empty((p, p)), -1
-    force, load, lifted = np.empty((m, wide)), np.empty((columns, m * p)), np.empty((columns, m * p))
-    start, response = np.empty((columns, m * p)), np.empty((m * p, m * p))
-    seen, read, untold, changed = np.zeros((2, wide)), np.empty((2, wide)), np.zeros((2, wide)), np.empty((2, wide))
-    # The last change of speeds at the two ends, as places suffer from it.
-    sped, steep = np.zeros((2, columns, 2)), np.empty((rest * columns, 2))
-    at_first, two, left = np.zeros(2 * columns), np.empty((p, 2)), kept[m:].reshape(rest * columns, p)
+    count, p, m, fast = widths.size, fluctuation.shape[1], partition.masses.size, partition.eigenvalues.size
+    columns, size = 2 * m + 1, m + fast
+    wide, last_column = columns * p, (columns - 1) * p
+    solutions, element_ends = np.empty((count, p, columns, size)), np.empty((count, columns, 2 * m))
+    speeds, last_term = np.empty((count, 2, columns, fast)), np.empty((count, p, columns, 2))
+    is_damped, largest_ratio = bool(np.any(partition.fast_damping != 0.0)), 0.0
+    # w = 1/(1 + dP gamma), repeated for all columns; and the forces, which act in the last column only
+    compliance, fast_load, slow_load = np.empty((fast, wide)), np.zeros((fast, wide)), np.zeros((m, wide))
+    # x: slow modes, then fast coordinates; inertia: inertial and damping forces of the latter
+    x, accepted, inertia = np.zeros((size, wide)), np.zeros((size, wide)), np.zeros((fast, wide))
+    coupled = compliance.copy()
+    slow, r, derivatives = x[:m], x[m:], np.empty((2 if is_damped else 1, fast, wide))
+    # views for matrix products
+    fast_rows, stacked = r.reshape(fast * columns, p), derivatives.reshape(derivatives.shape[0] * fast, wide)
+    first_derivative = derivatives[derivatives.shape[0] - 1].reshape(fast * columns, p)
+    second_derivative = derivatives[0].reshape(fast * columns, p)
+    weights, coupling = np.empty((fast, derivatives.shape[0] * fast)), np.ascontiguousarray(partition.coupling.T)
+    first_t, second_t, transposed_degree = np.empty((p, p)), np.empty((p, p)), -1
+    force, net_load, forced = np.empty((m, wide)), np.empty((columns, m * p)), np.empty((columns, m * p))
+    homogeneous, response = np.empty((columns, m * p)), np.empty((m * p, m * p))
+    previous, output, unresolved = np.zeros((2, wide)), np.empty((2, wide)), np.zeros((2, wide))
+    difference = np.empty((2, wide))
+    # ringing amplitudes excited by the last term's speeds at the two ends
+    end_terms, end_slopes = np.zeros((2, columns, 2)), np.empty((fast * columns, 2))
+    first_size, end_weights = np.zeros(2 * columns), np.empty((p, 2))
+    accepted_rows = accepted[m:].reshape(fast * columns, p)
     for e in range(count):
         h, per_width, per_square = widths[e], 1.0 / widths[e], 1.0 / widths[e] ** 2
-        turns = h / math.sqrt(np.trace(parts.inert)) if rest > 0 else np.inf
-        degree, narrow = degree_in(turns, p - 1), turns < _WIDE
+        phase = h / math.sqrt(np.trace(partition.fast_masses)) if fast > 0 else np.inf
+        degree, is_narrow = series_degree(phase, p - 1), phase < _NARROW
         first, second = rule.firsts[degree], rule.seconds[degree]
-        if degree != transposed:
-            transposed = degree
+        if degree != transposed_degree:
+            transposed_degree = degree
             for i in range(p):
                 for j in range(p):
-                    firsts[i, j], seconds[i, j] = first[j, i], second[j, i]
-        for k in range(rest):
+                    first_t[i, j], second_t[i, j] = first[j, i], second[j, i]
+        for k in range(fast):
             for i in range(p):
-                soft[k, i] = 1.0 / (1.0 + swing[e, i] * parts.rates[k])
+                compliance[k, i] = 1.0 / (1.0 + fluctuation[e, i] * partition.eigenvalues[k])
             for c in range(1, columns):
                 for i in range(p):
-                    soft[k, c * p + i] = soft[k, i]
+                    compliance[k, c * p + i] = compliance[k, i]
             for i in range(p):
-                given[k, last + i] = right[e, i, m + k]
-            for j in range(rest):
-                weights[k, j] = per_square * parts.inert[k, j]
-                if lossy:
-                    weights[k, rest + j] = per_width * parts.damped[k, j]
+                fast_load[k, last_column + i] = forces[e, i, m + k]
+            for j in range(fast):
+                weights[k, j] = per_square * partition.fast_masses[k, j]
+                if is_damped:
+                    weights[k, fast + j] = per_width * partition.fast_damping[k, j]
         for a in range(m):
             for i in range(p):
-                pushed[a, last + i] = right[e, i, a]
-        _respond(h, swing[e], soft, parts, rule, start, response)
-        inertia[:], seen[:], untold[:], before, fell = 0.0, 0.0, 0.0, np.inf, 0.0
-        # A polynomial has no more derivatives than its degree: whether terms fall is not told by what follows.
-        for term in range(min(most, degree // 2 + 1) if narrow else most):
-            for k in range(rest):
+                slow_load[a, last_column + i] = forces[e, i, a]
+        _slow_response(h, fluctuation[e], compliance, partition, rule, homogeneous, response)
+        inertia[:], previous[:], unresolved[:], previous_size, ratio = 0.0, 0.0, 0.0, np.inf, 0.0
+        # A polynomial's derivatives vanish beyond its degree; later ratios would say nothing about convergence.
+        for term in range(min(max_terms, degree // 2 + 1) if is_narrow else max_terms):
+            for k in range(fast):
                 for j in range(wide):
-                    r[k, j] = (given[k, j] - inertia[k, j]) * soft[k, j]
-            np.dot(parts.across, r, force)
+                    r[k, j] = (fast_load[k, j] - inertia[k, j]) * compliance[k, j]
+            np.dot(partition.coupling, r, force)
             for a in range(m):
                 for c in range(columns):
                     for i in range(p):
-                        load[c, a * p + i] = pushed[a, c * p + i] - swing[e, i] * force[a, c * p + i]
-            np.dot(load, response, lifted)
+                        net_load[c, a * p + i] = slow_load[a, c * p + i] - fluctuation[e, i] * force[a, c * p + i]
+            np.dot(net_load, response, forced)
             for a in range(m):
                 for c in range(columns):
                     for i in range(p):
-                        slow[a, c * p + i] = start[c, a * p + i] + lifted[c, a * p + i]
-                        force[a, c * p + i] = swing[e, i] * slow[a, c * p + i]
-            np.dot(across, force, pulled)
-            for k in range(rest):
+                        slow[a, c * p + i] = homogeneous[c, a * p + i] + forced[c, a * p + i]
+                        force[a, c * p + i] = fluctuation[e, i] * slow[a, c * p + i]
+            np.dot(coupling, force, coupled)
+            for k in range(fast):
                 for j in range(wide):
-                    r[k, j] -= pulled[k, j] * soft[k, j]
-            np.dot(parts.read, x, read)
-            if narrow:
-                _speeds_of(read - seen + untold, first, turns, sped)
-            now = 0.0
+                    r[k, j] -= coupled[k, j] * compliance[k, j]
+            np.dot(partition.outputs, x, output)
+            if is_narrow:
+                _end_amplitudes(output - previous + unresolved, first, phase, end_terms)
+            size_now = 0.0
             for q in range(2):
                 for c in range(columns):
-                    moved, greatest = 0.0, 0.0
+                    change, largest = 0.0, 0.0
                     for j in range(c * p, (c + 1) * p):
-                        moved, greatest = max(moved, abs(read[q, j] - seen[q, j])), max(greatest, abs(read[q, j]))
+                        change = max(change, abs(output[q, j] - previous[q, j]))
+                        largest = max(largest, abs(output[q, j]))
                     if term == 0:
-                        at_first[q * columns + c] = greatest
-                    if narrow:
-                        moved = max(moved, abs(sped[0, c, q]), abs(sped[1, c, q]))
-                    if at_first[q * columns + c] > 0.0:
-                        now = max(now, moved / at_first[q * columns + c])
+                        first_size[q * columns + c] = largest
+                    if is_narrow:
+                        change = max(change, abs(end_terms[0, c, q]), abs(end_terms[1, c, q]))
+                    if first_size[q * columns + c] > 0.0:
+                        size_now = max(size_now, change / first_size[q * columns + c])
             if term > 0:
-                fell = now / before
-            if fell >= 1.0:
+                ratio = size_now / previous_size
+            if ratio >= 1.0:
                 break
             for q in range(2):
                 for j in range(wide):
-                    changed[q, j], seen[q, j] = read[q, j] - seen[q, j] + untold[q, j], read[q, j]
+                    difference[q, j], previous[q, j] = output[q, j] - previous[q, j] + unresolved[q, j], output[q, j]
             for k in range(size):
                 for j in range(wide):
-                    kept[k, j] = x[k, j]
-            if narrow:
+                    accepted[k, j] = x[k, j]
+            if is_narrow:
                 for q in range(2):
                     for c in range(columns):
-                        changed[q, c * p], changed[q, c * p + p - 1] = sped[0, c, q], sped[1, c, q]
-            if now <= wanted or rest == 0:
+                        difference[q, c * p], difference[q, c * p + p - 1] = end_terms[0, c, q], end_terms[1, c, q]
+            if size_now <= tolerance or fast == 0:
                 break
-            before = now
+            previous_size = size_now
             if term == 0 and degree < p - 1:
-                _untold_of(r, rule.seconds[min(degree + 2, p - 1)] - second, parts, soft, per_square, untold)
-            np.dot(flat, seconds, twice)
-            if lossy:
-                np.dot(flat, firsts, once)
-            np.dot(weights, both, inertia)
-        slowest = max(slowest, fell)
+                _add_unresolved(
+                    r, rule.seconds[min(degree + 2, p - 1)] - second, partition, compliance, per_square, unresolved
+                )
+            np.dot(fast_rows, second_t, second_derivative)
+            if is_damped:
+                np.dot(fast_rows, first_t, first_derivative)
+            np.dot(weights, stacked, inertia)
+        largest_ratio = max(largest_ratio, ratio)
         for i in range(p):
-            two[i, 0], two[i, 1] = per_width * rule.first[0, i], per_width * rule.first[p - 1, i]
+            end_weights[i, 0], end_weights[i, 1] = per_width * rule.first[0, i], per_width * rule.first[p - 1, i]
             for c in range(columns):
                 for k in range(size):
-                    out[e, i, c, k] = kept[k, c * p + i]
+                    solutions[e, i, c, k] = accepted[k, c * p + i]
                 for q in range(2):
-                    change[e, i, c, q] = changed[q, c * p + i]
-        np.dot(left, two, steep)
+                    last_term[e, i, c, q] = difference[q, c * p + i]
+        np.dot(accepted_rows, end_weights, end_slopes)
         for c in range(columns):
-            for k in range(rest):
-                speeds[e, 0, c, k], speeds[e, 1, c, k] = steep[k * columns + c, 0], steep[k * columns + c, 1]
+            for k in range(fast):
+                speeds[e, 0, c, k], speeds[e, 1, c, k] = end_slopes[k * columns + c, 0], end_slopes[k * columns + c, 1]
             for a in range(m):
-                rate, began = 0.0, 0.0
+                rate, initial_slope = 0.0, 0.0
                 for i in range(p):
-                    began += two[i, 0] * kept[a, c * p + i]
+                    initial_slope += end_weights[i, 0] * accepted[a, c * p + i]
                 for i in range(1, p):
-                    rate += rule.slope[i - 1] * (kept[a, c * p + i] - kept[a, c * p])
-                ends[e, c, a], ends[e, c, m + a] = kept[a, c * p + p - 1], math.sqrt(parts.slowness[a]) / h * rate
-                # Radau's polynomial has the right slope at its last end alone.
-                slip = began - (1.0 / math.sqrt(parts.slowness[a]) if c == m + a else 0.0)
-                for k in range(rest):
-                    speeds[e, 0, c, k] += swing[e, 0] * soft[k, 0] * parts.across[a, k] * slip
-    return out, ends, speeds, change, slowest
+                    rate += rule.slope[i - 1] * (accepted[a, c * p + i] - accepted[a, c * p])
+                element_ends[e, c, a] = accepted[a, c * p + p - 1]
+                element_ends[e, c, m + a] = math.sqrt(partition.masses[a]) / h * rate
+                # The slope of Radau's polynomial is accurate at the end only: correct the one at the start.
+                slope_error = initial_slope - (1.0 / math.sqrt(partition.masses[a]) if c == m + a else 0.0)
+                for k in range(fast):
+                    speeds[e, 0, c, k] += fluctuation[e, 0] * compliance[k, 0] * partition.coupling[a, k] * slope_error
+    return solutions, element_ends, speeds, last_term, largest_ratio
 
 
 @fusing_kernel
-def _respond(h: float, swing: Array, soft: Array, parts: Parts, rule: Radau, start: Array, response: Array) -> None:
-    """What the slow modes do in an element of width h: ``start`` (columns, m points) for unit first states, and
-    ``response`` (m points, m points), rows those of forces, under forces at the points."""
-    p, (m, rest) = swing.size, parts.across.shape
-    square, s, n, held = h * h, p - 1, (p - 1) * m, np.empty(p)
+def _slow_response(
+    h: float, fluctuation: Array, compliance: Array, partition: Partition, rule: Radau, homogeneous: Array,
+    response: Array,
+) -> None:  # fmt: skip
+    """Response of the slow modes on an element of width h: ``homogeneous`` (columns, m points) for unit initial states,
+    and ``response`` (m points, m points) to unit forces at the points, one row per force."""
+    p, (m, fast) = fluctuation.size, partition.coupling.shape
+    square, s, n, reduction = h * h, p - 1, (p - 1) * m, np.empty(p)
     matrix, order, solution = np.empty((n, n)), np.empty(n, np.int64), np.zeros((n, 2 * m + p * m))
     for b in range(m):
         for a in range(m):
             for i in range(p):
-                held[i] = 0.0
-            for k in range(rest):
-                pair = parts.across[a, k] * parts.across[b, k]
+                reduction[i] = 0.0
+            for k in range(fast):
+                pair = partition.coupling[a, k] * partition.coupling[b, k]
                 for i in range(p):
-                    held[i] += pair * soft[k, i]
-            mu, lost = parts.slowness[a], parts.damping[a]
+                    reduction[i] += pair * compliance[k, i]
+            mu, damping = partition.masses[a], partition.damping[a]
             scale = 1.0 / (mu + square)
             for j in range(s):
-                here = swing[j + 1] * (parts.own[a, b] - swing[j + 1] * held[j + 1]) + (1.0 if a == b else 0.0)
+                geometric = partition.slow_geometric[a, b] - fluctuation[j + 1] * reduction[j + 1]
+                stiffness = fluctuation[j + 1] * geometric + (1.0 if a == b else 0.0)
                 for i in range(s):
-                    matrix[a * s + i, b * s + j] = square * scale * rule.twice[i, j] * here
+                    matrix[a * s + i, b * s + j] = square * scale * rule.twice[i, j] * stiffness
                     if a == b:
-                        matrix[a * s + i, a * s + j] += lost * h * scale * rule.once[i, j]
+                        matrix[a * s + i, a * s + j] += damping * h * scale * rule.once[i, j]
                         solution[a * s + i, 2 * m + a * p + j + 1] = square * scale * rule.twice[i, j]
     for a in range(m):
-        mu, lost = parts.slowness[a], parts.damping[a]
+        mu, damping = partition.masses[a], partition.damping[a]
         scale = 1.0 / (mu + square)
         for i in range(s):
             matrix[a * s + i, a * s + i] += mu * scale
-            solution[a * s + i, a] = (mu + lost * h * rule.points[i + 1]) * scale
+            solution[a * s + i, a] = (mu + damping * h * rule.points[i + 1]) * scale
             solution[a * s + i, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
     factor(matrix, order)
     substitute(matrix, order, solution)
-    start[:], response[:] = 0.0, 0.0
+    homogeneous[:], response[:] = 0.0, 0.0
     for a in range(m):
-        start[a, a * p] = 1.0
+        homogeneous[a, a * p] = 1.0
         for i in range(s):
             for c in range(2 * m):
-                start[c, a * p + i + 1] = solution[a * s + i, c]
+                homogeneous[c, a * p + i + 1] = solution[a * s + i, c]
             for j in range(m * p):
                 response[j, a * p + i + 1] = solution[a * s + i, 2 * m + j]
 
 
 @kernel
-def _untold_of(r: Array, second: Array, parts: Parts, soft: Array, per_square: float, out: Array) -> None:
-    """What is read (2, columns points) of the inertia of the rest's part (rest, columns points) that is not told to the
-    series, of which ``second`` makes the second derivative; added to ``out``. ``per_square`` is 1/width^2."""
-    (rest, wide), p = r.shape, second.shape[0]
-    bent = np.dot(r.reshape(rest * wide // p, p), np.ascontiguousarray(second.T)).reshape(rest, wide)
-    inertia = np.dot(parts.inert, bent)
+def _add_unresolved(
+    r: Array, second: Array, partition: Partition, compliance: Array, per_square: float, out: Array
+) -> None:
+    """Add to ``out`` (2, columns points) the outputs of the inertial forces of the part of the fast coordinates (fast,
+    columns points) beyond the series' degree; ``second`` gives that part's second derivative, ``per_square`` is
+    1/width^2."""
+    (fast, wide), p = r.shape, second.shape[0]
+    derivative = np.dot(r.reshape(fast * wide // p, p), np.ascontiguousarray(second.T)).reshape(fast, wide)
+    inertia = np.dot(partition.fast_masses, derivative)
     for q in range(2):
-        for k in range(rest):
+        for k in range(fast):
             for j in range(wide):
-                out[q, j] += parts.read[q, parts.slowness.size + k] * soft[k, j] * inertia[k, j] * per_square
+                out[q, j] += (
+                    partition.outputs[q, partition.masses.size + k] * compliance[k, j] * inertia[k, j] * per_square
+                )
 
 
 @kernel
-def _speeds_of(change: Array, first: Array, turns: float, out: Array) -> None:
-    """At an element's two ends, in which the slowest fast mode turns by so many radians: the amplitudes of what rings
-    by a change of the speed, (2, columns, 2), from that of what is read (2, columns points). A mode that hardly turns
-    is hardly kept apart by the two ends, of which one takes back what the other gives."""
+def _end_amplitudes(term: Array, first: Array, phase: float, out: Array) -> None:
+    """Ringing amplitudes that a term's speed would excite at an element's two ends (2, columns, 2), from the term in
+    the outputs (2, columns points); ``phase`` is the advance of the slowest fast mode over the element. If it is small,
+    what the two ends excite nearly cancels, hence the division by at least 1."""
     p = first.shape[0]
     for end in range(2):
         for c in range(out.shape[1]):
             for q in range(2):
                 out[end, c, q] = 0.0
                 for j in range(p):
-                    out[end, c, q] += first[end * (p - 1), j] / max(turns, 1.0) * change[q, c * p + j]
+                    out[end, c, q] += first[end * (p - 1), j] / max(phase, 1.0) * term[q, c * p + j]
 
 
 @kernel
-def carried(ends: Array, starts: NDArray[np.bool_]) -> Array:
-    """Maps to every element's first state and, in the next place, to its last one, from the first state of the last
-    element before it that ``starts``: (elements, 2, 2 m + 1, 2 m), rows as the columns of ``slow_motion``."""
-    count, columns, size = ends.shape
-    out = np.zeros((count, 2, columns, size))
+def accumulated_transfer(element_ends: Array, is_first: NDArray[np.bool_]) -> Array:
+    """Affine maps to every element's initial and final state (elements, 2, 2 m + 1, 2 m), from the initial state of the
+    last element up to it that ``is_first`` of a panel; rows as the columns of ``slow_motion``."""
+    count, columns, size = element_ends.shape
+    maps = np.zeros((count, 2, columns, size))
     for e in range(count):
-        if starts[e]:
+        if is_first[e]:
             for a in range(size):
-                out[e, 0, a, a] = 1.0
+                maps[e, 0, a, a] = 1.0
         else:
             for c in range(columns):
                 for a in range(size):
-                    out[e, 0, c, a] = out[e - 1, 1, c, a]
+                    maps[e, 0, c, a] = maps[e - 1, 1, c, a]
         for c in range(columns):
             for b in range(size):
-                total = ends[e, size, b] if c == size else 0.0
+                total = element_ends[e, size, b] if c == size else 0.0
                 for a in range(size):
-                    total += out[e, 0, c, a] * ends[e, a, b]
-                out[e, 1, c, b] = total
-    return out
+                    total += maps[e, 0, c, a] * element_ends[e, a, b]
+                maps[e, 1, c, b] = total
+    return maps

@@ -1,14 +1,15 @@
-"""The strip's own transverse inertia: its steady vibration, forced by the crank's lateral stroke.
+"""Steady vibration of the strip due to its own transverse inertia, excited by the crank's lateral stroke.
 
     EI V'''' - P(phi) V'' + rho A omega^2 V_phiphi = 0,  V(l) + e V'(l) = r sin(phi),  M(L) = 0
 
 V is split into the quasi-static shape, known in closed form, and a remainder d in the constrained basis of
-``natural_frequencies``, periodic with the turn (``motion``), which in the strip's modes obeys an ordinary differential
-equation (``equation``) between the corners of the force (``excitation``). A first resolution is chosen by how fast the
-modes are and how fast the force changes, and added to where most is left unknown, until that is little enough, does not
-help, or has cost too much; what is left is ``error``. What the strip does beside the quasi-static shape is damped
-mode by mode by the material's loss factor (``equation``). With none, the answer exactly at a resonance is not finite,
-and it is refused.
+``natural_frequencies``, periodic over the revolution (``motion``). In the strip's modes it obeys an ordinary
+differential equation (``equation``) between the corners of the force (``excitation``). The first resolution follows
+from the frequencies of the modes and from how fast the force changes; it is refined where the estimated error is
+largest until the tolerance is met, refinement no longer helps, or the work exceeds its limit. The dynamic part d is
+damped mode by mode with the material's loss factor (``equation``). Without damping there is no finite solution exactly
+at a resonance, and such a speed is refused.
+
 Validity: no parametric instability (k omega < omega_1 in every practical machine); the head's mass is not modelled.
 
 Source: the outlook of T. A. Obolenskaya, A. S. Klochko (2014).
@@ -37,71 +38,76 @@ from solvers.rod.vibration.motion import (
     NARROW,
     Errors,
     Motion,
-    least_turned,
+    least_phases,
     motion,
-    motion_beside,
+    neighbouring_motion,
 )
 
 LEAST_ERROR = 3e-11
-"""Below it lies the rounding of V''' from many polynomials."""
+"""Smallest tolerance: rounding errors of V''' with many polynomials."""
 
-LADDER = (9, 11, 13, 16, 20, 26, 34)
-_RUNGS, _RUNGS_BEHIND_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 2e-7, 5e-9, 5e-9, 5e-10, 5e-10)
-"""Below these errors fewer polynomials than the next of ``LADDER`` have hardly ever been enough; behind corners more
-modes have to be known."""
+POLYNOMIAL_COUNTS = (9, 11, 13, 16, 20, 26, 34)
+"""Numbers of polynomials along the strip, by level of resolution."""
+_LEVELS, _LEVELS_WITH_CORNERS = (3e-6, 5e-8, 5e-10), (3e-6, 2e-7, 5e-9, 5e-9, 5e-10, 5e-10)
+"""Tolerances below which a level has hardly ever sufficed, without and with corners; the latter need more modes."""
 
 MOST_WORK, ENOUGH_WORK = 12_000_000, 6_000_000
-"""Of one motion, and of all but the last, as ``_work`` counts it: 6 000 000 are some tenth of a second."""
+"""Largest work of one motion, and of all but the last, as measured by ``_work``: 6 000 000 take about a tenth of a
+second."""
 
-FEW_CORNERS, _ENOUGH_WORK_BEHIND_MANY, _ENOUGH_WORK_ROUGHLY, _LOOSELY = 32, 1_850_000, 500_000, 1e-6
-"""Corners beyond which they are those of a table; what of the work is then enough, and where no less is wanted than
-that."""
-_FALLS, _FALLS_BEHIND_JUMPS, _FALLS_UNDAMPED = 4.0, 10.0, 1.0
-"""Behind them what faster modes ring with falls about like this power of the number of those that are known; and what
-greatest values suffer from it behind jumps of the force, with damping, which ends it the sooner, and without."""
+FEW_CORNERS, _ENOUGH_WORK_MANY_CORNERS, _ENOUGH_WORK_LOW_ACCURACY, _LOW_ACCURACY = 32, 1_850_000, 500_000, 1e-6
+"""Number of corners above which they are those of a table; the largest work then, and if the tolerance is no smaller
+than the last of these."""
+_DECAY, _DECAY_BEHIND_JUMPS, _DECAY_UNDAMPED = 4.0, 10.0, 1.0
+"""Exponents with which the error of omitted ringing decreases with the number of known modes: behind corners; and in
+greatest values behind jumps of the force, with damping, which shortens the ringing, and without."""
 
-_MOST_TRIES, _MOST_VAIN = 8, 2
-_WORST, _FINER = 0.03, 0.75
-"""Of the worst element's error, from which on others are halved too; what that makes of the step."""
+_MAX_ATTEMPTS, _MAX_FRUITLESS = 8, 2
+"""Motions computed, and those in succession without a smaller error."""
+_LARGE_ERROR, _STEP_REDUCTION = 0.03, 0.75
+"""Elements with at least this fraction of the worst element's error are halved with it; factor on the step then."""
 
-_NARROW_LOOSELY, _NARROW_HALF, _CHANGING = 2.0, 9.0, 5.0
-"""Radians of the slowest mode that follows without ringing: in the narrowest element behind many corners where few
-digits are wanted; in the half of an element, which is made where more are; and, in a narrow one, while the force
-changes altogether, below which it does not follow."""
+_LEAST_WIDTH_PHASE, _LEAST_HALF_PHASE, _LEAST_CHANGE_PHASE = 2.0, 9.0, 5.0
+"""Phases of the slowest fast mode [rad]: least over the narrowest element with many corners at low accuracy; least over
+half an element for it to be halved; and, in a narrow element, over the scale on which the force changes, below which
+the mode must be slow."""
 
-_FASTER = 1.2
-"""Than under the mean force, a mode in the mean."""
+_FREQUENCY_MARGIN = 1.2
+"""Mean frequency of a mode over that under the mean force, assumed."""
 
-_ENDS = 8
-"""Angles at which the weights of a mean jump or turn, taken for so many: there what oscillates leaves something."""
+_DISCONTINUITIES = 8
+"""Assumed number of angles at which the weights of a mean jump or have a kink: there oscillating errors contribute."""
 
-_MISSED, _LOOSER, _LOOSEST = 1e3, 30.0, 1e-4
-"""Times the error wanted that are worth another start; by which that wants less, and down to what."""
+_FAR_FROM_TOLERANCE, _RELAXATION, _LARGEST_TOLERANCE = 1e3, 30.0, 1e-4
+"""Error over tolerance from which on another start is made; factor on the tolerance then, and the largest tolerance
+from which it is."""
 
-_RESONANT = 1e5
-_UNKNOWN = 0.1
+_RESONANT_AMPLIFICATION = 1e5
+_LARGEST_ERROR = 0.1
+"""Amplification that means resonance, and error at which a motion is unknown."""
 
 
 @dataclass(frozen=True)
 class RodInertia:
-    """Adds the steady vibration of the strip to whatever quasi-static shape it is given."""
+    """Correction that adds the strip's steady vibration to the quasi-static shape."""
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         with one_thread():
             return _vibration(cycle)
 
-    def beside(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
-        """At the resolution of a vibration that was found, all at once; None where corners come or go."""
+    def neighbours(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
+        """The vibrations of neighbouring strips at the resolution of one that was found; None where corners appear or
+        vanish."""
         with one_thread():
-            return [_beside(found, cycle) for cycle in cycles]
+            return [_neighbour(found, cycle) for cycle in cycles]
 
 
 @dataclass(frozen=True)
 class SteadyVibration:
-    """The remainder d of one cycle.
+    """The dynamic part d of the deflection in one cycle.
 
-    ``error`` estimates what truncation leaves out, relative to the greatest bending, ``lasting_error`` what of it
-    remains of a mean over the turn.
+    ``error`` estimates the numerical error, relative to the greatest bending; ``lasting_error`` the part of it that
+    remains in a mean over the revolution.
     """
 
     motion: Motion
@@ -112,63 +118,69 @@ class SteadyVibration:
     inclines = False
 
     @property
-    def pace(self) -> float:
-        """Highest frequency [1/rad] of the modes that are followed."""
-        return self.motion.pace
+    def highest_frequency(self) -> float:
+        """Highest frequency [1/rad] of the slow modes."""
+        return self.motion.highest_frequency
 
     @property
-    def bent_terms(self) -> int:
+    def curvature_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._bent.shape[0]
 
     @property
-    def sunk_terms(self) -> int:
+    def deflection_terms(self) -> int:
         """Legendre coefficients of V."""
         return self._sunk.shape[0]
 
     @cached_property
-    def quiet(self) -> SteadyVibration:
-        return replace(self, motion=self.motion.quiet) if self.motion.ringing.modes else self
+    def without_ringing(self) -> SteadyVibration:
+        return replace(self, motion=self.motion.without_ringing) if self.motion.ringing.modes else self
 
     @cached_property
     def ringing(self) -> Rippling:
-        """V'', V, T and M0 of what rings."""
+        """V'', V, T and M0 of the ringing."""
         side, moment = self._reactions
         begins = self.excitation.corners.size
         return Rippling(self.motion.ringing, self._bent, self._sunk, side, moment, begins)
 
     @cached_property
     def _bent(self) -> Array:
-        """Series of V'' of the basis' unit amplitudes."""
+        """Legendre series of V'' for unit amplitudes of the basis."""
         return self.motion.basis.series(2)
 
     @cached_property
     def _sunk(self) -> Array:
-        """Series of V."""
+        """Legendre series of V for unit amplitudes of the basis."""
         return self.motion.basis.series(0)
 
     @cached_property
     def _reactions(self) -> tuple[Array, Array]:
-        """T [N] and M0 [N m] of the basis' unit amplitudes."""
+        """T [N] and M0 [N m] for unit amplitudes of the basis."""
         stiffness, basis, clamp = self.motion.strip.stiffness, self.motion.basis, np.zeros(1)
         return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
 
-    def add(self, states: Array, bent: Array, sunk: Array) -> tuple[Array, Array]:
-        """Add d to the series of V'' and V at the states' angles; what it adds to T [N] and M0 [N m] there."""
-        return spread(self._amplitudes(states), self._bent, self._sunk, *self._reactions, bent, sunk)
+    def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
+        """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
+        there."""
+        return add_amplitudes(
+            self._amplitudes(states), self._bent, self._sunk, *self._reactions, curvature_series, deflection_series
+        )
 
     def _amplitudes(self, states: Array) -> Array:
-        """d at the states' angles, (basis, angles). Within a step that replaces a jump of the force the strip as a
-        whole stays where it is, so that d makes up for the quasi-static shape."""
+        """d at the states' angles, (basis, angles).
+
+        Within a step that replaces a jump of the force the total deflection stays at its value outside, so that d
+        changes by the opposite of the quasi-static shape.
+        """
         angle, excitation = np.ascontiguousarray(states[ANGLE]), self.excitation
-        still_at = off_jumps(angle, excitation.jumps)
-        found, within = self.motion.at(still_at), still_at != angle
+        outside = off_jumps(angle, excitation.jumps)
+        amplitudes, within = self.motion.at(outside), outside != angle
         if within.any():
-            sides = states_at(excitation.drive, excitation.strip, still_at[within])
+            sides = states_at(excitation.drive, excitation.strip, outside[within])
             equation, inside = self._equation, np.ascontiguousarray(states[:, within])
-            still, moved = (quasi_static(equation, states)[1] for states in (inside, sides))
-            found[:, within] += equation.modes @ (moved - still).T
-        return found
+            static, outside_static = (quasi_static(equation, states)[1] for states in (inside, sides))
+            amplitudes[:, within] += equation.modes @ (outside_static - static).T
+        return amplitudes
 
     @cached_property
     def _equation(self) -> StripEquation:
@@ -177,16 +189,17 @@ class SteadyVibration:
 
 
 @kernel
-def spread(
-    amplitude: Array, of_bent: Array, of_sunk: Array, side: Array, moment: Array, bent: Array, sunk: Array
+def add_amplitudes(
+    amplitude: Array, bent_series: Array, sunk_series: Array, side: Array, moment: Array, bent: Array, sunk: Array
 ) -> tuple[Array, Array]:
-    """``SteadyVibration.add`` from amplitudes (basis, angles) and what unit amplitudes make."""
-    for out, share in ((bent, of_bent), (sunk, of_sunk)):
-        for t in range(share.shape[0]):
-            for b in range(share.shape[1]):
-                if share[t, b] != 0.0:
+    """Kernel of ``SteadyVibration.add``, from amplitudes (basis, angles), the series and the reactions of unit
+    amplitudes."""
+    for out, series in ((bent, bent_series), (sunk, sunk_series)):
+        for t in range(series.shape[0]):
+            for b in range(series.shape[1]):
+                if series[t, b] != 0.0:
                     for i in range(amplitude.shape[1]):
-                        out[t, i] += share[t, b] * amplitude[b, i]
+                        out[t, i] += series[t, b] * amplitude[b, i]
     force, couple = np.zeros(amplitude.shape[1]), np.zeros(amplitude.shape[1])
     for b in range(amplitude.shape[0]):
         for i in range(amplitude.shape[1]):
@@ -196,14 +209,19 @@ def spread(
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
-    """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
-    wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
-    best = _resolved(cycle, wanted)
-    while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= FEW_CORNERS:
-        wanted *= _LOOSER
-        best = min(best, _resolved(cycle, wanted), key=lambda one: one.error)
-    if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
-        if best.motion.errors.excited > _UNKNOWN:
+    """Compute to half the cycle's tolerance; if that requires elements too narrow for series, to the least error found
+    with larger tolerances."""
+    tolerance = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    best = _resolved(cycle, tolerance)
+    while (
+        best.error > _FAR_FROM_TOLERANCE * tolerance
+        and tolerance < _LARGEST_TOLERANCE
+        and best.excitation.corners.size <= FEW_CORNERS
+    ):
+        tolerance *= _RELAXATION
+        best = min(best, _resolved(cycle, tolerance), key=lambda vibration: vibration.error)
+    if best.motion.amplification > _RESONANT_AMPLIFICATION and not best.error < _LARGEST_ERROR:
+        if best.motion.errors.excited > _LARGEST_ERROR:
             raise unknown_vibration()
         raise InvalidInput(
             "mechanism.speed", "a harmonic of the speed meets a natural frequency of the strip", "another speed"
@@ -212,7 +230,7 @@ def _vibration(cycle: Cycle) -> SteadyVibration:
 
 
 def unknown_vibration() -> InvalidInput:
-    """A load of which too many modes of the strip feel every change."""
+    """Error for a load whose every change excites too many modes of the strip."""
     return InvalidInput(
         "load",
         "the pressure changes within too small an angle for the strip's vibration to be found",
@@ -220,136 +238,143 @@ def unknown_vibration() -> InvalidInput:
     )
 
 
-def _beside(found: SteadyVibration, cycle: Cycle) -> SteadyVibration | None:
-    """That of a strip next to the one found, whatever its resolution leaves unknown."""
-    excitation = found.excitation.beside(cycle)
+def _neighbour(found: SteadyVibration, cycle: Cycle) -> SteadyVibration | None:
+    """The vibration of a strip next to the one found, at the same resolution whatever its error; None if corners appear
+    or vanish."""
+    excitation = found.excitation.neighbour(cycle)
     if excitation is None:
         return None
-    loss, wanted = cycle.scene.material.loss_factor, max(0.5 * cycle.tolerance, LEAST_ERROR)
-    beside = motion_beside(found.motion, found.excitation, excitation, loss, wanted)
-    return replace(found, motion=beside, excitation=excitation)
+    loss, tolerance = cycle.scene.material.loss_factor, max(0.5 * cycle.tolerance, LEAST_ERROR)
+    found_motion = neighbouring_motion(found.motion, found.excitation, excitation, loss, tolerance)
+    return replace(found, motion=found_motion, excitation=excitation)
 
 
-def _equation(cycle: Cycle, excitation: Excitation, rung: int) -> StripEquation:
+def _equation(cycle: Cycle, excitation: Excitation, level: int) -> StripEquation:
     loss = cycle.scene.material.loss_factor
-    return StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, LADDER[rung], loss)
+    return StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, POLYNOMIAL_COUNTS[level], loss)
 
 
-def _vibration_of(found: Motion, excitation: Excitation, pace: float) -> SteadyVibration:
-    ends = (excitation.corners.size + _ENDS) / (0.5 * TURN * pace)
-    return SteadyVibration(found, found.errors.total, found.errors.lasting(min(ends, 1.0)), excitation)
+def _vibration_of(found: Motion, excitation: Excitation, frequency: float) -> SteadyVibration:
+    remainder = (excitation.corners.size + _DISCONTINUITIES) / (0.5 * TURN * frequency)
+    return SteadyVibration(found, found.errors.total, found.errors.of_mean(min(remainder, 1.0)), excitation)
 
 
-def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
-    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
-    excitation = Excitation.of(cycle, 0.1 * wanted)
-    rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
-    equation = _equation(cycle, excitation, rung)
-    slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
-    for fewer in range(rung, -1, -1):
-        # Better fewer polynomials than fewer modes followed; but where so many are called for that none are few enough,
-        # both are needed.
-        other = _equation(cycle, excitation, fewer) if fewer < rung else equation
-        if _affordable(other, excitation, slow, step) >= slow:
-            rung, equation = fewer, other
+def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
+    """Compute motions of increasing resolution, refined where the error is largest, until the tolerance is met or
+    refinement no longer helps."""
+    excitation = Excitation.of(cycle, 0.1 * tolerance)
+    level = sum(tolerance < bound for bound in (_LEVELS_WITH_CORNERS if excitation.corners.size else _LEVELS))
+    equation = _equation(cycle, excitation, level)
+    slow, step = _slow_modes(equation, excitation, tolerance), _largest_step(excitation, tolerance)
+    for lower in range(level, -1, -1):
+        # Fewer polynomials are better than fewer slow modes; but if no lower level makes all of them affordable, both
+        # are needed.
+        candidate = _equation(cycle, excitation, lower) if lower < level else equation
+        if _affordable(candidate, excitation, slow, step) >= slow:
+            level, equation = lower, candidate
             break
     many = excitation.corners.size > FEW_CORNERS
-    enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
-    best, vain, before, spent = None, 0, np.inf, 0.0
-    for _ in range(_MOST_TRIES):
+    work_limit = (
+        (_ENOUGH_WORK_LOW_ACCURACY if tolerance > _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS) if many else ENOUGH_WORK
+    )
+    best, fruitless, previous, work = None, 0, np.inf, 0.0
+    for _ in range(_MAX_ATTEMPTS):
         slow = _affordable(equation, excitation, slow, step)
-        found = motion(equation, excitation, slow, step, wanted)
-        errors, vain = found.errors, vain + 1
-        spent += _work_behind(found, rung) if many else _work(found.edges.size - 1, slow, equation.slowness.size)
+        found = motion(equation, excitation, slow, step, tolerance)
+        errors, fruitless = found.errors, fruitless + 1
+        work += _work_with_corners(found, level) if many else _work(found.edges.size - 1, slow, equation.masses.size)
         if best is None or errors.total < best.error:
-            best, vain = _vibration_of(found, excitation, float(equation.pace[0])), 0
-        if errors.total <= cycle.tolerance or vain == _MOST_VAIN or spent > enough:
+            best, fruitless = _vibration_of(found, excitation, float(equation.frequencies[0])), 0
+        if errors.total <= cycle.tolerance or fruitless == _MAX_FRUITLESS or work > work_limit:
             break
-        rest = max(errors.series, errors.phase, errors.excited)
-        if max(errors.space, errors.omitted) > max(errors.elements, rest):
-            full = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
-            if full or rung == len(LADDER) - 1:
+        other_errors = max(errors.series, errors.phase, errors.excited)
+        if max(errors.space, errors.omitted) > max(errors.elements, other_errors):
+            all_ring = errors.omitted > errors.space and found.ringing.modes == MOST_RINGING
+            if all_ring or level == len(POLYNOMIAL_COUNTS) - 1:
                 break
             if many or excitation.jumps.size:
-                damped = _FALLS_BEHIND_JUMPS if equation.loss else _FALLS_UNDAMPED
-                rung = _enough_polynomials(rung, errors, wanted, damped if excitation.jumps.size else _FALLS)
+                behind_jumps = _DECAY_BEHIND_JUMPS if equation.loss else _DECAY_UNDAMPED
+                decay = behind_jumps if excitation.jumps.size else _DECAY
+                level = _sufficient_level(level, errors, tolerance, decay)
             else:
-                rung += 1
-            if rung == len(LADDER) or (many and spent + _work_behind(found, rung) > enough):
+                level += 1
+            if level == len(POLYNOMIAL_COUNTS) or (many and work + _work_with_corners(found, level) > work_limit):
                 break
-            equation = _equation(cycle, excitation, rung)
+            equation = _equation(cycle, excitation, level)
             continue
         worst = _worst_elements(equation, excitation, slow, found)
-        # Halving elements did help the time before, if there was one.
-        if errors.elements > rest and errors.elements < 0.5 * before and worst.any():
-            before, excitation, step = errors.elements, excitation.halved(worst), _FINER * step
-        elif spent + _work_of(equation, excitation, slow + 1, step) > enough:
+        # Provided that halving elements reduced the error the last time.
+        if errors.elements > other_errors and errors.elements < 0.5 * previous and worst.any():
+            previous, excitation, step = errors.elements, excitation.refined(worst), _STEP_REDUCTION * step
+        elif work + _expected_work(equation, excitation, slow + 1, step) > work_limit:
             break
         else:
-            slow, before = slow + 1, np.inf
+            slow, previous = slow + 1, np.inf
     return best
 
 
-def _enough_polynomials(rung: int, errors: Errors, wanted: float, falls: float) -> int:
-    """The rung that is enough by how errors fall; beyond the ladder where none is, as noise may have it: what it leaves
-    unknown is not worth the time of any other."""
-    known = lambda one: (LADDER[one] - 1) // 2 - 1  # noqa: E731
-    called_for = known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / falls)
-    return next((one for one in range(rung + 1, len(LADDER)) if known(one) >= called_for), len(LADDER))
+def _sufficient_level(level: int, errors: Errors, tolerance: float, decay: float) -> int:
+    """Level expected to suffice by the decrease of the error; beyond the last one if none does, as with noise, where a
+    further attempt is not worth its time."""
+    known = lambda number: (POLYNOMIAL_COUNTS[number] - 1) // 2 - 1  # noqa: E731
+    required = known(level) * (2.0 * max(errors.omitted, errors.space) / tolerance) ** (1.0 / decay)
+    higher = range(level + 1, len(POLYNOMIAL_COUNTS))
+    return next((number for number in higher if known(number) >= required), len(POLYNOMIAL_COUNTS))
 
 
-def _step(excitation: Excitation, wanted: float) -> float:
-    """Radians in an element of the fastest mode followed: more than so many have never been enough. That mode rings
-    behind corners, and has to be followed the more closely."""
+def _largest_step(excitation: Excitation, tolerance: float) -> float:
+    """Phase of the fastest slow mode over an element [rad]: larger steps have never sufficed. With corners that mode
+    rings and needs smaller ones."""
     if not excitation.corners.size:
-        return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-10 else 4.5
-    return 8.0 if wanted > 1e-6 else 6.0 if wanted > 1e-8 else 4.0 if wanted > 1e-9 else 3.0
+        return 8.0 if tolerance > 1e-6 else 6.0 if tolerance > 1e-10 else 4.5
+    return 8.0 if tolerance > 1e-6 else 6.0 if tolerance > 1e-8 else 4.0 if tolerance > 1e-9 else 3.0
 
 
-def _slow(equation: StripEquation, excitation: Excitation, wanted: float) -> int:
-    """So many of the slowest modes do not merely follow the force: it excites them, by how fast it changes, or elements
-    behind many corners are too narrow for series. Behind few the first one rings so much that following it takes less
-    time."""
-    analytic, narrow, changing = least_turned(equation, excitation.edges, excitation.smoothness)
+def _slow_modes(equation: StripEquation, excitation: Excitation, tolerance: float) -> int:
+    """Number of slow modes: those that the force excites because it changes fast, or for which elements between many
+    corners are too narrow for series. With few corners at least one, as integrating it takes less time than its
+    ringing."""
+    analytic, width_phase, change_phase = least_phases(equation, excitation.edges, excitation.smoothness)
     many = excitation.corners.size > FEW_CORNERS
-    enough = (narrow > (_NARROW_LOOSELY if wanted > _LOOSELY else NARROW)) if many else (changing > _CHANGING)
-    follows = (np.exp(-analytic / EXPONENT) < wanted) & enough
+    least_width = _LEAST_WIDTH_PHASE if tolerance > _LOW_ACCURACY else NARROW
+    sufficient = width_phase > least_width if many else change_phase > _LEAST_CHANGE_PHASE
+    follows = (np.exp(-analytic / EXPONENT) < tolerance) & sufficient
     return max(int(np.argmax(np.append(follows[:-1], True))), min(excitation.corners.size, 1))
 
 
 def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:
-    """Those of the excitation whose errors are great, and whose halves are not too narrow."""
+    """Mask of the excitation's elements whose errors are large and whose halves are not too narrow."""
     time = found.errors.time
-    places = 0.5 * (found.edges[:-1] + found.edges[1:])[time > _WORST * time.max()]
+    places = 0.5 * (found.edges[:-1] + found.edges[1:])[time > _LARGE_ERROR * time.max()]
     where = np.zeros(excitation.edges.size - 1, dtype=np.bool_)
     where[np.searchsorted(excitation.edges, places) - 1] = True
-    turned = 0.5 * equation.pace[min(slow, equation.slowness.size - 1)] * np.diff(excitation.edges)
-    return where & (turned > _NARROW_HALF)
+    half_phase = 0.5 * equation.frequencies[min(slow, equation.masses.size - 1)] * np.diff(excitation.edges)
+    return where & (half_phase > _LEAST_HALF_PHASE)
 
 
 def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
-    """As many slow modes as are called for, or as many as there is time for."""
-    for m in range(min(slow, equation.slowness.size), 0, -1):
-        if _work_of(equation, excitation, m, step) <= MOST_WORK:
+    """Number of slow modes within the limit of the work, at most ``slow``."""
+    for m in range(min(slow, equation.masses.size), 0, -1):
+        if _expected_work(equation, excitation, m, step) <= MOST_WORK:
             return m
     return 0
 
 
-def _work_of(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> float:
-    """What so many slow modes are going to take."""
-    pace = equation.pace[min(slow, equation.slowness.size) - 1]
-    elements = np.sum(np.ceil(np.diff(excitation.edges) * _FASTER * pace / step))
-    return _work(elements, slow, equation.slowness.size)
+def _expected_work(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> float:
+    """Expected work with a number of slow modes."""
+    frequency = equation.frequencies[min(slow, equation.masses.size) - 1]
+    elements = np.sum(np.ceil(np.diff(excitation.edges) * _FREQUENCY_MARGIN * frequency / step))
+    return _work(elements, slow, equation.masses.size)
 
 
-def _work_behind(found: Motion, rung: int) -> float:
-    """What a motion behind many corners takes with so many polynomials, where much of it rings."""
-    modes, slow, ringing = LADDER[rung] - 1, found.slow, found.ringing
-    followed = (2 * slow + 1) * (found.edges.size - 1)
-    rung_by = max(ringing.modes, modes // 2 - 1 - slow) * (ringing.edges.size - 1)
-    return (followed + ringing.points.size / RULE.points.size * rung_by) * (modes + 5 * slow) ** 2
+def _work_with_corners(found: Motion, level: int) -> float:
+    """Work of a motion with many corners at a level of resolution, where much is due to ringing."""
+    modes, slow, ringing = POLYNOMIAL_COUNTS[level] - 1, found.slow, found.ringing
+    slow_work = (2 * slow + 1) * (found.edges.size - 1)
+    ringing_work = max(ringing.modes, modes // 2 - 1 - slow) * (ringing.edges.size - 1)
+    return (slow_work + ringing.points.size / RULE.points.size * ringing_work) * (modes + 5 * slow) ** 2
 
 
 def _work(elements: float, slow: int, modes: int) -> float:
-    """About proportional to the time that so many elements take."""
+    """Work of a motion, approximately proportional to its computing time."""
     return elements * (2 * slow + 1) * (modes + 5 * slow) ** 2

@@ -69,7 +69,7 @@ def test_crank_dynamics_in_the_contracts_names(client, dynamics_request):
 def test_a_series_is_rounded_far_below_the_accuracy_asked(dynamics_request, accuracy):
     job = KINDS["crank-dynamics"].jobs[Mode.ANALYSIS]
     request = job.request.model_validate({**dynamics_request, "accuracy": accuracy})
-    series, forces = job.run(request).result["series"], case_of(request).alone().value.series
+    series, forces = job.run(request).result["series"], case_of(request).evaluate().value.series
     for name, exact in (
         ("torque_nm", forces.torque),
         ("side_force_n", forces.side),

@@ -32,7 +32,7 @@ def ended(client, at: str) -> dict:
     return run
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")  # as the service is: tests of this module need not follow each other
 def pins(client) -> list[dict]:
     force = (15000.0, 12000.0, 9000.0)
     return [

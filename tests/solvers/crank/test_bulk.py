@@ -18,7 +18,7 @@ def test_many_analyses_are_the_single_ones():
     tilted = crank.Case(car(mechanism=replace(CAR, offset=0.004), pressure=pressure), accuracy=1e-9)
     cases = [*speeds, crank.Case(cooler()), tilted]
     for case, found in zip(cases, crank.analyse_many(cases), strict=True):
-        alone = case.alone()
+        alone = case.evaluate()
         assert found.value.worst == alone.value.worst
         assert found.value.swing == alone.value.swing
         assert found.value.torque_mean == alone.value.torque_mean

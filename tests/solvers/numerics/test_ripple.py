@@ -7,7 +7,7 @@ import pytest
 
 from solvers.numerics.panels import resolve, rule_of
 from solvers.numerics.radau import radau
-from solvers.numerics.ripple import no_ripple, parts_at, reaches, ripple_at, ripple_of
+from solvers.numerics.ripple import amplitude_bounds, no_ripple, parts_at, ripple_at, ripple_of
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 
 TURN = 2 * np.pi
@@ -68,7 +68,7 @@ def test_the_ripple_can_be_evaluated_at_any_angle(paces, sizes):
     found = ripple_at(ripple, len(paces), given.weights[None, :], angle)[0]
     assert found == pytest.approx(given.ring(angle), abs=1e-8 * sum(sizes))
     assert given.weights @ parts_at(ripple, angle) == pytest.approx(found, abs=1e-12 * sum(sizes))
-    assert np.abs(found).max() < reaches(ripple, given.weights).max(axis=0).sum() < 10 * sum(sizes)
+    assert np.abs(found).max() < amplitude_bounds(ripple, given.weights).max(axis=0).sum() < 10 * sum(sizes)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -78,7 +78,7 @@ def test_the_greatest_value_is_found(paces, sizes, seed):
     given = Rippling(paces, sizes, seed)
     panels, rows, _ = resolve(lambda x: given.smooth(x)[None, :], np.linspace(0.0, TURN, 5), rule_of(16), 1, 1e-12, 100)
     ripple, x = given.ripple(), np.linspace(0.0, TURN, 200_001)
-    reach = reaches(ripple, given.weights)
+    reach = amplitude_bounds(ripple, given.weights)
     for sign in (1.0, -1.0):
         f = sign * (given.smooth(x) + given.ring(x))
         k = int(f.argmax())
@@ -98,6 +98,6 @@ def test_without_modes_it_is_the_smooth_part_that_is_greatest():
     given = Rippling((40.0,), (0.0,), 0)
     panels, rows, _ = resolve(lambda x: given.smooth(x)[None, :], np.linspace(0.0, TURN, 5), rule_of(16), 1, 1e-12, 100)
     none = no_ripple(2, RULE)
-    reach = reaches(none, given.weights)
+    reach = amplitude_bounds(none, given.weights)
     found = greatest_with_ripple(panels.edges, panels.rule, rows[0], 1.0, 1e-12, none, given.weights, reach)
     assert found[0] == pytest.approx(given.smooth(np.linspace(0.0, TURN, 100_001)).max(), abs=1e-8)

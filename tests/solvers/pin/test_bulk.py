@@ -112,7 +112,7 @@ def test_a_list_is_answered_as_single_checks_are():
     rng = np.random.default_rng(5)
     cases = [case(rng) for _ in range(24)]
     for own, many in zip(cases, pin.check_many(cases), strict=True):
-        single = own.alone()
+        single = own.evaluate()
         assert many.accuracy.estimated <= single.accuracy.estimated
         assert [e.state for e in many.effects] == [e.state for e in single.effects]
         assert len(many.value.warnings) == len(single.value.warnings)

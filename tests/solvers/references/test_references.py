@@ -140,10 +140,11 @@ def test_utilisations_are_those_of_the_limiting_curves(criterion):
 
 def test_a_search_finds_summits_corners_and_zeros():
     with mp.workdps(40):
-        place, value = searching.climb(lambda x: -((x - mp.mpf(1) / 3) ** 2), mp.mpf(0), mp.mpf("0.5"), mp.mpf(1))
-        assert abs(place - mp.mpf(1) / 3) < 1e-15 and abs(value) < 1e-30
-        assert abs(searching.climb(lambda x: -abs(x - mp.mpf(1) / 3), mp.mpf(0), mp.mpf("0.5"), mp.mpf(1))[1]) < 1e-29
-        assert abs(searching.zero(mp.cos, mp.mpf(1), mp.mpf(2)) - mp.pi / 2) < 1e-37
+        third, ends = mp.mpf(1) / 3, (mp.mpf(0), mp.mpf("0.5"), mp.mpf(1))
+        place, value = searching.refined_maximum(lambda x: -((x - third) ** 2), *ends)
+        assert abs(place - third) < 1e-15 and abs(value) < 1e-30
+        assert abs(searching.refined_maximum(lambda x: -abs(x - third), *ends)[1]) < 1e-29
+        assert abs(searching.find_root(mp.cos, mp.mpf(1), mp.mpf(2)) - mp.pi / 2) < 1e-37
         assert abs(mp.fsum(w * x**9 for x, w in searching.gauss(mp.mpf(0), mp.mpf(1), 5)) - mp.mpf(1) / 10) < 1e-38
 
 

@@ -1,9 +1,9 @@
 """Certificate of an answer: proof for the core, bound for the full model, local optimality on the full model.
 
 The core's optimum is proven by branch and bound. A strip admissible on the full model is admissible on the core with
-every limit relaxed by the bound of the effects beyond the core, so the core's lower bound under relaxed limits, reduced
-by the same change of the objective, bounds the full model. It relies on the influence of the effects at the strips
-where it is evaluated.
+every limit relaxed by the bound of the effects beyond the core. The core's lower bound under these relaxed limits,
+reduced by the same relative change of the objective, is therefore a lower bound for the full model. It relies on the
+influence of the effects at the strips where that is evaluated.
 """
 
 from __future__ import annotations
@@ -25,14 +25,14 @@ FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of it
 _PROOF_RESTS_ON = "ranges of the closed-form beam over boxes of (tau, l); monotone in b, h, l by energy"
 _MAX_INFLUENCE = 0.9
 """Influence above which no bound is given."""
-_GAP, _READINGS, _AHEAD = 3e-3, 8, 0.5
+_GAP, _MAX_EVALUATIONS, _EXTRAPOLATION = 3e-3, 8, 0.5
 
 Evidence = dict[str, float | int | str]
 Influence = Callable[[Dimensions], float]
 
 
-def owed(shifts: Mapping[int, float], active: tuple[ActiveConstraint, ...]) -> float:
-    """Cost of shifted limits in ln objective, by the multipliers."""
+def cost_of_shifts(shifts: Mapping[int, float], active: tuple[ActiveConstraint, ...]) -> float:
+    """Change of ln objective due to shifts of the limits, by the multipliers."""
     return sum(abs(a.sensitivity * shifts.get(BY_NAME[a.name].row, 0.0)) for a in active if a.name in BY_NAME)
 
 
@@ -43,7 +43,7 @@ def core_certificate(objective: Objective, value: float | None, proof: Proof, ga
 
 
 def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int, excess: float) -> Certificate | None:
-    """Certificate without a strip: proven for the core, only searched on the full model."""
+    """Certificate of infeasibility: proven for the core, on the full model based on searches only."""
     if not beyond:
         if not math.isfinite(proof.log_bound):
             evidence: Evidence = {"boxes": proof.boxes, "rests_on": "every box of (tau, l) violates a requirement"}
@@ -66,20 +66,20 @@ def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int,
 
 
 def full_certificate(
-    objective: Objective, value: float | None, proof: Proof, widened: float | None, influence: float,
+    objective: Objective, value: float | None, proof: Proof, relaxed: float | None, influence: float,
     beyond: tuple[str, ...], optimum: Optimum, density: float,
 ) -> Certificate:  # fmt: skip
-    """Certificate of an answer on the full model. ``widened`` is the bound of ln objective, or None."""
+    """Certificate of an answer on the full model; ``relaxed`` is the result of ``relaxed_bound``, or None."""
     scale = density if objective.per_density else 1.0
 
-    def shown(log_cost: float) -> float:
+    def objective_value(log_cost: float) -> float:
         return scale * math.exp(objective.sign * log_cost)
 
     evidence: Evidence = {"effects_beyond_the_core": ", ".join(beyond)}
     if proof.best is not None:
         evidence |= {
-            "core_optimum": shown(proof.best.log_cost),
-            "core_bound": shown(proof.log_bound),
+            "core_optimum": objective_value(proof.best.log_cost),
+            "core_bound": objective_value(proof.log_bound),
             "core_gap": math.expm1(max(proof.best.log_cost - proof.log_bound, 0.0)),
         }
     else:
@@ -87,7 +87,7 @@ def full_certificate(
     evidence |= _proof(proof)
     evidence["full_model_bound"] = (
         f"the core's under limits relaxed by the effects' influence, {influence:.2g} where it was evaluated"
-        if widened is not None
+        if relaxed is not None
         else "none: the effects' influence is too great to tell"
     )
     if optimum.conditions is not None:
@@ -104,47 +104,46 @@ def full_certificate(
         )
     if math.isfinite(optimum.local.gain):
         evidence["gain_still_promised"] = optimum.local.gain
-    bound, gap = _bound(objective, value, widened, shown)
+    bound, gap = _bound(objective, value, relaxed, objective_value)
     return Certificate(FULL_METHOD, bound, gap, evidence)
 
 
-def widened_bound(
+def relaxed_bound(
     cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, proof: Proof, answer: Dimensions,
     influence: Influence,
 ) -> tuple[float | None, float]:  # fmt: skip
     """Lower bound of ln objective on the full model, None if there is none, and the influence on which it relies.
 
-    ``proof`` is that of the limits as they are: what it found is admissible under wider ones, too.
-
-    ``influence`` bounds, at a strip, the relative change of any result by the effects beyond the core. The maximum over
-    the answer and the optima of the relaxed search is used.
+    ``proof`` is that under the original limits; its best strip is admissible under the relaxed ones, too. ``influence``
+    bounds the relative change of any result of a strip by the effects beyond the core. Its maximum over the answer and
+    the optima of the relaxed searches is used.
     """
     greatest = influence(answer)
-    for _ in range(_READINGS):
+    for _ in range(_MAX_EVALUATIONS):
         if not greatest < _MAX_INFLUENCE:
             return None, greatest
         width = -math.log1p(-greatest)
-        wide = {row: limit + width for row, limit in limits.items()}
-        if wide[rows.STABILITY] >= -1e-9:
+        relaxed_limits = {row: limit + width for row, limit in limits.items()}
+        if relaxed_limits[rows.STABILITY] >= -1e-9:
             return None, greatest
-        proof = search(cycle, objective, wide, sizes, _GAP, BOXES, proof)
+        proof = search(cycle, objective, relaxed_limits, sizes, _GAP, BOXES, proof)
         lower = proof.log_bound - (0.0 if objective.per_density else width)
-        there = influence(proof.best.dimensions) if proof.best is not None else 0.0
-        if there <= greatest:
+        at_optimum = influence(proof.best.dimensions) if proof.best is not None else 0.0
+        if at_optimum <= greatest:
             return lower, greatest
-        # Wider limits lead to strips that are changed by more: by a share of the rise so far.
-        greatest = there + _AHEAD * (there - greatest)
+        # Relaxed limits lead to strips with a larger influence: extrapolate by a fraction of the rise so far.
+        greatest = at_optimum + _EXTRAPOLATION * (at_optimum - greatest)
     return None, greatest
 
 
 def _bound(
-    objective: Objective, value: float | None, widened: float | None, shown: Callable[[float], float]
+    objective: Objective, value: float | None, relaxed: float | None, objective_value: Callable[[float], float]
 ) -> tuple[float, float]:
     if value is None:
         return math.inf, 0.0
-    if widened is None or not math.isfinite(widened):
+    if relaxed is None or not math.isfinite(relaxed):
         return (0.0 if objective.sign > 0 else math.inf), math.inf
-    bound = shown(widened)
+    bound = objective_value(relaxed)
     ratio = value / bound if objective.sign > 0 else bound / value
     return bound, max(ratio - 1.0, 0.0)
 
@@ -153,6 +152,6 @@ def _proof(proof: Proof) -> Evidence:
     return {
         "boxes": proof.boxes,
         "rounds": proof.rounds,
-        "angles": len(proof.view.angles),
+        "angles": len(proof.samples.angles),
         "rests_on": _PROOF_RESTS_ON,
     }

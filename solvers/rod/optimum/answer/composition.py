@@ -1,4 +1,4 @@
-"""What a design answers: the strip with what is known of its optimality, or why there is none."""
+"""Composition of a design's outcome: the optimal strip with its certificate, or the diagnosis of infeasibility."""
 
 from __future__ import annotations
 
@@ -24,16 +24,16 @@ from solvers.rod.optimum.sensitivities import stationarity
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
 
-_SHARE = 0.1
-"""Of what effects beyond the core may change: the accuracy of what the core says is attainable."""
+_INFLUENCE_FRACTION = 0.1
+"""Accuracy of attainable values on the core, as a fraction of the influence of effects beyond the core."""
 
 
 @dataclass(frozen=True)
 class RodDesign:
     """The optimal strip, its check on the full model, and the active constraints.
 
-    ``error`` is the estimated relative error of the check; the outcome's accuracy also tells how far the optimum may
-    be.
+    ``error`` is the estimated relative error of the check; the outcome's accuracy also includes the distance from the
+    optimum.
     """
 
     check: RodCheck
@@ -44,10 +44,10 @@ class RodDesign:
 
 @dataclass(frozen=True)
 class Answers:
-    """What is known of a problem whatever the answer.
+    """Data of a problem common to all kinds of outcome.
 
-    cycle         the core's cycle, with the inertia that was selected
-    influence     the sum of the bounds of effects at a strip
+    cycle         the core's cycle, with inertia if that was selected
+    influence     sum of the bounds of the named effects at a strip
     out_of_time   whether the time budget ended the search
     """
 
@@ -60,71 +60,73 @@ class Answers:
 
     @property
     def limits(self) -> Limits:
-        """By rows of the search."""
+        """Limits by rows of the search."""
         return self.problem.requirements.limits(self.problem.scene)
 
     def of_core(
         self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
     ) -> Outcome[RodDesign]:
-        """The optimum of the core, with the limits of its search."""
+        """Outcome if no effect goes beyond the core; ``limits`` are those of the search."""
         p, result = self.problem, outcome.value
         x = logarithms(best.dimensions)
         conditions = stationarity(
-            best.active.values(x), best.active.slopes(x), best.active.layout, p.objective, limits, p.bounds,
+            best.active.values(x), best.active.jacobian(x), best.active.layout, p.objective, limits, p.bounds,
             self.sizes.around(result.dimensions), result.dimensions,
         )  # fmt: skip
         value, density = p.objective.read(result), p.scene.material.density
         cost = p.objective.log_cost(result, density)
-        # The bound may be off by the shift of the search's limits and by the error of its objective value.
-        gap = certificate.owed({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
+        # The bound is inexact by the shift of the search's limits and by the error of its objective value.
+        gap = certificate.cost_of_shifts({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
         if math.isfinite(cost):
             gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
-        told = certificate.core_certificate(p.objective, value, proof, gap)
-        estimated = max(outcome.accuracy.estimated, told.gap)
-        return self._succeeded(outcome, conditions.active, estimated, told)
+        statement = certificate.core_certificate(p.objective, value, proof, gap)
+        estimated = max(outcome.accuracy.estimated, statement.gap)
+        return self._succeeded(outcome, conditions.active, estimated, statement)
 
     def of_full_model(
         self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum
     ) -> Outcome[RodDesign]:
-        """The best strip of the full model."""
+        """Outcome for the best strip on the full model."""
         p, best = self.problem, optimum.local.best
         result, density = best.outcome.value, p.scene.material.density
         active = () if optimum.conditions is None else optimum.conditions.active
-        widened, influence = certificate.widened_bound(
+        relaxed, influence = certificate.relaxed_bound(
             self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
             lambda d: self.influence(d, beyond),
         )  # fmt: skip
-        told = certificate.full_certificate(
-            p.objective, p.objective.read(result), proof, widened, influence, beyond, optimum, density
+        statement = certificate.full_certificate(
+            p.objective, p.objective.read(result), proof, relaxed, influence, beyond, optimum, density
         )
         estimated = error_of(context, optimum)
-        held = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
-        if context.model.ripples and not held:
-            # Of narrow valleys side by side others may be deeper.
+        at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        if context.model.ripples and not at_vertex:
+            # A neighbouring narrow valley may be deeper.
             estimated = math.inf
         if not math.isfinite(estimated):
-            # Only the distance from the bound is known.
-            estimated = min(told.gap, 1.0)
-        return self._succeeded(best.outcome, active, estimated, told)
+            # Only the distance from the lower bound is known.
+            estimated = min(statement.gap, 1.0)
+        return self._succeeded(best.outcome, active, estimated, statement)
 
     def infeasible(
-        self, context: Context, alone: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
+        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
         beyond: tuple[str, ...], nearest: Optimum | None,
     ) -> Outcome[RodDesign]:  # fmt: skip
-        """Diagnosis of infeasibility: proven on the core, by searches only on the full model."""
+        """Outcome of an infeasible problem: proven on the core, on the full model based on searches only."""
         limits, excess = self.limits, math.inf
         if nearest is not None:
             check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
             limits = context.core_limits_at(strip, check)
         influence = self.influence(strip, beyond)
-        core = CoreOptima(self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _SHARE * influence))
-        entries, error = diagnose(core, limits, alone, context.model, influence)
-        told = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
+        core = CoreOptima(
+            self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
+        )
+        entries, error = diagnose(core, limits, attainable, context.model, influence)
+        statement = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
         accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
-        return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=told, diagnosis=entries)
+        return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=statement, diagnosis=entries)
 
     def failed(self) -> Outcome[RodDesign]:
-        """The time ran out before an admissible strip was found or infeasibility was shown."""
+        """Outcome if the time ran out before an admissible strip was found or infeasibility was shown."""
         accuracy = Accuracy(self.accuracy, 1.0, {"angles": ANGLES})
         return Outcome(Status.FAILED, None, (), accuracy)
 
@@ -133,16 +135,16 @@ class Answers:
         found: Outcome[RodCheck],
         active: tuple[ActiveConstraint, ...],
         estimated: float,
-        told: Certificate,
+        statement: Certificate,
     ) -> Outcome[RodDesign]:
         check = found.value
         if self.out_of_time:
-            said = "the time budget ended the search: this is the best feasible strip found so far"
-            check = replace(check, warnings=(*check.warnings, said))
+            warning = "the time budget ended the search: this is the best feasible strip found so far"
+            check = replace(check, warnings=(*check.warnings, warning))
         return Outcome(
             Status.SUCCEEDED,
             RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
             (),
             Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
-            certificate=told,
+            certificate=statement,
         )

@@ -1,6 +1,6 @@
-"""The best value of a result on the core, under limits on others: the optimum of a separate design problem.
+"""The best value of a result on the core under limits on the others: the optimum of a separate design problem.
 
-The yield safety is a fatigue safety with another Haigh diagram, that of the maximum stress; combined with a fatigue
+The yield safety is a fatigue safety for another Haigh diagram, that of the maximum stress. Combined with a fatigue
 requirement, its best value is found by bisection.
 """
 
@@ -20,15 +20,15 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 
 _GAP = 1e-3
-_FIRST = 1.0
-"""The gap where any strip will do."""
+_FEASIBILITY_GAP = 1.0
+"""Gap of a search that only needs an admissible strip."""
 _BOXES = 3000
 
 _YIELD = BY_NAME["min_yield_safety"]
 
 
 class Best(NamedTuple):
-    """The best value of a result, its strip, and by how much (relative) another one may be better."""
+    """The best value of a result, its strip, and the relative gap by which another strip may be better."""
 
     value: float
     strip: Dimensions
@@ -37,7 +37,7 @@ class Best(NamedTuple):
 
 @dataclass(frozen=True)
 class CoreOptima:
-    """Searches on the core, to an accuracy."""
+    """Searches on the core to a relative ``accuracy``."""
 
     cycle: CoreCycle
     sizes: Sizes
@@ -47,51 +47,51 @@ class CoreOptima:
     def best(self, r: Constraint, limits: Limits) -> Best | None:
         """The best value of the result limited by ``r`` under ``limits``; None if these are infeasible."""
         if r is not _YIELD:
-            return self._optimum(self.cycle, OBJECTIVES[r.serves], limits)
+            return self._search(self.cycle, OBJECTIVES[r.serves], limits)
         if rows.UTILISATION not in limits:
-            return self._strength_alone(limits)
-        return self._strength(limits)
+            return self._yield_safety_alone(limits)
+        return self._yield_safety(limits)
 
-    def admits(self, limits: Limits) -> bool:
-        """Whether a strip that meets the limits is found."""
-        return self._admissible(limits, _FIRST) is not None
+    def is_feasible(self, limits: Limits) -> bool:
+        """Whether the search finds a strip that meets the limits."""
+        return self._admissible_strip(limits, _FEASIBILITY_GAP) is not None
 
-    def stoutest(self) -> float:
-        """Stability safety of the strip that buckles last: maximum width and thickness, minimum length."""
+    def max_stability_safety(self) -> float:
+        """Maximum stability safety: that of maximum width and thickness and minimum length."""
         size = self.sizes.around(self.sizes.bounds.stiffest)
         b, h, l = size.b[1], size.h[1], size.l[0]
         modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
         return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
 
-    def _optimum(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> Best | None:
+    def _search(self, cycle: CoreCycle, objective: Objective, limits: Limits) -> Best | None:
         proof = search(cycle, objective, limits, self.sizes, min(self.accuracy, _GAP), _BOXES)
         found = proof.best
         if found is None:
             return None
         return Best(math.exp(objective.sign * found.log_cost), found.dimensions, found.log_cost - proof.log_bound)
 
-    def _strength_alone(self, limits: Limits) -> Best | None:
+    def _yield_safety_alone(self, limits: Limits) -> Best | None:
         """Maximum yield safety without a fatigue requirement, so that the Haigh diagram can represent stress."""
-        greatest = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
-        return self._optimum(replace(self.cycle, diagram=greatest), OBJECTIVES[_YIELD.serves], limits)
+        max_stress = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
+        return self._search(replace(self.cycle, diagram=max_stress), OBJECTIVES[_YIELD.serves], limits)
 
-    def _strength(self, limits: Limits) -> Best | None:
+    def _yield_safety(self, limits: Limits) -> Best | None:
         """Maximum yield safety under a fatigue requirement, by bisection."""
-        if self._admissible(limits) is None:
+        if self._admissible_strip(limits) is None:
             return None
-        alone = self._strength_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})
+        alone = self._yield_safety_alone({row: limit for row, limit in limits.items() if row != rows.UTILISATION})
         # ln of the stress limit.
         low = _YIELD.log_limit(alone.value, self.scene)
         high = low + 1.0
-        while (strip := self._admissible({**limits, rows.STRESS: high})) is None:
+        while (strip := self._admissible_strip({**limits, rows.STRESS: high})) is None:
             low, high = high, high + 1.0
         while high - low > _GAP:
             middle = 0.5 * (low + high)
-            found = self._admissible({**limits, rows.STRESS: middle})
+            found = self._admissible_strip({**limits, rows.STRESS: middle})
             low, high, strip = (low, middle, found) if found is not None else (middle, high, strip)
         return Best(_YIELD.required_by(high, self.scene), strip, _GAP)
 
-    def _admissible(self, limits: Limits, gap: float = _GAP) -> Dimensions | None:
+    def _admissible_strip(self, limits: Limits, gap: float = _GAP) -> Dimensions | None:
         """A strip that meets the limits."""
         found = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, gap, _BOXES).best
         return None if found is None else found.dimensions

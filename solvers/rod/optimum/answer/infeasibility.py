@@ -1,8 +1,8 @@
 """Diagnosis of infeasibility: which requirements cannot be met, and the best value of each under the others.
 
-What is attainable is the optimum of a separate design problem. With effects beyond the core that is a design on the
-full model where one was made or takes little time, and otherwise the core's, with what its strip reaches on the full
-model. Which requirements conflict is told by the limits that hold that design, or by searches on the core.
+The attainable value is the optimum of a separate design problem. With effects beyond the core it is taken from a design
+on the full model, if one exists or takes little time, and otherwise from the core's optimum, evaluated on the full
+model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
 """
 
 from __future__ import annotations
@@ -18,11 +18,11 @@ from solvers.outcome import Shortfall
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
-from solvers.rod.optimum.answer.requirement_as_objective import Reached, RequirementsAsObjectives
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.watch import OutOfTime
 
-_NOTHING: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
+_STABILITY_ONLY: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
 _STABILITY = BY_NAME["min_stability_safety"]
 _OUT_OF_REACH = "out of reach even with no other requirement"
 
@@ -30,33 +30,34 @@ _OUT_OF_REACH = "out of reach even with no other requirement"
 def diagnose(
     core: CoreOptima, limits: Limits, full: RequirementsAsObjectives, model: FullModel, influence: float
 ) -> tuple[tuple[Shortfall, ...], float]:
-    """One entry per requirement that cannot be met: alone if any is infeasible by itself, otherwise with the others;
-    and the estimated relative error of what is attainable.
+    """The shortfall of each requirement that cannot be met, and the estimated relative error of the attainable values.
 
-    ``attainable`` is the best value under all other requirements; of those infeasible by themselves, under all others
-    that are not; if the others conflict among themselves, the worst under any single opponent.
-    ``limits`` are the requirements in terms of the core: if it is not the full model, they differ from those asked by
-    the effects' change, which is at most ``influence``. The core's strip is then checked on the full model: the value
-    is what that strip reaches, and how far that is from what the search knows of it is part of the error.
+    If any requirement is infeasible by itself, only such are listed; otherwise those that conflict with others.
+
+    ``attainable`` is the best value under all other requirements; for requirements infeasible by themselves, under all
+    others that are not; if the others conflict among themselves, the worst of the values under one opponent at a time.
+    ``limits`` are the requirements in terms of the core. With effects beyond the core they differ from the requested
+    ones by the change due to the effects, at most ``influence``. The core's strip is then checked on the full model:
+    the value is that of the check, and its deviation from the value expected by the search is part of the error.
     """
     entries = _Diagnosis(core, limits, full, model, influence).entries()
     return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
 
 
 class _Entry(NamedTuple):
-    """A requirement, what is told of it, and the estimated relative error of what is attainable."""
+    """A requirement, its shortfall, and the estimated relative error of the attainable value."""
 
     requirement: Constraint
     shortfall: Shortfall
     error: float
 
     @property
-    def short(self) -> bool:
-        """Whether less is attainable than required."""
-        told = self.shortfall
-        if told.attainable is None:
+    def unattainable(self) -> bool:
+        """Whether the attainable value does not meet the requirement."""
+        attainable, required = self.shortfall.attainable, self.shortfall.required
+        if attainable is None:
             return True
-        return told.attainable < told.required if self.requirement.least else told.attainable > told.required
+        return attainable < required if self.requirement.least else attainable > required
 
 
 @dataclass
@@ -69,80 +70,88 @@ class _Diagnosis:
 
     def __post_init__(self) -> None:
         self.asked = self.full.problem.requirements
-        self.wanted = [constraint for constraint, _ in self.asked.asked()]
+        self.requirements = [constraint for constraint, _ in self.asked.asked()]
 
     def entries(self) -> list[_Entry]:
-        for r, reached in self.full.known(self.wanted).items():
-            return self.held(r, reached)
-        beyond = [r for r in self.wanted if not self.core.admits(self.only(r))]
-        if len(beyond) == len(self.wanted) and not self.core.admits(_NOTHING):
+        for r, attained in self.full.known(self.requirements).items():
+            return self.entries_from_optimum(r, attained)
+        infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
+        if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
             why = f"no strip within the bounds stands at all; {_STABILITY.advice}"
-            told = Shortfall(_STABILITY.name, self.asked.min_stability_safety, self.core.stoutest(), why)
-            return [_Entry(_STABILITY, told, self.model.accuracy)]
-        if beyond:
-            return self.out_of_reach(beyond)
-        pairs = [pair for pair in combinations(self.wanted, 2) if not self.core.admits(self.only(*pair))]
+            required, attainable = self.asked.min_stability_safety, self.core.max_stability_safety()
+            shortfall = Shortfall(_STABILITY.name, required, attainable, why)
+            return [_Entry(_STABILITY, shortfall, self.model.accuracy)]
+        if infeasible_alone:
+            return self.entries_infeasible_alone(infeasible_alone)
+        pairs = combinations(self.requirements, 2)
+        pairs = [pair for pair in pairs if not self.core.is_feasible(self.limits_of(*pair))]
         if not pairs:
             why = "can be met together with any other one, but not with all of them"
-            if len(self.wanted) == 2:
+            if len(self.requirements) == 2:
                 why = (
                     "can be met together with the other one only to within the search's accuracy: a slightly lower "
                     "requirement would do"
                 )
-            return _short([self.entry(r, why, self.under(r)) for r in self.wanted])
+            return _unattainable([self.entry(r, why, self.best_under_others(r)) for r in self.requirements])
         found = []
-        for r in self.wanted:
+        for r in self.requirements:
             opponents = [b if r is a else a for a, b in pairs if r in (a, b)]
             if opponents:
-                found.append(self.entry(r, _against(opponents), self.beside(r, opponents)))
-        return _short(found)
+                found.append(self.entry(r, _conflict_with(opponents), self.best_against(r, opponents)))
+        return _unattainable(found)
 
-    def out_of_reach(self, beyond: Sequence[Constraint]) -> list[_Entry]:
-        """The entries of requirements that cannot be met alone, but for those that the full model does meet."""
-        best = {r: self.under(r, beyond) or self.core.best(r, _NOTHING) for r in beyond}
-        found = [self.entry(r, _OUT_OF_REACH, best[r]) for r in beyond]
-        short = _short(found)
-        return found if len(short) == len(found) else self.out_of_reach([entry.requirement for entry in short])
+    def entries_infeasible_alone(self, infeasible_alone: Sequence[Constraint]) -> list[_Entry]:
+        """Entries of requirements infeasible by themselves on the core, without those that the full model meets."""
+        best = {
+            r: self.best_under_others(r, infeasible_alone) or self.core.best(r, _STABILITY_ONLY)
+            for r in infeasible_alone
+        }
+        found = [self.entry(r, _OUT_OF_REACH, best[r]) for r in infeasible_alone]
+        unattainable = _unattainable(found)
+        if len(unattainable) == len(found):
+            return found
+        return self.entries_infeasible_alone([entry.requirement for entry in unattainable])
 
-    def held(self, r: Constraint, reached: Reached) -> list[_Entry]:
-        """The entries where the best strip by ``r`` is known: what keeps it from being better are its opponents."""
-        opponents = [o for o in reached.opponents if o is not r]
-        if not opponents or not self.core.admits(self.only(r)):
-            return [self.entry(r, _OUT_OF_REACH, reached)]
-        entries = [self.entry(r, _against(opponents), reached)]
+    def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
+        """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
+        opponents = [o for o in attained.opponents if o is not r]
+        if not opponents or not self.core.is_feasible(self.limits_of(r)):
+            return [self.entry(r, _OUT_OF_REACH, attained)]
+        entries = [self.entry(r, _conflict_with(opponents), attained)]
         for o in opponents:
-            best = self.under(o)
+            best = self.best_under_others(o)
             if best is not None and not self.meets(o, best):
-                entries.append(self.entry(o, _against([r]), best))
-        return _short(entries)
+                entries.append(self.entry(o, _conflict_with([r]), best))
+        return _unattainable(entries)
 
-    def beside(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | Reached | None:
-        """The best value under all others, else the worst under a single opponent."""
-        found = self.under(r)
+    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | AttainableBest | None:
+        """The best value under all other requirements, otherwise the worst of the values under a single opponent."""
+        found = self.best_under_others(r)
         if found is not None:
             return found
-        left = [one for opponent in opponents if (one := self.core.best(r, self.only(opponent))) is not None]
-        return (min if r.least else max)(left, key=lambda one: one.value, default=None)
+        values = [one for opponent in opponents if (one := self.core.best(r, self.limits_of(opponent))) is not None]
+        return (min if r.least else max)(values, key=lambda one: one.value, default=None)
 
-    def under(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | Reached | None:
-        """The best value under all other requirements but some, on the full model if that takes little time."""
+    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
+        """The best value under all other requirements except ``but``, on the full model if that takes little time."""
         if self.full.quick and all(o is r for o in but):
-            reached = self.full.best(r)
-            if reached is not None:
-                return reached
-        return self.core.best(r, self.only(*(o for o in self.wanted if o is not r and o not in but)))
+            attained = self.full.best(r)
+            if attained is not None:
+                return attained
+        return self.core.best(r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but)))
 
-    def only(self, *requirements: Constraint) -> Limits:
-        return {**_NOTHING, **{r.row: self.limits[r.row] for r in requirements}}
+    def limits_of(self, *requirements: Constraint) -> Limits:
+        """Limits on the core for these requirements, always including stability."""
+        return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
 
-    def meets(self, r: Constraint, best: Best | Reached | None) -> bool:
-        if isinstance(best, Reached):
+    def meets(self, r: Constraint, best: Best | AttainableBest | None) -> bool:
+        if isinstance(best, AttainableBest):
             return r.meets(best.check, getattr(self.asked, r.name))
         return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
-    def entry(self, r: Constraint, why: str, best: Best | Reached | None) -> _Entry:
+    def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
         required = getattr(self.asked, r.name)
-        if isinstance(best, Reached):
+        if isinstance(best, AttainableBest):
             value, error = r.read(best.check), best.error
         else:
             value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
@@ -150,7 +159,7 @@ class _Diagnosis:
         return _Entry(r, Shortfall(r.name, required, value, f"{why}; {r.advice}"), error)
 
     def on_full_model(self, r: Constraint, best: Best) -> tuple[float, float]:
-        """What the core's strip of the best value reaches there, and the error of that but for the influence."""
+        """Value of the core's best strip on the full model, and its relative error without the influence."""
         required, scene = getattr(self.asked, r.name), self.model.scene
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
@@ -162,16 +171,16 @@ class _Diagnosis:
             return expected, 1.0
         if outcome.value.stresses is None:
             return expected, 1.0
-        reached = r.read(outcome.value)
-        error = float(best.gap + outcome.accuracy.estimated + abs(reached / expected - 1.0))
-        # What fulfils the requirement breaks another one, by less than the search can tell.
-        return (expected if r.meets(outcome.value, required) else reached), error
+        attained = r.read(outcome.value)
+        error = float(best.gap + outcome.accuracy.estimated + abs(attained / expected - 1.0))
+        # A strip that meets this requirement violates another one, by less than the search resolves.
+        return (expected if r.meets(outcome.value, required) else attained), error
 
 
-def _short(entries: list[_Entry]) -> list[_Entry]:
-    """Those of which less is attainable than required: of others the core's limits were off. All, if none is."""
-    return [entry for entry in entries if entry.short] or entries
+def _unattainable(entries: list[_Entry]) -> list[_Entry]:
+    """The unattainable entries (for the others the core's limits were inexact), or all if there are none."""
+    return [entry for entry in entries if entry.unattainable] or entries
 
 
-def _against(opponents: Sequence[Constraint]) -> str:
+def _conflict_with(opponents: Sequence[Constraint]) -> str:
     return f"can be met alone, but not while {' or '.join(o.name for o in opponents)} holds"

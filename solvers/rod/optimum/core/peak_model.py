@@ -1,9 +1,9 @@
-"""The active-peak model: a strip's results from the crank angles and sections that govern it alone.
+"""The active-peak model: the results of a strip from its governing crank angles and sections only.
 
-Where stresses peak is found once (``solvers.rod.optimum.peaks``); from then on the peaks are followed by parabolas
-through three angles and three sections beside each of them. That makes an evaluation of a strip of the core's physics,
-with all derivatives, a matter of microseconds, and exact where the peaks were found: away from there the error grows
-with the cube of the distance.
+The peaks are located once, at one strip (``solvers.rod.optimum.peaks``). For neighbouring strips each peak is the
+vertex of a parabola through three angles and three sections (a stencil) around it. An evaluation on the core's physics,
+with all derivatives, takes microseconds. It is exact at the strip whose peaks were located; the error grows with the
+cube of the distance from that strip.
 """
 
 from __future__ import annotations
@@ -36,28 +36,29 @@ from solvers.rod.strip.buckling import log_critical_parameter
 
 Array = NDArray[np.float64]
 
-_TRUSTED = 1.0
+_MAX_OFFSET = 1.0
 _STEP = 1e-6
-_LEAST = 1e-300
+_SMALLEST = 1e-300
 
 
 class CorePeaks(NamedTuple):
-    """What governs a strip of the core's physics, as arrays that kernels take. SI units.
+    """Samples at the peaks of a strip on the core's physics, as arrays for the kernels. SI units.
 
-    force, stroke        at the governing angles, in threes one ANGLE_STEP apart
-    eta                  sections by distance from the head over l: the clamp first, then in threes (ends may repeat)
-    react_force, react_stroke   at the peaks of side force and contact pressure, in threes one ANGLE_STEP apart, or none
-    cycle_force, cycle_stroke, cycle_speed   the whole cycle at equal steps, or none; speed [m/s]
-    lines, parabola      the fatigue criterion as in ``solvers.fatigue.kernels.Diagram``
-    compression          the cycle's greatest [N]
-    guide                clamp offset, diameter, skirt length [m], friction coefficient
+    force, stroke                            axial force [N] and lateral stroke [m] at the stencils of extreme stress
+    eta                                      distance of sections from the head over l: the clamp, then stencils
+    reaction_force, reaction_stroke          at the stencils of side force and contact pressure, or empty
+    cycle_force, cycle_stroke, cycle_speed   at equal steps over the cycle, or empty; |piston speed| [m/s]
+    lines, parabola                          fatigue criterion as in ``solvers.fatigue.kernels.Diagram``
+    compression                              maximum over the cycle [N]
+    guide                                    clamp offset, diameter, skirt length [m], friction coefficient
+    modulus, rod_length                      [Pa], [m]
     """
 
     force: Array
     stroke: Array
     eta: Array
-    react_force: Array
-    react_stroke: Array
+    reaction_force: Array
+    reaction_stroke: Array
     cycle_force: Array
     cycle_stroke: Array
     cycle_speed: Array
@@ -70,24 +71,24 @@ class CorePeaks(NamedTuple):
 
 
 @kernel
-def peak(left: float, middle: float, right: float) -> float:
-    """The height of the parabola through three samples if its vertex lies near them, else the greatest sample."""
-    bend = 2.0 * middle - left - right
+def peak_height(left: float, middle: float, right: float) -> float:
+    """Maximum of the parabola through three samples if its vertex lies near them, otherwise the maximum sample."""
+    concavity = 2.0 * middle - left - right
     slope = 0.5 * (right - left)
-    if bend > 0.0 and abs(slope) <= _TRUSTED * bend:
-        return middle + 0.5 * slope * slope / bend
+    if concavity > 0.0 and abs(slope) <= _MAX_OFFSET * concavity:
+        return middle + 0.5 * slope * slope / concavity
     return max(middle, max(left, right))
 
 
 @kernel
-def log(value: float) -> float:
-    """ln, finite for 0."""
-    return math.log(max(value, _LEAST))
+def finite_log(value: float) -> float:
+    """ln value; finite for 0."""
+    return math.log(max(value, _SMALLEST))
 
 
 @kernel
-def buckled_rows(out: Array) -> None:
-    """The rows that mean nothing for a buckled strip."""
+def set_buckled_rows(out: Array) -> None:
+    """Set the rows that are meaningless for a buckled strip."""
     for r in range(STRESS, out.size):
         out[r] = BUCKLED
     out[UTILISATION] = out[SIDE] = out[PRESSURE] = out[POWER] = BUCKLED
@@ -95,29 +96,31 @@ def buckled_rows(out: Array) -> None:
 
 @kernel
 def reaction_rows(reactions: Array, per_force: float, row: int, out: Array) -> None:
-    """Side force and contact pressure, and their parts from ``row`` on, from reactions [N] at angles in threes,
-    (2, angles)."""
+    """Set the rows of side force and contact pressure, and their parts from ``row`` on.
+
+    ``reactions`` [N] has shape (2, angles), the angles in stencils; ``per_force`` [1/m^2] is the pressure per force.
+    """
     side, pressure = 0.0, 0.0
     for i in range(0, reactions.shape[1], 3):
-        this_side = peak(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
-        this_pressure = per_force * peak(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
-        side, pressure = max(side, this_side), max(pressure, this_pressure)
-        out[row], out[row + 1] = log(this_side), log(this_pressure)
+        side_peak = peak_height(reactions[0, i], reactions[0, i + 1], reactions[0, i + 2])
+        pressure_peak = per_force * peak_height(reactions[1, i], reactions[1, i + 1], reactions[1, i + 2])
+        side, pressure = max(side, side_peak), max(pressure, pressure_peak)
+        out[row], out[row + 1] = finite_log(side_peak), finite_log(pressure_peak)
         row += 2
     if reactions.shape[1] > 0:
-        out[SIDE], out[PRESSURE] = log(side), log(pressure)
+        out[SIDE], out[PRESSURE] = finite_log(side), finite_log(pressure)
 
 
 @kernel
 def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array, per_force: float, out: Array) -> None:
-    """Utilisation, greatest stress, side force, contact pressure and all parts, from samples at the peaks.
+    """Set the rows of utilisation, maximum stress, side force, contact pressure and all their parts from samples.
 
-    ``stress`` [Pa] has shape (2 fibres, sections, angles), ``reactions`` as of ``peaks.Response`` (2, angles), sections
-    (but for the first) and angles in threes; ``per_force`` [1/m^2] makes a pressure of the second reaction.
+    ``stress`` [Pa] has shape (2 fibres, sections, angles), ``reactions`` [N], those of ``peaks.Response``, (2, angles).
+    Sections (except the first, the clamp) and angles are in stencils; ``per_force`` [1/m^2] is the pressure per force.
     """
     angles, groups = stress.shape[2], 1 + (stress.shape[1] - 1) // 3
     worst, greatest = 0.0, 0.0
-    value, strength = np.empty(3), np.empty(3)
+    value, magnitude = np.empty(3), np.empty(3)
     for fibre in range(2):
         for g in range(groups):
             sections = 1 if g == 0 else 3
@@ -126,36 +129,37 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
                 high, low = -np.inf, np.inf
                 for i in range(0, angles, 3):
                     a, m, c = stress[fibre, j, i], stress[fibre, j, i + 1], stress[fibre, j, i + 2]
-                    high, low = max(high, peak(a, m, c)), min(low, -peak(-a, -m, -c))
-                strength[k] = max(high, -low)
+                    high, low = max(high, peak_height(a, m, c)), min(low, -peak_height(-a, -m, -c))
+                magnitude[k] = max(high, -low)
                 value[k] = utilisation_of(high, low, lines, parabola) if high > low else 0.0
-            top = value[0] if g == 0 else peak(value[0], value[1], value[2])
-            most = strength[0] if g == 0 else peak(strength[0], strength[1], strength[2])
-            worst, greatest = max(worst, top), max(greatest, most)
-            out[FIRST_PART + 2 * g + fibre], out[FIRST_PART + 2 * (groups + g) + fibre] = log(top), log(most)
-    out[UTILISATION], out[STRESS] = log(worst), log(greatest)
+            top = value[0] if g == 0 else peak_height(value[0], value[1], value[2])
+            largest = magnitude[0] if g == 0 else peak_height(magnitude[0], magnitude[1], magnitude[2])
+            worst, greatest = max(worst, top), max(greatest, largest)
+            out[FIRST_PART + 2 * g + fibre] = finite_log(top)
+            out[FIRST_PART + 2 * (groups + g) + fibre] = finite_log(largest)
+    out[UTILISATION], out[STRESS] = finite_log(worst), finite_log(greatest)
     reaction_rows(reactions, per_force, FIRST_PART + 4 * groups, out)
 
 
 @kernel
-def stress_table(
+def stresses_at(
     force: Array, stroke: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array, out: Array
 ) -> None:
-    """Both fibres' stresses [Pa] at all sections and angles, shape (2, sections, angles)."""
+    """Stresses of both fibres [Pa], P/(b h) +- (E h/2) V'' s, at all sections and angles: (2, sections, angles)."""
     scale = 12.0 / (modulus * b * h * h * h)
-    room = np.empty(eta.size)
+    bent = np.empty(eta.size)
     for i in range(force.size):
-        curvature(force[i] * scale, l, rod_length, eta, room)
+        curvature(force[i] * scale, l, rod_length, eta, bent)
         direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
         for j in range(eta.size):
-            out[0, j, i], out[1, j, i] = direct + bending * room[j], direct - bending * room[j]
+            out[0, j, i], out[1, j, i] = direct + bending * bent[j], direct - bending * bent[j]
 
 
 @kernel
-def reaction(
+def side_force_and_couple(
     force: float, stroke: float, modulus: float, rod_length: float, guide: Array, tau: float, l: float
 ) -> tuple[float, float]:
-    """|T| and 6 |M0 + T e|/Lp [N] at one angle."""
+    """Side force |T| and couple 6 |M0 + T e|/Lp of the guide [N] at one angle."""
     stiffness = modulus / (12.0 * tau)
     C, _ = clamp(force / stiffness, l, rod_length)
     k, s = (stiffness * C + force) / rod_length, abs(stroke)
@@ -163,20 +167,20 @@ def reaction(
 
 
 @kernel
-def side_and_pressure(
+def guide_reactions_at(
     force: Array, stroke: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float, out: Array
 ) -> None:
-    """|T| and |T| + 6 |M0 + T e|/Lp [N] at every angle: out of shape (2, angles)."""
+    """Guide reactions |T| and |T| + 6 |M0 + T e|/Lp [N] at every angle, shape (2, angles)."""
     for i in range(force.size):
-        out[0, i], couple = reaction(force[i], stroke[i], modulus, rod_length, guide, tau, l)
+        out[0, i], couple = side_force_and_couple(force[i], stroke[i], modulus, rod_length, guide, tau, l)
         out[1, i] = out[0, i] + couple
 
 
 @kernel
-def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array) -> None:
+def rows_at(f: CorePeaks, b: float, h: float, l: float, workspace: Array, out: Array) -> None:
     """All rows of a strip (``solvers.rod.rows``) on the core's physics.
 
-    Side force, pressure and power are 0 where they are not looked at. ``room`` has shape (2, sections, angles).
+    Side force, pressure and power are 0 if their samples are empty. ``workspace``: shape (2, sections, angles).
     """
     tau, L = 1.0 / (b * h * h * h), f.rod_length
     out[TAU], out[LENGTH], out[THICKNESS] = math.log(tau), math.log(l), math.log(h)
@@ -188,33 +192,33 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, room: Array, out: Array)
     else:
         out[STABILITY] = out[SIDEWAYS] = NEVER_COMPRESSED
     if out[STABILITY] >= 0.0:
-        buckled_rows(out)
+        set_buckled_rows(out)
         return
-    stress_table(f.force, f.stroke, f.modulus, L, b, h, l, f.eta, room)
+    stresses_at(f.force, f.stroke, f.modulus, L, b, h, l, f.eta, workspace)
     _, diameter, skirt, friction = f.guide
-    reactions = np.empty((2, f.react_force.size))
-    side_and_pressure(f.react_force, f.react_stroke, f.modulus, L, f.guide, tau, l, reactions)
-    sampled_rows(room, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
+    reactions = np.empty((2, f.reaction_force.size))
+    guide_reactions_at(f.reaction_force, f.reaction_stroke, f.modulus, L, f.guide, tau, l, reactions)
+    sampled_rows(workspace, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
     n = f.cycle_force.size
     if n > 0:
         power = 0.0
         for i in range(n):
-            T, couple = reaction(f.cycle_force[i], f.cycle_stroke[i], f.modulus, L, f.guide, tau, l)
+            T, couple = side_force_and_couple(f.cycle_force[i], f.cycle_stroke[i], f.modulus, L, f.guide, tau, l)
             power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
-        out[POWER] = log(power / n * friction * 4.0 / math.pi)
+        out[POWER] = finite_log(power / n * friction * 4.0 / math.pi)
 
 
 @kernel
-def row_slopes(f: CorePeaks, x: Array, room: Array, slopes: Array) -> None:
-    """Derivatives of ``rows_at`` by the logarithms x of b, h, l, shape (rows, 3), by central differences."""
-    up, down, moved = np.empty(slopes.shape[0]), np.empty(slopes.shape[0]), x.copy()
+def row_jacobian(f: CorePeaks, x: Array, workspace: Array, jacobian: Array) -> None:
+    """Derivatives of ``rows_at`` with respect to x = ln(b, h, l), shape (rows, 3), by central differences."""
+    up, down, moved = np.empty(jacobian.shape[0]), np.empty(jacobian.shape[0]), x.copy()
     moved[2] = min(moved[2], math.log(f.rod_length) - _STEP)
     for v in range(3):
         here = moved[v]
         moved[v] = here + _STEP
-        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), room, up)
+        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), workspace, up)
         moved[v] = here - _STEP
-        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), room, down)
+        rows_at(f, math.exp(moved[0]), math.exp(moved[1]), min(math.exp(moved[2]), f.rod_length), workspace, down)
         moved[v] = here
-        for r in range(slopes.shape[0]):
-            slopes[r, v] = (up[r] - down[r]) / (2.0 * _STEP)
+        for r in range(jacobian.shape[0]):
+            jacobian[r, v] = (up[r] - down[r]) / (2.0 * _STEP)

@@ -98,7 +98,7 @@ class Stencil:
         self.watch()
         cycles = {place: self._cycle(place) for place in places}
         beside = [place for place, cycle in cycles.items() if place != _CENTRE and stands(cycle)]
-        together = self.centre.cycle.beside([cycles[place].dimensions for place in beside])
+        together = self.centre.cycle.neighbours([cycles[place].dimensions for place in beside])
         cycles.update((place, own) for place, own in zip(beside, together, strict=True) if own is not None)
         for place, cycle in cycles.items():
             self.solved[place] = FullStrip(cycle)

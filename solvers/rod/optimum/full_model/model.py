@@ -23,7 +23,7 @@ from solvers.rod.optimum.full_model.corrections import CURVED, CURVED_ACROSS, FL
 from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
 from solvers.rod.optimum.full_model.smooth_parts import Parts
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
-from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, Wanted, compression_peaks, peaks_of
+from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, RequiredResults, compression_peaks, find_peaks
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
@@ -76,7 +76,7 @@ class FullModel:
     effects: EffectSelection
     effect_tolerance: float
     accuracy: float
-    wanted: Wanted
+    wanted: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
@@ -172,7 +172,7 @@ class FullModel:
         x = logarithms(d)
         for known in self._sought:
             near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _BESIDE
-            beside = known.beside([d])[0] if near else None
+            beside = known.neighbours([d])[0] if near else None
             if beside is not None:
                 return beside
         self._sought = [sought, *self._sought[: _KEPT - 1]]
@@ -214,12 +214,12 @@ class FullModel:
         """Where a strip's results peak; it must not buckle."""
         strip = self.strip(d)
         pushed = compression_peaks(strip.cycle.axial_force)
-        peaks = peaks_of(strip, self.criterion.diagram(), self.wanted)._replace(pushed=pushed)
-        return peaks.on_one_side(self.scene.load.jumps(), self.angle_step)
+        peaks = find_peaks(strip, self.criterion.diagram(), self.wanted)._replace(compressions=pushed)
+        return peaks.split_at_jumps(self.scene.load.jumps(), self.angle_step)
 
-    def following(self, peaks: Peaks, d: Dimensions) -> FullRows:
+    def rows_near(self, peaks: Peaks, d: Dimensions) -> FullRows:
         """The rows of strips near this one, which has these peaks, maybe with those of others."""
-        stresses = self.strip(d).stresses(peaks.threes(self.angle_step), peaks.stations())
+        stresses = self.strip(d).stresses(peaks.stencils(self.angle_step), peaks.stations())
         parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
         return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 
@@ -297,7 +297,7 @@ class FullRows:
         """All rows without corrections, and what the corrections, evaluated anew, add to them."""
         return self.plain_values(x), self._read.added(self.model.strip(self._dimensions(x)))
 
-    def slopes(self, x: Array, free: Array = ALL) -> Array:
+    def jacobian(self, x: Array, free: Array = ALL) -> Array:
         """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
         zero."""
         plain = self.plain_slopes(x, free)

@@ -14,7 +14,7 @@ from solvers.numerics.jit import kernel
 from solvers.rod import rows
 from solvers.rod.cycle.bent_strip import fibre_stresses
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
-from solvers.rod.optimum.core.peak_model import buckled_rows, log, peak, reaction_rows
+from solvers.rod.optimum.core.peak_model import finite_log, peak_height, reaction_rows, set_buckled_rows
 from solvers.rod.optimum.full_model.smooth_parts import Index, Parts, part_values
 from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.peaks import Peaks
@@ -71,24 +71,26 @@ class RowsAtPeaks:
     def _read_loads(self, strip: FullStrip, states: Array, out: Array) -> None:
         """The other rows; of a strip that buckles they mean nothing."""
         if out[rows.STABILITY] < 0.0:
-            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent(states)
+            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent_strip(states)
             stations, modulus = (1.0 - self._stations) * d.l, self.scene.material.elastic_modulus
             read_loads(
-                shape.strip, states, stations, shape.more_bent(stations), shape.more_side, shape.more_moment,
-                shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order, parts.starts, parts.utilisations,
-                parts.stresses, *self.diagram, self.peaks.reactions.size,
+                shape.strip, states, stations, shape.curvature_correction(stations), shape.side_correction,
+                shape.moment_correction, shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order,
+                parts.starts, parts.utilisations, parts.stresses, *self.diagram, self.peaks.reactions.size,
                 pressure_per_load(piston.diameter, piston.skirt_length), out,
             )  # fmt: skip
             if self.power:
-                out[rows.POWER] = log(strip.friction_power())
+                out[rows.POWER] = finite_log(strip.friction_power())
         if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
-            buckled_rows(out)
+            set_buckled_rows(out)
 
     @cached_property
     def _angles(self) -> Array:
         """Those of stresses, of reactions, and of the greatest compression."""
         p = self.peaks
-        return np.concatenate([p.threes(self.apart), p.reaction_threes(self.apart), p.pushed_threes(self.apart)])
+        return np.concatenate(
+            [p.stencils(self.apart), p.reaction_stencils(self.apart), p.compression_stencils(self.apart)]
+        )
 
     @cached_property
     def _stations(self) -> Array:
@@ -100,7 +102,7 @@ def highest(values: Array) -> float:
     """The height of the highest of parabolas through samples, three by three."""
     out = -np.inf
     for i in range(0, values.size, 3):
-        out = max(out, peak(values[i], values[i + 1], values[i + 2]))
+        out = max(out, peak_height(values[i], values[i + 1], values[i + 2]))
     return out
 
 
@@ -112,14 +114,14 @@ def read_loads(
 ) -> None:  # fmt: skip
     """The rows of utilisation, stress, side force and pressure with their parts, from states and corrections as in
     ``BentStrip``: those of stresses, as in ``Parts``, and then of so many ``peaks`` of reactions [N], of the second of
-    which ``per_force`` [1/m^2] makes a pressure, all at angles in threes."""
+    which ``per_force`` [1/m^2] makes a pressure, all at angles in three-point stencils."""
     stress = fibre_stresses(strip, states, stations, more_bent, direct, bending, inclined)
     used, strained = part_values(stress, order, starts, utilisations, stresses, lines, parabola)
-    out[UTILISATION], out[STRESS] = log(used.max()), log(strained.max())
+    out[UTILISATION], out[STRESS] = finite_log(used.max()), finite_log(strained.max())
     for n in range(used.size):
-        out[FIRST_PART + n] = log(used[n])
+        out[FIRST_PART + n] = finite_log(used[n])
     for n in range(strained.size):
-        out[FIRST_PART + used.size + n] = log(strained[n])
+        out[FIRST_PART + used.size + n] = finite_log(strained[n])
     reactions = np.empty((2, 3 * peaks))
     for i in range(3 * peaks):
         at = 3 * order.size + i

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.peak_model import peak
+from solvers.rod.optimum.core.peak_model import peak_height
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -44,7 +44,7 @@ class Parts:
     def near_the_worst(stress: Array, angles: Array, diagram: Diagram) -> Parts:
         """The parts of a strip's stresses [Pa] (2, sections, 3 angles) that come near the worst.
 
-        ``angles`` are those in the middle of the threes; sections are the first alone, then threes.
+        ``angles`` are those in the middle of the stencils; sections are the first alone, then stencils.
         """
         order = np.argsort(angles)
         apart = np.diff(angles[order], prepend=angles[order[0]] - 2.0 * _SAME_HUMP) > _SAME_HUMP
@@ -78,13 +78,13 @@ def part_values(
             else:
                 a, m = parabola[0] * amplitude, 2.0 * parabola[1] * max(mean, 0.0)
                 three[k] = 0.5 * (a + math.sqrt(a * a + m * m))
-        used[n] = peak(three[0], three[1], three[2]) if group > 0 else three[0]
+        used[n] = peak_height(three[0], three[1], three[2]) if group > 0 else three[0]
     for n in range(strained.size):
         fibre, group, hump, dips = stresses[0, n], stresses[1, n], stresses[2, n], stresses[3, n]
         for k in range(3 if group > 0 else 1):
             j = 3 * group - 2 + k if group > 0 else 0
             three[k] = -low[fibre, j, hump] if dips > 0 else high[fibre, j, hump]
-        strained[n] = peak(three[0], three[1], three[2]) if group > 0 else three[0]
+        strained[n] = peak_height(three[0], three[1], three[2]) if group > 0 else three[0]
     return used, strained
 
 
@@ -99,6 +99,6 @@ def _extremes(stress: Array, order: Index, starts: Index) -> tuple[Array, Array]
             for hump in range(humps):
                 for n in range(starts[hump], starts[hump + 1] if hump + 1 < humps else order.size):
                     i = 3 * order[n]
-                    high[fibre, j, hump] = max(high[fibre, j, hump], peak(own[i], own[i + 1], own[i + 2]))
-                    low[fibre, j, hump] = min(low[fibre, j, hump], -peak(-own[i], -own[i + 1], -own[i + 2]))
+                    high[fibre, j, hump] = max(high[fibre, j, hump], peak_height(own[i], own[i + 1], own[i + 2]))
+                    low[fibre, j, hump] = min(low[fibre, j, hump], -peak_height(-own[i], -own[i + 1], -own[i + 2]))
     return high, low

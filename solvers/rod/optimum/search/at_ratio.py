@@ -55,10 +55,11 @@ class AtRatio:
         weights = np.array([weight for _, weight in p.linear])
         linear, steps = slopes[rows], start - x
         cost = float(weights @ (here[rows] + linear @ steps))
-        top, limited = here[p.top] - p.offset + slopes[p.top] @ steps, here[p.which] - p.limit + slopes[p.which] @ steps
+        top = here[p.max_rows] - p.max_offset + slopes[p.max_rows] @ steps
+        limited = here[p.limited] - p.limit + slopes[p.limited] @ steps
         way = np.ascontiguousarray(self.within.T)
         at, least = _least(
-            cost, weights @ linear @ way, p.top_weight, top, slopes[p.top] @ way, limited, slopes[p.which] @ way,
+            cost, weights @ linear @ way, p.max_weight, top, slopes[p.max_rows] @ way, limited, slopes[p.limited] @ way,
             start, way, self.box, reach,
         )  # fmt: skip
         return np.clip(at, self.box[:, 0], self.box[:, 1]), least

@@ -19,7 +19,7 @@ from itertools import product
 import numpy as np
 
 from solvers.rod.constraints import Limits
-from solvers.rod.optimum.core.optimum import polish, within
+from solvers.rod.optimum.core.optimum import dimensions_within, polish
 from solvers.rod.optimum.full_model.corrections import frequency_slopes
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
@@ -106,7 +106,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
 
 def _new(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
     """Whether the slice that a strip lies in has not been tried, or from none as far between resonances."""
-    x = logarithms(within(_within(context, d), logarithms(d)))
+    x = logarithms(dimensions_within(_within(context, d), logarithms(d)))
     known = [*context.started, *(end.best.x for end in context.ends)]
     return _key(context, d) not in tried or all(np.max(np.abs(x - other)) > _ELSEWHERE for other in known)
 
@@ -195,7 +195,7 @@ def _between_same_resonances(context: Context, strip: Dimensions, other: Iterate
         return strip
     x, slope = logarithms(strip), frequency_slopes(other.memory.active.home_cycle)
     way = np.where(free, slope, 0.0)
-    return within(near, x - way * float(slope @ (x - other.x)) / float(way @ way))
+    return dimensions_within(near, x - way * float(slope @ (x - other.x)) / float(way @ way))
 
 
 def _expected(

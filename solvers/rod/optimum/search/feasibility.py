@@ -10,12 +10,12 @@ import numpy as np
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.core.optimum import within
+from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.optimum.search.full_optimum import Context
 from solvers.rod.optimum.search.local_search import Iterate, Local, excess_of
-from solvers.rod.optimum.sqp import Memory, feasibility_program, run, wanted_of
+from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, required_results, run_slsqp
 from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions
 
@@ -52,21 +52,21 @@ def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimens
 
 def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions) -> tuple[float, Dimensions] | None:
     """The end of one local search: its peaks are looked for anew at every end, until it stays."""
-    wanted, box, strip = wanted_of(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
+    wanted, box, strip = required_results(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
     peaks, best = cycle.peaks(strip, wanted), None
     for _ in range(_ROUNDS):
-        memory, x = Memory(cycle.following(peaks, wanted)), logarithms(strip)
+        memory, x = MemoisedRows(cycle.rows_near(peaks, wanted)), logarithms(strip)
         p = feasibility_program(limits, memory.active.layout)
         if memory.values(x)[rows.STABILITY] >= 0.0:
             break
         own = p.cost(memory.values(x))
         if best is None or own < best[0]:
             best = own, strip
-        step = run(memory, p, box, x, _TOLERANCE, _ITERATIONS)
+        step = run_slsqp(memory, p, box, x, _TOLERANCE, _ITERATIONS)
         if not step.cost < best[0] - _TOLERANCE:
             break
-        strip = within(bounds, step.x)
-        peaks = cycle.peaks(strip, wanted).joined(peaks)
+        strip = dimensions_within(bounds, step.x)
+        peaks = cycle.peaks(strip, wanted).merged_with(peaks)
     return best
 
 
@@ -107,11 +107,11 @@ def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
 
 def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
     """Strips spread evenly over the bounds, the thickness such that they stand on the core."""
-    nothing = Wanted(False, False, False)
+    nothing = RequiredResults(False, False, False)
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
     for x in low + (high - low) * _SPREAD:
         strip = Dimensions(*np.exp(x).tolist())
-        core = cycle.following(cycle.peaks(strip, nothing), nothing)
+        core = cycle.rows_near(cycle.peaks(strip, nothing), nothing)
         missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
         thicker = min(strip.h * math.exp(max(missing, 0.0) / 3.0) * 1.01, bounds.h[1])
         yield Dimensions(strip.b, thicker, strip.l)

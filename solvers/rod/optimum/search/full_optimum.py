@@ -176,7 +176,7 @@ class Context:
 
     def core_limits_at(self, d: Dimensions, check: RodCheck, guard: float = 0.0) -> Limits:
         """The limits as the core sees them: moved by what its rows differ from the full model's at a strip."""
-        core = self.cycle.following(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
         own = core.values(logarithms(d))
         own[rows.STABILITY] = max(own[rows.STABILITY], own[rows.SIDEWAYS])
         limits = dict(self.task.limits)
@@ -193,7 +193,7 @@ class Context:
         objective = self.problem.objective
         if objective.per_density:
             return 0.0
-        core = self.cycle.following(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
         values = core.values(logarithms(d))
         exact = self.cost(self.model.check(d))
         return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
@@ -331,7 +331,7 @@ def near(x: Array, ends: list[Local], within: float) -> bool:
 
 def conditions_at(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) -> Stationarity:
     """First-order conditions of the full model at an iterate."""
-    values, slopes = at.memory.values(at.x), at.memory.slopes(at.x)
+    values, slopes = at.memory.values(at.x), at.memory.jacobian(at.x)
     within = max(1e-6, 10.0 * context.task.guard)
     return stationarity(
         values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,

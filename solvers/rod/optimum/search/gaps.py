@@ -130,7 +130,7 @@ class Gaps:
         the best first."""
         before = best.memory.active
         d = dimensions_of(place.x, before.model.scene)
-        active = before.model.following(before.model.peaks(d).joined(before.peaks), d)
+        active = before.model.rows_near(before.model.peaks(d).merged_with(before.peaks), d)
         p = program(self.task.objective, best.limits, active.layout, self.task.guard)
         x = logarithms(d)
         held = self._at_ratio(best, active)(active.corrected_values(x), active.plain_slopes(x), x, 0.0, _NEAREST)[0]

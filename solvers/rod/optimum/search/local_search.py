@@ -17,10 +17,10 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.optimum.core.optimum import within
+from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.sqp import Memory, feasibility_program, program, restored, run
+from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, program, restore_feasibility, run_slsqp
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
@@ -74,7 +74,7 @@ class Iterate:
     outcome: Outcome[RodCheck]
     log_cost: float
     excess: float
-    memory: Memory | None
+    memory: MemoisedRows | None
     limits: Limits
 
     @property
@@ -134,7 +134,7 @@ def local_search(
             break
         if moved == 0.0 or radius < model.least_radius:
             break
-        trial = iterate(model, task, within(bounds, step), at.memory.active, at.excess > _FAR)
+        trial = iterate(model, task, dimensions_within(bounds, step), at.memory.active, at.excess > _FAR)
         actual = -math.inf if trial is None else _merit(at) - _merit(trial)
         if actual < _POOR * promised:
             radius = 0.25 * min(radius, moved)
@@ -179,7 +179,7 @@ def iterate(
     if check.stresses is None:
         return None
     peaks = model.peaks(d)
-    memory = Memory(model.following(peaks if before is None else peaks.joined(before.peaks), d))
+    memory = MemoisedRows(model.rows_near(peaks if before is None else peaks.merged_with(before.peaks), d))
     limits = _shifted(model, task, check, memory.values(x))
     cost = task.objective.log_cost(check, model.scene.material.density)
     return Iterate(x, outcome, cost, excess_of(task, check, model.scene), memory, limits)
@@ -187,7 +187,7 @@ def iterate(
 
 def _seeing(model: FullModel, task: Task, at: Iterate, beside: Iterate) -> Iterate:
     """The same iterate with a model that follows the peaks of another, too."""
-    memory = Memory(model.following(beside.memory.active.peaks, at.outcome.value.dimensions))
+    memory = MemoisedRows(model.rows_near(beside.memory.active.peaks, at.outcome.value.dimensions))
     return replace(at, memory=memory, limits=_shifted(model, task, at.outcome.value, memory.values(at.x)))
 
 
@@ -217,7 +217,7 @@ def _standing(model: FullModel, task: Task, bounds: Bounds, x: Array) -> Iterate
     for thicker in (0.0, 0.03, 0.1, 0.3):
         moved = x.copy()
         moved[1] += thicker
-        at = iterate(model, task, within(bounds, moved))
+        at = iterate(model, task, dimensions_within(bounds, moved))
         if at is not None:
             return at
     return None
@@ -234,13 +234,13 @@ def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: flo
     p, x = program(task.objective, at.limits, layout, task.guard), at.x
     if at.excess > _FAR:
         towards = feasibility_program({row: limit - task.guard for row, limit in at.limits.items()}, layout)
-        step = run(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
+        step = run_slsqp(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
         x = step.x
         if step.cost > 0.0:
             return x, _PENALTY * (p.violation(values) - step.cost)
-    step = run(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
+    step = run_slsqp(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
     if step.violation > 0.1 * task.guard:
-        step = restored(at.memory, p, near, step.x, 3)
+        step = restore_feasibility(at.memory, p, near, step.x, 3)
     gain = p.cost(values) - step.cost
     if not at.admissible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))

@@ -72,7 +72,7 @@ def corrected_of(linear):
     """The strip with its correction."""
     q = linear.states[FORCE] * STRIP.l**2 / EI
     expansion = ElasticaExpansion(linear.strip, nodes_for(float(q.min()), float(q.max())))
-    bent, sunk = np.zeros((expansion.bent_terms, q.size)), np.zeros((expansion.sunk_terms, q.size))
+    bent, sunk = np.zeros((expansion.curvature_terms, q.size)), np.zeros((expansion.deflection_terms, q.size))
     return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
 
 

@@ -11,16 +11,16 @@ from numpy.polynomial.legendre import legval
 
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.effect_bounds.first_mode import own_motion
+from solvers.rod.effect_bounds.first_mode import first_mode_response
 from solvers.rod.effect_bounds.inertia import NODES, _quasi_static
 from solvers.rod.effect_bounds.main_results import (
-    FRICTION,
-    MASS,
-    MOST_CONTACT,
-    MOST_MOMENT,
-    MOST_SIDE,
-    POWER,
-    STRESS,
+    FRICTION_FEEDBACK,
+    FRICTION_WORK,
+    MAX_CLAMP_MOMENT,
+    MAX_CONTACT_LOAD,
+    MAX_SIDE_FORCE,
+    MAX_STRESS,
+    RECIPROCATING_MASS,
     UTILISATION,
 )
 from solvers.rod.effect_bounds.situation import Situation
@@ -62,55 +62,55 @@ def influence(scene, strip, name, excluded=frozenset()):
 
 
 def test_main_results_are_the_checks():
-    """Of the turn with every effect in closed form, sampled at 64 angles and 9 sections."""
-    judged = Situation(PAPER, STRIP).turn.judged
+    """Of the revolution with every effect in closed form, sampled at 64 angles and 9 sections."""
+    results = Situation(PAPER, STRIP).revolution.results
     value = checked(PAPER, STRIP, NAMES - {"rod_inertia", "large_displacement"}).value
     s, per_force = value.stresses, 4.0 / (math.pi * PAPER.piston.diameter * PAPER.piston.skirt_length)
-    assert judged.critical == pytest.approx(value.critical_force, rel=1e-12)
-    assert judged.results[UTILISATION] == pytest.approx(1.0 / s.fatigue_safety, rel=2e-3)
-    assert judged.results[STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=1e-2)
-    assert judged.results[MOST_SIDE] == pytest.approx(s.side_force_max, rel=1e-3)
-    assert judged.results[MOST_MOMENT] == pytest.approx(s.clamp_moment_max, rel=1e-3)
-    assert judged.results[MOST_CONTACT] * per_force == pytest.approx(s.contact_pressure_max, rel=1e-3)
-    assert judged.results[POWER] * PAPER.mechanism.angular_speed == pytest.approx(s.friction_power, rel=1e-3)
+    assert results.critical == pytest.approx(value.critical_force, rel=1e-12)
+    assert results.results[UTILISATION] == pytest.approx(1.0 / s.fatigue_safety, rel=2e-3)
+    assert results.results[MAX_STRESS] == pytest.approx(1200e6 / s.yield_safety, rel=1e-2)
+    assert results.results[MAX_SIDE_FORCE] == pytest.approx(s.side_force_max, rel=1e-3)
+    assert results.results[MAX_CLAMP_MOMENT] == pytest.approx(s.clamp_moment_max, rel=1e-3)
+    assert results.results[MAX_CONTACT_LOAD] * per_force == pytest.approx(s.contact_pressure_max, rel=1e-3)
+    assert results.results[FRICTION_WORK] * PAPER.mechanism.angular_speed == pytest.approx(s.friction_power, rel=1e-3)
 
 
 EVEN, NO_ENDS = 2.0 * np.pi / 256 * np.arange(256), np.zeros(256, bool)
 
 
-@pytest.mark.parametrize("pace", [0.4, 7.3, 33.3])
-def test_a_mode_of_constant_pace_answers_a_harmonic_as_it_must(pace):
+@pytest.mark.parametrize("frequency", [0.4, 7.3, 33.3])
+def test_response_of_a_mode_of_constant_frequency_to_a_harmonic(frequency):
     """a'' + W^2 a = 9 cos 3 phi is solved by 9/(W^2 - 9) cos 3 phi."""
-    share = np.cos(3.0 * EVEN)
-    found, *_ = own_motion(EVEN, share, np.full(256, pace), NO_ENDS, 0.0, True, -1.0)
-    expected = 9.0 / (pace**2 - 9.0) * share
-    # The phase after a turn is moved toward resonance by a few hundredths of a radian, and more at a fast pace.
-    assert found == pytest.approx(expected, abs=(0.02 + 0.002 * pace) * np.abs(expected).max())
+    projection = np.cos(3.0 * EVEN)
+    found, *_ = first_mode_response(EVEN, projection, np.full(256, frequency), NO_ENDS, 0.0, True, -1.0)
+    expected = 9.0 / (frequency**2 - 9.0) * projection
+    # The phase after a revolution is shifted toward resonance by a few hundredths of a radian, more at high ones.
+    assert found == pytest.approx(expected, abs=(0.02 + 0.002 * frequency) * np.abs(expected).max())
 
 
 @pytest.mark.parametrize("loss", [0.01, 0.1])
 def test_damping_bounds_a_resonance(loss):
     """a'' + eta W a' + W^2 a = W^2 cos W phi is solved by sin(W phi)/eta, here with W = 3."""
-    found, _, free, _ = own_motion(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
+    found, _, amplitude, _ = first_mode_response(EVEN, np.cos(3.0 * EVEN), np.full(256, 3.0), NO_ENDS, loss, True, -1.0)
     assert found == pytest.approx(np.sin(3.0 * EVEN) / loss, abs=0.02 / loss)
-    assert free == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
+    assert amplitude == pytest.approx(np.full(256, 1.0 / loss), rel=0.5)
 
 
 @pytest.mark.parametrize("loss", [0.0, 0.01])
-@pytest.mark.parametrize("pace", [5.3, 30.3, 101.3])
-def test_a_jump_of_the_load_rings_for_as_many_turns_as_damping_lets_it(pace, loss):
-    """Of c that falls by 1 at once and comes back evenly, a - -c''/W^2 has the amplitude 1/|1 - k exp(2 pi i W)| after
-    the fall, where k = exp(-pi eta W) is left of it after a turn."""
+@pytest.mark.parametrize("frequency", [5.3, 30.3, 101.3])
+def test_ringing_after_a_jump_of_the_load_adds_up_over_revolutions_until_it_is_damped(frequency, loss):
+    """If c drops by 1 at once and returns linearly, a + c''/W^2 has the amplitude 1/|1 - k exp(2 pi i W)| after the
+    drop, where k = exp(-pi eta W) is its decay over a revolution."""
     width = 1e-5
     angle = np.sort(np.concatenate([2.0 * np.pi / 128 * np.arange(1, 128), 1.0 + width * np.arange(5) / 4]))
     since = np.mod(angle - 1.0, 2.0 * np.pi)
     inside = np.clip(since / width, 0.0, 1.0)
-    share = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
+    projection = np.where(since <= width, inside**2 * (2.0 * inside - 3.0), since / (2.0 * np.pi) - 1.0)
     ends = (angle == 1.0) | (angle == 1.0 + width)
-    _, _, free, _ = own_motion(angle, share, np.full(angle.size, pace), ends, loss, False, -1.0)
-    expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * pace) * np.exp(2j * np.pi * pace))
-    after = free[np.searchsorted(angle, 1.0 + 2.0 * width)]
-    assert 0.95 * expected <= after <= (1.08 + 0.002 * pace) * expected
+    _, _, amplitude, _ = first_mode_response(angle, projection, np.full(angle.size, frequency), ends, loss, False, -1.0)
+    expected = 1.0 / abs(1.0 - math.exp(-math.pi * loss * frequency) * np.exp(2j * np.pi * frequency))
+    after = amplitude[np.searchsorted(angle, 1.0 + 2.0 * width)]
+    assert 0.95 * expected <= after <= (1.08 + 0.002 * frequency) * expected
 
 
 @pytest.mark.parametrize("name", ["shear", "friction_feedback", "large_displacement", "rod_inertia"])
@@ -319,7 +319,7 @@ RESONANT = (
 )
 def test_inertia_that_changes_everything_lets_other_effects_change_more(scene, strip, sharp):
     truth = change_without(scene, strip, "friction_feedback")
-    assert 5.0 * Situation(scene, strip).without[FRICTION].max() < truth
+    assert 5.0 * Situation(scene, strip).uncorrected_changes[FRICTION_FEEDBACK].max() < truth
     assert truth <= influence(scene, strip, "friction_feedback") <= sharp * truth
 
 
@@ -375,7 +375,7 @@ BENT = (
     [(*TIED, "rod_inertia"), (*TIED, "large_displacement"), (*TIED, "shear"), (*POINTED, "rod_inertia")],
     ids=["tied, inertia", "tied, large", "tied, shear", "pointed"],
 )
-def test_effects_are_judged_beside_the_corrections(scene, strip, name):
+def test_influences_include_changes_of_the_corrections(scene, strip, name):
     truth = change_without(scene, strip, name)
     assert truth <= influence(scene, strip, name) <= 3.0 * truth
 
@@ -383,18 +383,18 @@ def test_effects_are_judged_beside_the_corrections(scene, strip, name):
 def test_large_displacement_that_leaves_half_lets_other_effects_change_more():
     scene, strip = replace(BENT[0], piston=replace(BENT[0].piston, reciprocating_mass=0.0105671952)), BENT[1]
     truth = change_without(scene, strip, "reciprocating_inertia")
-    assert 5.0 * Situation(scene, strip).without[MASS].max() < truth
+    assert 5.0 * Situation(scene, strip).uncorrected_changes[RECIPROCATING_MASS].max() < truth
     assert truth <= influence(scene, strip, "reciprocating_inertia") <= 2.0 * truth
 
 
 @pytest.mark.parametrize(("scene", "strip"), [(PAPER, STRIP), STUBBY, BENT], ids=["paper", "soft in shear", "bent"])
 def test_the_shape_that_inertia_follows_is_the_beam_columns_own(scene, strip):
     """Against its closed form (``cycle.bent_strip``), with shear."""
-    turn = Situation(scene, strip).turn
+    revolution = Situation(scene, strip).revolution
     l, z = strip.l, np.linspace(0.0, strip.l, 9)
     head = (scene.mechanism.rod_length - l) / l
-    found = _quasi_static(turn.states, turn.strip.compliance, l, head, collocation(NODES))
-    _, _, expected = BentStrip.linear(turn.strip, turn.states)._linear(z)
+    found = _quasi_static(revolution.states, revolution.strip.compliance, l, head, collocation(NODES))
+    _, _, expected = BentStrip.linear(revolution.strip, revolution.states)._linear(z)
     assert l * legval(2.0 * z / l - 1.0, found.T).T == pytest.approx(expected, abs=1e-10 * np.abs(expected).max())
 
 

@@ -34,11 +34,13 @@ def test_the_grid_closes_in_on_the_linear_programme(seed, fixed):
     exact = linprog(
         np.concatenate([slopes[0] + 0.3 * slopes[1], [0.7, PENALTY]]),
         A_ub=np.vstack([
-            np.hstack([slopes[p.which], np.zeros((4, 1)), -np.ones((4, 1))]),
-            np.hstack([slopes[p.top], -np.ones((2, 1)), np.zeros((2, 1))]),
+            np.hstack([slopes[p.limited], np.zeros((4, 1)), -np.ones((4, 1))]),
+            np.hstack([slopes[p.max_rows], -np.ones((2, 1)), np.zeros((2, 1))]),
             inward, -inward,
         ]),
-        b_ub=np.concatenate([p.limit - here[p.which], p.offset - here[p.top], np.full(2 * len(inward), REACH)]),
+        b_ub=np.concatenate([
+            p.limit - here[p.limited], p.max_offset - here[p.max_rows], np.full(2 * len(inward), REACH),
+        ]),
         A_eq=np.append(slope * ~np.isin(range(3), fixed), [0.0, 0.0])[None], b_eq=[change],
         bounds=[*zip(box[:, 0] - x, box[:, 1] - x, strict=True), (None, None), (0.0, None)],
     )  # fmt: skip

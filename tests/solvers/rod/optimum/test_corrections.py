@@ -15,7 +15,7 @@ from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
-from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.rows import BUCKLED, UTILISATION
 
 EFFECTS = EffectSelection(
@@ -31,8 +31,10 @@ def rows():
     strip = rod.Dimensions(0.0098, 0.00065, 0.0257)
     composition = compose(choose_for(asked.scene, strip, EFFECTS, 1e-2))
     criterion = serensen(asked.scene.material)
-    model = FullModel(asked.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, Wanted(False, False, False)).finer()
-    return model.following(model.peaks(strip), strip)
+    model = FullModel(
+        asked.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False)
+    ).finer()
+    return model.rows_near(model.peaks(strip), strip)
 
 
 def test_what_corrections_add_is_followed(rows):
@@ -49,12 +51,12 @@ def test_what_corrections_add_is_followed(rows):
 
 def test_a_stencil_serves_strips_close_to_its_centre(rows):
     model, near = rows.model, dimensions_of(logarithms(rows.home) + 5e-5, rows.model.scene)
-    beside = model.following(model.peaks(near), near)
+    beside = model.rows_near(model.peaks(near), near)
     assert beside.stencil is rows.stencil
     x = logarithms(near)
     assert np.allclose(beside.values(x), beside.corrected_values(x), atol=1e-12)
     far = dimensions_of(logarithms(rows.home) + 5e-3, model.scene)
-    assert model.following(model.peaks(far), far).stencil is not rows.stencil
+    assert model.rows_near(model.peaks(far), far).stencil is not rows.stencil
 
 
 def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
@@ -65,9 +67,9 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
         for moved in (0.0, 1e-3, -0.03)
     ]
     angles = np.linspace(0.0, 2.0 * np.pi, 50)
-    for k, beside in enumerate(centre.beside(strips)):
+    for k, beside in enumerate(centre.neighbours(strips)):
         found, own = centre.refinements[0], beside.refinements[0]
-        assert own.motion.edges.size == found.motion.edges.size and own.bent_terms == found.bent_terms
+        assert own.motion.edges.size == found.motion.edges.size and own.curvature_terms == found.curvature_terms
         moment = beside.at(angles).shape.clamp_moment()
         exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
         assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))
@@ -99,7 +101,7 @@ def test_a_strip_that_buckles_has_rows_that_say_so(rows):
 def test_where_sizes_come_in_steps_strips_aside_are_solved_only_if_asked_for(rows):
     """Of which what is read is the same."""
     model = replace(rows.model, free=(1,), _stencils=[])
-    held = model.following(model.peaks(rows.home), rows.home)
+    held = model.rows_near(model.peaks(rows.home), rows.home)
     home, parts = logarithms(rows.home), rows.layout.parts(UTILISATION)
     for moved, solved in (([0.0, 8e-4, 0.0], 3), ([4e-4, 8e-4, 0.0], 10)):
         x = home + np.array(moved)
@@ -114,4 +116,4 @@ def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):
     assert replace(centre, scene=replace(centre.scene, piston=piston)).strip.friction == 0.0
     smooth = replace(centre, scene=replace(centre.scene, piston=piston))
     assert centre.refinements[0].excitation.corners.size
-    assert centre.refinements[0].excitation.beside(smooth) is None
+    assert centre.refinements[0].excitation.neighbour(smooth) is None

@@ -13,7 +13,7 @@ from solvers.rod.effects import choose_for, compose
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.full_model.strip import dimensions_of
 from solvers.rod.optimum.search.local_search import Task, local_search
-from solvers.rod.optimum.sqp import wanted_of
+from solvers.rod.optimum.sqp import required_results
 from tests.solvers.rod.optimum.test_full_model import FALSELY_CERTIFIED as ASKED
 
 CLOSED = EffectSelection(frozenset({"beam_column"}), frozenset({"rod_inertia", "large_displacement"}), automatic=False)
@@ -27,7 +27,7 @@ def search():
     """A search from a start, beside the ends of others."""
     limits = ASKED.requirements.limits(ASKED.scene)
     composition = compose(choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2))
-    wanted = wanted_of(ASKED.objective, limits)
+    wanted = required_results(ASKED.objective, limits)
     model = FullModel(ASKED.scene, composition, serensen(ASKED.scene.material), CLOSED, 1e-2, 1e-6, wanted)
     task = Task(ASKED.objective, ASKED.requirements, limits, 1e-8, 1e-7)
     return lambda start, ends=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, ends=ends)

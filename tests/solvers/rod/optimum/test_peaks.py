@@ -11,7 +11,7 @@ from bench.rod_problems import problem
 from solvers import rod
 from solvers.fatigue import serensen
 from solvers.rod.optimum.core.cycle import core_cycle
-from solvers.rod.optimum.peaks import Wanted
+from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.rows import SIDE
 from solvers.rod.scene import Dimensions
 
@@ -44,7 +44,9 @@ def test_reactions_peak_where_a_dense_search_finds_them():
     found = cycle.reaction_peaks(strip)
     for row in values:
         assert np.min(np.abs(found - dense[row.argmax()])) < 2e-5
-    following = cycle.following(cycle.peaks(strip, Wanted(False, True, False)), Wanted(False, True, False))
+    following = cycle.rows_near(
+        cycle.peaks(strip, RequiredResults(False, True, False)), RequiredResults(False, True, False)
+    )
     rows = following.values(np.log([strip.b, strip.h, strip.l]))
     assert rows[SIDE] == pytest.approx(np.log(values[0].max()), abs=1e-8)
 

@@ -58,9 +58,9 @@ def test_motions_of_narrow_peaks_are_few_and_quick(monkeypatch):
     """Where more modes feel every change than can be followed, not ever more is tried."""
     work = []
 
-    def counted(equation, excitation, slow, step, wanted):
-        found = motion(equation, excitation, slow, step, wanted)
-        work.append(steady_response._work(found.edges.size - 1, found.slow, equation.slowness.size))
+    def counted(equation, excitation, slow, step, tolerance):
+        found = motion(equation, excitation, slow, step, tolerance)
+        work.append(steady_response._work(found.edges.size - 1, found.slow, equation.masses.size))
         return found
 
     monkeypatch.setattr(steady_response, "motion", counted)

@@ -15,7 +15,7 @@ from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import (
     FEW_POLYNOMIALS,
-    OF_FEW,
+    FEW_POLYNOMIALS_ERROR,
     POLYNOMIALS,
     all_polynomials,
     frequency_under,
@@ -100,4 +100,4 @@ def test_few_polynomials_miss_no_more_than_is_said():
         few, many = (
             frequency_under(all_polynomials(), 1.0, 1.0, 1.0, lever, force, n) for n in (FEW_POLYNOMIALS, POLYNOMIALS)
         )
-        assert few == pytest.approx(many, rel=OF_FEW)
+        assert few == pytest.approx(many, rel=FEW_POLYNOMIALS_ERROR)

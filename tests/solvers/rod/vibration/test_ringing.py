@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import rod
-from solvers.numerics.ripple import reaches
+from solvers.numerics.ripple import amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
 from solvers.rod.cycle.guide_loads import magnitude
@@ -38,33 +38,33 @@ def reactions(excitation):
 
 @pytest.mark.parametrize("loss", [0.0, 0.01])
 def test_a_free_mode_is_a_motion(loss):
-    """Three coupled modes whose stiffness swings; the middle one rings through half a turn."""
-    slowness, coupling = np.array([3e-3, 1e-4, 2e-5]), np.array([[0.5, 0.1, 0.05], [0.1, 0.3, 0.1], [0.05, 0.1, 0.2]])
-    edges, damping = np.linspace(0.0, np.pi, 9), loss * np.sqrt(slowness)
-    swing = np.cos(edges[:-1, None] + np.diff(edges)[:, None] * RULE.points)
-    shape, rate, phase, missed = free_mode(1, np.diff(edges), swing, slowness, damping, coupling, RULE, 1e-12, 10)
+    """Three coupled modes of periodic stiffness; the middle one rings over half a revolution."""
+    masses, geometric = np.array([3e-3, 1e-4, 2e-5]), np.array([[0.5, 0.1, 0.05], [0.1, 0.3, 0.1], [0.05, 0.1, 0.2]])
+    edges, damping = np.linspace(0.0, np.pi, 9), loss * np.sqrt(masses)
+    fluctuation = np.cos(edges[:-1, None] + np.diff(edges)[:, None] * RULE.points)
+    shape, rate, phase, error = free_mode(1, np.diff(edges), fluctuation, masses, damping, geometric, RULE, 1e-12, 10)
     # The real part of the motion with a complex amplitude of 1 at first.
     grown = np.exp(phase[:, -1].sum())
     start = np.concatenate([shape[0, 0].real, rate[0, 0].real])
     end = np.concatenate([(shape[-1, -1] * grown).real, (rate[-1, -1] * grown).real])
 
     def free(x, state):
-        held = (np.eye(3) + np.cos(x) * coupling) @ state[:3] + damping * state[3:]
-        return np.concatenate([state[3:], -held / slowness])
+        held = (np.eye(3) + np.cos(x) * geometric) @ state[:3] + damping * state[3:]
+        return np.concatenate([state[3:], -held / masses])
 
     found = solve_ivp(free, (0.0, np.pi), start, method="DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
     size = np.append(np.ones(3), np.full(3, 100.0))
     assert found / size == pytest.approx(end / size, abs=1e-7)
-    assert missed.sum() < 1e-7
+    assert error.sum() < 1e-7
 
 
 def integrated(equation, excitation, angles):
     """d in amplitudes of the modes at the angles, from the equation of motion by an explicit method."""
-    first, count = excitation.edges[0], equation.slowness.size
+    first, count = excitation.edges[0], equation.masses.size
 
     def driven(x, state):
         states = states_at(excitation.drive, excitation.strip, np.array([x]))
-        swing, _, right = (one[0] for one in quasi_static(equation, states))
+        fluctuation, _, right = (one[0] for one in quasi_static(equation, states))
         a = state.reshape(2 * count, -1)
         load = np.zeros_like(a[:count])
         load[:, -1] = right
@@ -72,8 +72,8 @@ def integrated(equation, excitation, angles):
             around = states_at(excitation.drive, excitation.strip, x + 1e-5 * np.array([-1.0, 1.0]))
             beside = quasi_static(equation, around)[1]
             load[:, -1] += equation.damping * (beside[1] - beside[0]) / 2e-5
-        held = a[:count] + swing * (equation.coupling @ a[:count]) + equation.damping[:, None] * a[count:]
-        return np.concatenate([a[count:], (load - held) / equation.slowness[:, None]]).ravel()
+        held = a[:count] + fluctuation * (equation.geometric @ a[:count]) + equation.damping[:, None] * a[count:]
+        return np.concatenate([a[count:], (load - held) / equation.masses[:, None]]).ravel()
 
     def run(start, left, right):
         ends = np.unique(np.concatenate([[left], np.clip(excitation.corners, left, right), [right]]))
@@ -81,7 +81,7 @@ def integrated(equation, excitation, angles):
             start = solve_ivp(driven, (a, b), start, method="DOP853", rtol=1e-9, atol=1e-13).y[:, -1]
         return start
 
-    speeds = np.append(np.ones(count), equation.pace)
+    speeds = np.append(np.ones(count), equation.frequencies)
     unit = np.concatenate([np.diag(speeds), np.zeros((2 * count, 1))], axis=1)
     turn = run(unit.ravel(), first, first + TURN).reshape(2 * count, -1) / speeds[:, None]
     state = np.linalg.solve(np.eye(2 * count) - turn[:, :-1], turn[:, -1]) * speeds
@@ -109,7 +109,7 @@ def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback
     exact = equation.clamp @ integrated(equation, excitation, angles)
     seen = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)]) @ found.at(angles)
     error = found.errors.total - found.errors.space
-    assert found.ringing.modes == equation.slowness.size - slow
+    assert found.ringing.modes == equation.masses.size - slow
     assert error < 1e-5
     for k in range(2):
         assert seen[k] == pytest.approx(exact[k], abs=(error + 1e-8) * reactions(excitation)[k])
@@ -163,9 +163,9 @@ def test_a_turn_is_read_with_all_that_rings(load, feedback):
     for row, parts, values in zip(
         coarse, (sampled.ringing.side, sampled.ringing.moment), (sampled.side, sampled.moment), strict=True
     ):
-        wanted = 1e-8 * np.abs(values).max()
+        tolerance = 1e-8 * np.abs(values).max()
         top, error, angle = greatest_with_ripple(
-            edges, rule, values, 1.0, wanted, ripple, parts, reaches(ripple, parts)
+            edges, rule, values, 1.0, tolerance, ripple, parts, amplitude_bounds(ripple, parts)
         )
         assert row.max() <= top + error
         near = angle + np.linspace(-1e-4, 1e-4, 201)

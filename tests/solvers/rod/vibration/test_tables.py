@@ -37,7 +37,7 @@ def test_a_motion_under_a_table_is_that_of_an_integration_in_time(noise):
     excitation = Excitation.of(cycle, 1e-7)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5, scene.material.loss_factor)
     found = motion(equation, excitation, 1, 6.0, 1e-6)
-    assert 0 < found.ringing.modes < equation.slowness.size - found.slow
+    assert 0 < found.ringing.modes < equation.masses.size - found.slow
     angles = excitation.edges[0] + np.array([0.3, 2.0, 3.7, 5.5])
     exact = equation.clamp @ integrated(equation, excitation, angles)
     seen = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)]) @ found.at(angles)
@@ -69,7 +69,7 @@ def test_a_finer_resolution_under_a_noisy_table_agrees_with_a_check(monkeypatch)
     """Results are as near to those of many more modes as they say."""
     scene = replace(PAPER, load=tabulated(72, 1e-2), material=DAMPED)
     coarse = rod.check(scene, STRIP, INERTIA)
-    monkeypatch.setattr(steady_response, "_RUNGS_BEHIND_CORNERS", (1.0,) * (len(steady_response.LADDER) - 1))
+    monkeypatch.setattr(steady_response, "_LEVELS_WITH_CORNERS", (1.0,) * (len(steady_response.POLYNOMIAL_COUNTS) - 1))
     fine = rod.check(scene, STRIP, INERTIA)
     assert fine.accuracy.estimated < coarse.accuracy.estimated
     for name in ("fatigue_safety", "side_force_max", "clamp_moment_max", "contact_pressure_max", "friction_power"):

@@ -136,8 +136,10 @@ class Context:
         return self.rough
 
     def finer(self) -> Context:
-        """The same with smaller steps and rows as good as checks."""
-        return replace(self, model=self.model.finer(self.rough.model), ends=[])
+        """The same with smaller steps and rows as good as checks. Behind a table's noise strips of short steps have to
+        be as good, too, and where checks leave more unknown than the accuracy, long ones are enough."""
+        exact = self.model.textured and self.task.enough <= self.model.accuracy
+        return replace(self, model=self.model.finer(None if exact else self.rough.model), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""

@@ -117,6 +117,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.stations.lobatto_panels._lay_out", "f1 f1 f2 f1"),
     ),
     ("pin-profile", "design"): (
+        ("solvers.pin.optimum.conic._modelled", "f1 f1 f1 f f f"),
         ("solvers.pin.optimum.dual_bound._integral_over_levels", "f1 i1 f2 f f"),
         ("solvers.pin.optimum.dual_bound._tangents", "f f1 f1 f1 f f f b f1 f1 f1"),
         ("solvers.pin.optimum.lagrangian._lightest", "f1 f1 f1 f1 f f f f i b f1 f1"),

@@ -117,6 +117,11 @@ class SteadyVibration:
         return self.motion.pace
 
     @property
+    def few_corners(self) -> bool:
+        """Whether the corners are no table's."""
+        return self.excitation.corners.size <= FEW_CORNERS
+
+    @property
     def bent_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._bent.shape[0]
@@ -197,11 +202,11 @@ def spread(
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
     """To half the tolerance; where that leads to elements too narrow for series, as near to it as others come."""
-    wanted = max(0.5 * cycle.tolerance, LEAST_ERROR)
-    best = _resolved(cycle, wanted)
-    while best.error > _MISSED * wanted and wanted < _LOOSEST and best.excitation.corners.size <= FEW_CORNERS:
+    wanted, best = max(0.5 * cycle.tolerance, LEAST_ERROR), None
+    while best is None or (best.error > _MISSED * wanted and wanted < _LOOSEST and best.few_corners):
+        one = _resolved(cycle, wanted, wanted < _LOOSEST)
+        best = min((known for known in (best, one) if known), key=lambda one: one.error, default=None)
         wanted *= _LOOSER
-        best = min(best, _resolved(cycle, wanted), key=lambda one: one.error)
     if best.motion.amplification > _RESONANT and not best.error < _UNKNOWN:
         if best.motion.errors.excited > _UNKNOWN:
             raise unknown_vibration()
@@ -240,20 +245,31 @@ def _vibration_of(found: Motion, excitation: Excitation, pace: float) -> SteadyV
     return SteadyVibration(found, found.errors.total, found.errors.lasting(min(ends, 1.0)), excitation)
 
 
-def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
-    """Resolutions are added to where most is left unknown, until that is little enough or does not help."""
+def _resolved(cycle: Cycle, wanted: float, or_none: bool) -> SteadyVibration | None:
+    """Resolutions are added to where most is left unknown, until that is little enough or does not help. None, if that
+    is an answer, where more modes would have to be followed than there is time for, as in steep rises."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
-    equation = _equation(cycle, excitation, rung)
-    slow, step = _slow(equation, excitation, wanted), _step(excitation, wanted)
-    for fewer in range(rung, -1, -1):
-        # Better fewer polynomials than fewer modes followed; but where so many are called for that none are few enough,
-        # both are needed.
-        other = _equation(cycle, excitation, fewer) if fewer < rung else equation
-        if _affordable(other, excitation, slow, step) >= slow:
-            rung, equation = fewer, other
-            break
+    step, least, slow = _step(excitation, wanted), -1, np.inf
+    while least + 1 < len(LADDER) and not _known(least) >= slow:
+        least += 1
+        slow = _slow(_equation(cycle, excitation, least), excitation, wanted)
     many = excitation.corners.size > FEW_CORNERS
+    for rung in range(max(rung, least), least - 1, -1):
+        # Better fewer polynomials, if they know the modes that are followed, than fewer modes.
+        equation = _equation(cycle, excitation, rung)
+        if _affordable(equation, excitation, slow, step) >= slow - 1:
+            break
+    else:
+        if or_none and not many:
+            return None
+        most = ENOUGH_WORK if cycle.tolerance < _LOOSELY else _ENOUGH_WORK_BEHIND_MANY
+        for rung in range(len(LADDER)):
+            equation = _equation(cycle, excitation, rung)
+            affordable = _affordable(equation, excitation, slow, step, most)
+            if _known(rung) >= affordable:
+                break
+        slow = affordable
     enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
@@ -293,9 +309,13 @@ def _resolved(cycle: Cycle, wanted: float) -> SteadyVibration:
 def _enough_polynomials(rung: int, errors: Errors, wanted: float, falls: float) -> int:
     """The rung that is enough by how errors fall; beyond the ladder where none is, as noise may have it: what it leaves
     unknown is not worth the time of any other."""
-    known = lambda one: (LADDER[one] - 1) // 2 - 1  # noqa: E731
-    called_for = known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / falls)
-    return next((one for one in range(rung + 1, len(LADDER)) if known(one) >= called_for), len(LADDER))
+    called_for = _known(rung) * (2.0 * max(errors.omitted, errors.space) / wanted) ** (1.0 / falls)
+    return next((one for one in range(rung + 1, len(LADDER)) if _known(one) >= called_for), len(LADDER))
+
+
+def _known(rung: int) -> int:
+    """So many modes the polynomials know (``omitted.known_modes``)."""
+    return (LADDER[rung] - 1) // 2 - 1
 
 
 def _step(excitation: Excitation, wanted: float) -> float:
@@ -327,10 +347,10 @@ def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, 
     return where & (turned > _NARROW_HALF)
 
 
-def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
+def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float, most: float = MOST_WORK) -> int:
     """As many slow modes as are called for, or as many as there is time for."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
-        if _work_of(equation, excitation, m, step) <= MOST_WORK:
+        if _work_of(equation, excitation, m, step) <= most:
             return m
     return 0
 

@@ -250,26 +250,25 @@ def _resolved(cycle: Cycle, wanted: float, or_none: bool) -> SteadyVibration | N
     is an answer, where more modes would have to be followed than there is time for, as in steep rises."""
     excitation = Excitation.of(cycle, 0.1 * wanted)
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
-    step, least, slow = _step(excitation, wanted), -1, np.inf
-    while least + 1 < len(LADDER) and not _known(least) >= slow:
-        least += 1
-        slow = _slow(_equation(cycle, excitation, least), excitation, wanted)
-    many = excitation.corners.size > FEW_CORNERS
-    for rung in range(max(rung, least), least - 1, -1):
-        # Better fewer polynomials, if they know the modes that are followed, than fewer modes.
+    equation, step = _equation(cycle, excitation, rung), _step(excitation, wanted)
+    slow, many = _slow(equation, excitation, wanted), excitation.corners.size > FEW_CORNERS
+    # The polynomials are to know the modes that are followed; better fewer of them than fewer modes.
+    while _known(rung) < slow and rung + 1 < len(LADDER):
+        rung += 1
         equation = _equation(cycle, excitation, rung)
-        if _affordable(equation, excitation, slow, step) >= slow - 1:
-            break
-    else:
+        slow = _slow(equation, excitation, wanted)
+    while _affordable(equation, excitation, slow, step) < slow - 1 and rung and _known(rung - 1) >= slow:
+        rung -= 1
+        equation = _equation(cycle, excitation, rung)
+    if _affordable(equation, excitation, slow, step) < slow - 1:
         if or_none and not many:
             return None
         most = ENOUGH_WORK if cycle.tolerance < _LOOSELY else _ENOUGH_WORK_BEHIND_MANY
-        for rung in range(len(LADDER)):
+        rung, known = -1, -1
+        while known < slow:
+            rung += 1
             equation = _equation(cycle, excitation, rung)
-            affordable = _affordable(equation, excitation, slow, step, most)
-            if _known(rung) >= affordable:
-                break
-        slow = affordable
+            known, slow = _known(rung), _affordable(equation, excitation, slow, step, most)
     enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):

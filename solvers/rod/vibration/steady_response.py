@@ -252,16 +252,18 @@ def _resolved(cycle: Cycle, wanted: float, or_none: bool) -> SteadyVibration | N
     rung = sum(wanted < bound for bound in (_RUNGS_BEHIND_CORNERS if excitation.corners.size else _RUNGS))
     equation, step = _equation(cycle, excitation, rung), _step(excitation, wanted)
     slow, many = _slow(equation, excitation, wanted), excitation.corners.size > FEW_CORNERS
-    # The polynomials are to know the modes that are followed; better fewer of them than fewer modes.
-    while _known(rung) < slow and rung + 1 < len(LADDER):
+    # The polynomials are to know the modes that are followed, but for a table's; better fewer of them than fewer modes.
+    while not many and _known(rung) < slow and rung + 1 < len(LADDER):
         rung += 1
         equation = _equation(cycle, excitation, rung)
         slow = _slow(equation, excitation, wanted)
-    while _affordable(equation, excitation, slow, step) < slow - 1 and rung and _known(rung - 1) >= slow:
-        rung -= 1
-        equation = _equation(cycle, excitation, rung)
-    if _affordable(equation, excitation, slow, step) < slow - 1:
-        if or_none and not many:
+    for fewer in range(rung, -1, -1):
+        other = _equation(cycle, excitation, fewer) if fewer < rung else equation
+        if _affordable(other, excitation, slow, step) >= slow and (many or fewer == rung or _known(fewer) >= slow):
+            rung, equation = fewer, other
+            break
+    if not many and _affordable(equation, excitation, slow, step) < slow - 1:
+        if or_none:
             return None
         most = ENOUGH_WORK if cycle.tolerance < _LOOSELY else _ENOUGH_WORK_BEHIND_MANY
         rung, known = -1, -1
@@ -346,7 +348,9 @@ def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, 
     return where & (turned > _NARROW_HALF)
 
 
-def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float, most: float = MOST_WORK) -> int:
+def _affordable(
+    equation: StripEquation, excitation: Excitation, slow: int, step: float, most: float = MOST_WORK
+) -> int:
     """As many slow modes as are called for, or as many as there is time for."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
         if _work_of(equation, excitation, m, step) <= most:

@@ -259,10 +259,11 @@ def _resolved(cycle: Cycle, wanted: float, or_none: bool) -> SteadyVibration | N
         slow = _slow(equation, excitation, wanted)
     for fewer in range(rung, -1, -1):
         other = _equation(cycle, excitation, fewer) if fewer < rung else equation
-        if _affordable(other, excitation, slow, step) >= slow and (many or fewer == rung or _known(fewer) >= slow):
+        knows = many or fewer == rung or _known(fewer) >= slow
+        if knows and _affordable(other, excitation, slow, step, MOST_WORK) >= slow:
             rung, equation = fewer, other
             break
-    if not many and _affordable(equation, excitation, slow, step) < slow - 1:
+    if not many and _affordable(equation, excitation, slow, step, MOST_WORK) < slow - 1:
         if or_none:
             return None
         most = ENOUGH_WORK if cycle.tolerance < _LOOSELY else _ENOUGH_WORK_BEHIND_MANY
@@ -274,7 +275,7 @@ def _resolved(cycle: Cycle, wanted: float, or_none: bool) -> SteadyVibration | N
     enough = (_ENOUGH_WORK_ROUGHLY if wanted > _LOOSELY else _ENOUGH_WORK_BEHIND_MANY) if many else ENOUGH_WORK
     best, vain, before, spent = None, 0, np.inf, 0.0
     for _ in range(_MOST_TRIES):
-        slow = _affordable(equation, excitation, slow, step)
+        slow = _affordable(equation, excitation, slow, step, MOST_WORK)
         found = motion(equation, excitation, slow, step, wanted)
         errors, vain = found.errors, vain + 1
         spent += _work_behind(found, rung) if many else _work(found.edges.size - 1, slow, equation.slowness.size)
@@ -348,10 +349,8 @@ def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, 
     return where & (turned > _NARROW_HALF)
 
 
-def _affordable(
-    equation: StripEquation, excitation: Excitation, slow: int, step: float, most: float = MOST_WORK
-) -> int:
-    """As many slow modes as are called for, or as many as there is time for."""
+def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float, most: float) -> int:
+    """As many slow modes as are called for, or as many as take no more than the ``most`` work."""
     for m in range(min(slow, equation.slowness.size), 0, -1):
         if _work_of(equation, excitation, m, step) <= most:
             return m

@@ -28,7 +28,7 @@ from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle
-from solvers.rod.cycle.section import Rippling
+from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
@@ -137,11 +137,11 @@ class SteadyVibration:
         return replace(self, motion=self.motion.without_ringing) if self.motion.ringing.modes else self
 
     @cached_property
-    def ringing(self) -> Rippling:
+    def ringing(self) -> RingingShape:
         """V'', V, T and M0 of the ringing."""
         side, moment = self._reactions
         begins = self.excitation.corners.size
-        return Rippling(self.motion.ringing, self._bent, self._sunk, side, moment, begins)
+        return RingingShape(self.motion.ringing, self._bent, self._sunk, side, moment, begins)
 
     @cached_property
     def _bent(self) -> Array:

@@ -98,8 +98,8 @@ def integrated(equation, excitation, angles):
     [(PAPER.load, True, True, 2, 0.0), (TABLE, False, False, 2, 0.0), (PAPER.load, True, False, 2, 0.02)],
 )
 def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow, loss):
-    """Of so few modes that all can ring."""
-    monkeypatch.setattr(motions, "chosen", lambda shares, *_: (shares.size, 0.0))
+    """With so few modes that all fast ones can ring."""
+    monkeypatch.setattr(motions, "choose_ringing", lambda shares, *_: (shares.size, 0.0))
     beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
     cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
     excitation = Excitation.of(cycle, 1e-9)
@@ -115,8 +115,8 @@ def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback
         assert seen[k] == pytest.approx(exact[k], abs=(error + 1e-8) * reactions(excitation)[k])
 
 
-def test_nothing_rings_where_all_modes_are_followed():
-    """Behind the corners of the paper's machine, and as well resolved as with one that rings."""
+def test_nothing_rings_if_all_modes_are_slow():
+    """With corners, on the machine of the paper; the resolution equals that with one ringing mode."""
     cycle = Cycle(QUICK, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
     excitation = Excitation.of(cycle, 1e-9)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 4, 0.02)
@@ -129,8 +129,8 @@ def test_nothing_rings_where_all_modes_are_followed():
     assert seen[0] == pytest.approx(seen[1], abs=1e-5 * np.abs(seen[1]).max())
 
 
-def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
-    """The paper's machine with the corners of its friction force, with fewer and fewer modes that ring."""
+def test_the_error_of_omitted_ringing_is_estimated(monkeypatch):
+    """The paper's machine with the corners of its friction force, with a decreasing number of ringing modes."""
     cycle = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
     excitation = Excitation.of(cycle, 1e-10)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16, 0.0)
@@ -146,8 +146,8 @@ def test_what_is_left_out_of_the_ringing_is_known(monkeypatch):
 
 
 @pytest.mark.parametrize(("load", "feedback"), [(PAPER.load, True), (TABLE, False)])
-def test_a_turn_is_read_with_all_that_rings(load, feedback):
-    """Peaks and the mean that a check finds beside its panels, against the shape itself at close angles."""
+def test_peaks_and_means_include_all_ringing(load, feedback):
+    """Peaks and means of a check with ringing, against the shape itself at closely spaced angles."""
     composition = Composition(beam=BEAM_COLUMN, feedback=feedback, corrections=(RodInertia(),))
     cycle = Cycle(replace(PAPER, load=load), STRIP, composition, 1e-7)
     sampled = SampledCycle.of(cycle, 1e-8, 1e-7)

@@ -25,7 +25,8 @@ def bar_of(result: dict[str, Any]) -> FourBar:
 
 
 def has_transfer(run: dict[str, Any]) -> bool:
-    return bool(run["result"]["transfer"])
+    """Whether there is a blow; a batch item may be stored without the curve itself."""
+    return run["result"]["u31_start"] is not None
 
 
 def transfer_picture(run: dict[str, Any], say: Say = str) -> str:

@@ -51,10 +51,9 @@ class Span:
 
 
 def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run has a part with a wall everywhere."""
-    result = run["result"]
+    """Whether the run has a part with a wall everywhere; a batch item may be stored without its profile."""
     own = run["status"] == "succeeded" and run["mode"] != "accuracy"
-    return bool(own and result.get("profile") and (result.get("least_wall_mm") or 0.0) > 0.0)
+    return bool(own and (run["result"].get("least_wall_mm") or 0.0) > 0.0)
 
 
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:

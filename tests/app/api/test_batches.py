@@ -111,6 +111,26 @@ def test_an_invalid_row_is_refused_alone(client: TestClient) -> None:
         assert client.get(f"/runs/{row['run_id']}").status_code == 200
 
 
+@pytest.mark.parametrize(("slug", "mode"), [(slug, mode) for slug, kind in KINDS.items() for mode in kind.jobs])
+def test_an_item_is_a_run_like_one_of_its_own(client: TestClient, slug: str, mode: Mode) -> None:
+    """Stored without its curves, it has the same plots, exports and page."""
+    body = {**KINDS[slug].example(mode), "name": "an item"}
+    own = {Mode.DESIGN: "designs", Mode.CHECK: "checks", Mode.ANALYSIS: "analyses"}[mode]
+    alone = client.post(f"/api/v1/{own}/{slug}", json=body).json()
+    batch = ended(client, submit(client, json.dumps(body).encode(), at=f"{AT}?kind={slug}&mode={mode}"))
+    [row] = rows_of(client, batch)
+    answer = client.get(f"/api/v1/runs/{row['run_id']}")
+    assert answer.status_code == 200
+    item = answer.json()
+    assert (item["status"], item["verdict"]) == (alone["status"], alone["verdict"])
+    for kind in ("plots", "exports"):
+        assert list(item["links"][kind]) == list(alone["links"][kind])
+    for name in ("csv", *({"svg", "dxf", "parameters"} & set(item["links"]["exports"]))):
+        assert client.get(item["links"]["exports"][name]).status_code in (200, 202)
+    for path in (item["links"]["page"], f"/runs/compare?a={item['id']}&b={alone['id']}"):
+        assert client.get(path).status_code == 200
+
+
 def test_csv_in_and_out(client: TestClient) -> None:
     text = io.StringIO()
     names = ["name", "load.force_n", *_dotted(PIN, skip="load")]

@@ -127,7 +127,7 @@ def reaches(program: Program) -> Array:
 def thickened(program: Program, u: Array) -> Array:
     """Return u with the thickness D - d increased everywhere by the least amount that satisfies the deflection limit.
 
-    This preserves monotonicity and slope limits. A solid pin must satisfy the limit.
+    This preserves monotonicity and slope limits. A pin becomes solid if even that exceeds the limit, by rounding.
     """
     sought, walls = program.sought, program.sought.wall_of(u)
 
@@ -135,7 +135,7 @@ def thickened(program: Program, u: Array) -> Array:
         return np.maximum(u, sought.solidity_of(np.minimum(walls + more, sought.thickest)))
 
     least, most = 0.0, 0.0
-    while program.deflection(with_(most)) > program.limit:
+    while program.deflection(with_(most)) > program.limit and most < sought.thickest:
         least, most = most, 2.0 * most or float(walls.max())
     while least < 0.5 * (least + most) < most and most - least > 1e-16 * most:
         middle = 0.5 * (least + most)

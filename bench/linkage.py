@@ -17,13 +17,13 @@ from scipy.optimize import fsolve
 
 from bench.kernels import median_time
 from solvers import linkage
-from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
-from solvers.linkage.mechanism.kinematics import FourBar, half_angle, of_family
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
+from solvers.linkage.mechanism.kinematics import FourBar, of_family
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.swept_area.bounding_box import least_box
 from solvers.linkage.swept_area.outline import sweep
 
-ANGLES, DESIGNS = 360, 2000
+ANGLES = 360
 RESTITUTION, RATIO = 0.3, 2.5
 SCENE = linkage.Scene(linkage.Restitution(0.05, 0.3), blow_frequency=20.0, impact_speed=8.0, impact_energy=10.0)
 LIMITS = linkage.Limits(min_link=8e-3, joint_radius=6e-3)
@@ -120,24 +120,16 @@ def by_pylinkage(bar: FourBar) -> tuple[Callable[[], object], Callable[[], objec
 
 def curve_rows() -> list[Row]:
     """u31: seconds per (design, angle)."""
-    kind, gain = linkage.LARGEST_COUPLER, linkage.Restitution(RESTITUTION, RESTITUTION).gain
-    bar, phi, truth = of_family(kind, RESTITUTION, RATIO), angles(), exact()
-    s, c = half_angle(phi)
-    many = np.linspace(2.0, 6.0, DESIGNS)
-    rows, out = FourBar(kind, kind.family(gain, many)).coefficients, np.empty((2, DESIGNS, ANGLES))
-    one, alone = bar.coefficients[None], np.empty((2, 1, ANGLES))
-    transfer_and_rate(one, s, c, *alone)
+    bar, phi, truth = of_family(linkage.LARGEST_COUPLER, RESTITUTION, RATIO), angles(), exact()
     scale = np.abs(truth).max()
 
     def error(values: np.ndarray) -> float:
         return float(np.abs(values - truth).max() / scale)
 
     plain, full, u = by_pylinkage(bar)
-    bulk = median_time(lambda: transfer_and_rate(rows, s, c, *out), 9) / out[0].size
-    single = median_time(lambda: transfer_and_rate(one, s, c, *alone), 301) / ANGLES
     return [
-        Row(f"closed form, {DESIGNS:,} designs", bulk, None),
-        Row("closed form, one design", single, error(alone[0, 0])),
+        Row("closed form, with du31/dphi", median_time(lambda: transfer_and_slope(bar.coefficients, phi), 301) / ANGLES,
+            error(transfer_and_slope(bar.coefficients, phi)[0])),
         Row("pylinkage, compiled steps, positions alone", median_time(plain, 101) / ANGLES, None),
         Row("pylinkage, compiled steps with velocities", median_time(full, 101) / ANGLES, error(u)),
         Row("scipy fsolve from angle to angle", median_time(lambda: loop_by_fsolve(bar), 3) / ANGLES,

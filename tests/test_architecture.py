@@ -108,8 +108,8 @@ ROOMS = {
     ),
     "solvers/rod/optimum": ("peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer"),
     "solvers/linkage": (
-        "mechanism", "scene", "loads", "swept_area", "steady_state", "result", "problem", "constraints", "effects",
-        "warnings", "check", "bulk", "verdict", "optimum", "design", "pareto_front",
+        "mechanism", "scene", "limits", "loads", "swept_area", "steady_state", "result", "constraints", "effects",
+        "warnings", "check", "bulk", "verdict", "problem", "optimum", "design", "pareto_front",
     ),
     "solvers/crank": (
         "motion", "masses", "gas", "scene", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",

@@ -9,21 +9,26 @@ from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from fastapi import APIRouter, Header, Query, Request, Response
+from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
 from app.api.bodies import parse_in_turn, read_body
-from app.batches.results import MEDIA_TYPES, Format, Wanted
+from app.api.queries import check_kind, check_query_names
+from app.batches.fields import names as field_names
+from app.batches.fields import no_columns, result_columns
+from app.batches.results import MEDIA_TYPES, OWN_COLUMNS, Format, Wanted
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Detail, Mode
 from app.designs.problems import INVALID
+from app.designs.refusals import MAX_ENTRIES, with_suggestion
+from app.designs.schema import entry
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
 
-router = APIRouter(prefix="/api/v1/batches", tags=["batches"])
+router = APIRouter(prefix="/api/v1/batches", tags=["batches"], dependencies=[Depends(check_query_names)])
 
 _MAX_KEY_LENGTH = 200
 _LINES = {"application/x-ndjson": False, "application/jsonl": False, "text/csv": True}
@@ -112,6 +117,7 @@ async def list_batches(
     limit: Annotated[int, Query(ge=1, le=200)] = 50,
 ) -> dict[str, Any]:
     """Batches matching all filters, newest first; ``next_cursor`` requests the next page."""
+    check_kind(kind)
     found, cursor = await _service(request).list(
         BatchFilter(kind, mode, status and BatchStatus(status), name), cursor, limit
     )
@@ -132,13 +138,27 @@ async def cancel_batch(request: Request, batch_id: str) -> dict[str, Any]:
     return batch_json(await _service(request).cancel(batch_id))
 
 
-def _wanted(status: str | None, fields: str | None) -> Wanted:
-    statuses = tuple(filter(None, (status or "").split(",")))
+def _wanted(batch: BatchRecord, status: str | None, fields: str | None) -> Wanted:
+    statuses, names = _listed(status), _listed(fields)
     known = [str(each) for each in ItemStatus]
-    if strange := [each for each in statuses if each not in known]:
-        entry = {"pointer": "/status", "detail": f"has {len(strange)} unknown words", "allowed": ", ".join(known)}
-        raise Problem(422, INVALID, "there is no such status", [entry])
-    return Wanted(statuses, tuple(dict.fromkeys(filter(None, (fields or "").split(",")))))
+    found = [
+        entry("/status", with_suggestion(f"has {each[:100]}, which is no status", each, known), ", ".join(known))
+        for each in statuses
+        if each not in known
+    ]
+    columns = (*OWN_COLUMNS, *result_columns(batch.kind, batch.mode), *field_names(batch.kind, batch.mode))
+    for each in no_columns(batch.kind, batch.mode, (name for name in names if name not in OWN_COLUMNS)):
+        said = with_suggestion(f"has {each[:100]}, which is no column", each, columns)
+        found.append(
+            entry("/fields", said, "dotted names of the request and the result, and " + ", ".join(OWN_COLUMNS))
+        )
+    if found:
+        raise Problem(422, INVALID, "the table cannot be made", found[:MAX_ENTRIES])
+    return Wanted(statuses, names)
+
+
+def _listed(value: str | None) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(filter(None, (value or "").split(","))))
 
 
 @router.get("/{batch_id}/results", summary="The results as a table", responses=_MISSING, response_class=Response)
@@ -155,7 +175,8 @@ async def batch_results(
 ) -> Response:
     """Results of the items finished so far, in order, as a stream."""
     service = _service(request)
-    batch, wanted = await service.get(batch_id), _wanted(status, fields)
+    batch = await service.get(batch_id)
+    wanted = _wanted(batch, status, fields)
     if format is Format.PARQUET:
         _needs_parquet()
     name = f"{batch.kind}-{batch.mode}-{batch.id}.{format}"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import json
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
+from app.api.queries import check_query_names
 from app.exports.export import ExportOptions, Tool
 from app.exports.registry import EXPORTS
 from app.run_exports import RunExports
@@ -15,7 +16,7 @@ from app.submission import Service
 from app.words.languages import Language, language
 from app.words.languages import gettext as _
 
-router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+router = APIRouter(prefix="/api/v1/runs", tags=["runs"], dependencies=[Depends(check_query_names)])
 _RETRY_S = 2
 
 

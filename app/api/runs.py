@@ -7,9 +7,10 @@ import re
 from datetime import UTC, datetime
 from typing import Annotated
 
-from fastapi import APIRouter, Query, Request, Response
+from fastapi import APIRouter, Depends, Query, Request, Response
 
 from app import runs
+from app.api.queries import check_kind, check_query_names
 from app.designs.kind import Mode
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, plots_for, plots_of
@@ -20,7 +21,7 @@ from app.store.record import RunFilter, RunOrder, RunStatus
 from app.submission import Service
 from app.words.languages import Language
 
-router = APIRouter(prefix="/api/v1/runs", tags=["runs"])
+router = APIRouter(prefix="/api/v1/runs", tags=["runs"], dependencies=[Depends(check_query_names)])
 _ANIMATION = re.compile(r"<animate [^>]*/>")
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
 
@@ -76,6 +77,7 @@ async def list_runs(
     for field, value in (("created_after", created_after), ("created_before", created_before)):
         if value is not None:
             _check_time(field, value)
+    check_kind(kind)
     service: Service = request.app.state.service
     wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds, text, created_before)
     page = await service.store.list_runs(wanted, cursor, limit, order)

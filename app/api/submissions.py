@@ -26,11 +26,9 @@ router = APIRouter(prefix="/api/v1")
 """Fallback for paths that match no route of a solve."""
 
 _MAX_KEY_LENGTH = 200
-_LONG = (Mode.DESIGN, Mode.ACCURACY)
-"""Modes that may take seconds, for which a client may request a 202."""
-
 _ANSWERS: dict[int | str, dict[str, str]] = {
     201: {"description": "the run, answered and stored; an infeasible design is an answer, too"},
+    202: {"description": "the queued run, requested by respond-async"},
     400: {"description": "the request cannot be read"},
     409: {"description": "the idempotency key was used with another request"},
     413: {"description": "the body is too large"},
@@ -39,7 +37,6 @@ _ANSWERS: dict[int | str, dict[str, str]] = {
     429: {"description": "the caller's quota is used up; see Retry-After"},
     503: {"description": "the queue is full; see Retry-After"},
 }
-_LATER: dict[int | str, dict[str, str]] = {202: {"description": "the queued run, requested by respond-async"}}
 
 
 async def _send(response: StoredResponse, send: Send) -> None:
@@ -111,8 +108,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
             if first is not None:
                 return first
         asked = await parse_in_turn(request, job.request, body)
-        later = mode in _LONG and "respond-async" in (prefer or "")
-        if later:
+        if "respond-async" in (prefer or ""):
             return await service.submit_later(kind, mode, asked, idempotency_key, digest)
         work = service.submit(kind, mode, asked, idempotency_key, digest)
         return await cancel_on_disconnect(request.receive, work)
@@ -126,7 +122,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
         description=(job.request.__doc__ or ""),
         name=f"{mode}-{kind.slug}",
         tags=[kind.slug],
-        responses=_ANSWERS | (_LATER if mode in _LONG else {}),
+        responses=_ANSWERS,
         response_model=None,
     )
 

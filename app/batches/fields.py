@@ -44,7 +44,10 @@ def _inner(root: dict[str, Any], node: dict[str, Any], step: str) -> Iterator[di
 
 def forms_of(kind: str, mode: str, name: str) -> list[dict[str, Any]]:
     """The subschemas of the field with a dotted name; empty if there is no such field."""
-    root = _schema(kind, mode)
+    return _at(_schema(kind, mode), name)
+
+
+def _at(root: dict[str, Any], name: str) -> list[dict[str, Any]]:
     nodes = list(_forms(root, root))
     for step in name.split(".")[:50]:
         nodes = [inner for node in nodes for inner in _inner(root, node, step)]
@@ -66,9 +69,18 @@ def _is_text(form: dict[str, Any]) -> bool:
 
 
 @cache
+def _result_schema(kind: str, mode: str) -> dict[str, Any]:
+    return job_of(KINDS[kind], Mode(mode)).result.model_json_schema(mode="serialization")
+
+
+def no_columns(kind: str, mode: str, names: Iterable[str]) -> list[str]:
+    """The names that are fields neither of the request nor of the result."""
+    return [name for name in unknown(kind, mode, names) if not _at(_result_schema(kind, mode), name)]
+
+
+@cache
 def result_columns(kind: str, mode: str) -> dict[str, type]:
     """The dotted names and types of all scalars that a result of this kind and mode may contain."""
-    job = job_of(KINDS[kind], Mode(mode))
     found: dict[str, type] = {}
 
     def walk(root: dict[str, Any], node: dict[str, Any], path: tuple[str, ...]) -> None:
@@ -81,7 +93,7 @@ def result_columns(kind: str, mode: str) -> dict[str, type]:
                 for name, inner in form.get("properties", {}).items():
                     walk(root, inner, (*path, name))
 
-    schema = job.result.model_json_schema(mode="serialization")
+    schema = _result_schema(kind, mode)
     walk(schema, schema, ())
     return found
 

@@ -25,6 +25,8 @@ _PARQUET_ROWS = 20_000
 _INT64 = 2**63
 _HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
 HEAD = tuple(_HEAD_TYPES)
+OWN_COLUMNS = (*HEAD, "governed_by", "problem")
+"""Columns of every batch."""
 MOST_POINTS = 4000
 _POINT_FIELDS = ("index", "run_id", "status", "holds", "governed_by")
 _FORMULA_PREFIXES = ("=", "+", "-", "@", "\t", "\r")

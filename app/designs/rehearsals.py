@@ -40,6 +40,7 @@ _VARIANTS: Mapping[tuple[str, Mode], tuple[dict[str, Any], ...]] = {
     ("pin-profile", Mode.DESIGN): (
         _PLAIN,
         _PLAIN | _STIFF,
+        _PLAIN | {"limits": {"max_deflection_um": 12.0, "max_slope": 0.3}},
         _STIFF | {"form": {"kind": "drillable"}},
         _PLAIN | _TWO_STEPS,
         _STIFF | _TWO_STEPS,

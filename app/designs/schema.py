@@ -357,11 +357,13 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
 
     A limit or objective that needs an excluded effect is reported at both fields.
     """
-    errors = [entry(pointer(request, refusal.field), refusal.reason, refusal.allowed)]
+    places = [pointer(request, refusal.field)]
     if isinstance(refusal, EffectConflict):
-        # "requirements.max_friction_power", or "objective friction_power"
-        needing = pointer(request, refusal.needed_by.partition(" ")[0])
-        errors = [entry(at, refusal.reason, refusal.allowed) for at in (errors[0]["pointer"], needing)]
+        # "requirements.max_friction_power", or "objective friction_power": the request's field has a unit in its name.
+        field, space, choice = refusal.needed_by.partition(" ")
+        places.append(pointer(request, field))
+        refusal = EffectConflict(refusal.effect, places[-1][1:].replace("/", ".") + space + choice)
+    errors = [entry(place, refusal.reason, refusal.allowed) for place in places]
     return problem_details(INVALID, 422, refusal.reason, errors)
 
 

@@ -18,7 +18,7 @@ TUPLES: dict[str, str] = {
     "solvers.pin.shapes.cone_sizes.Bar": "f1 f1 f1 f1 f1 f f f f f2",
     "solvers.rod.cycle.guide_loads.Guide": "f1 f1 f f f f",
     "solvers.rod.cycle.section.Field": "f1 solvers.numerics.panels.Rule f2 f1 f2 f2 f f f f b",
-    "solvers.rod.cycle.section.Rippling": "solvers.numerics.ripple.Ripple f2 f2 f1 f1 i",
+    "solvers.rod.cycle.section.RingingShape": "solvers.numerics.ripple.Ripple f2 f2 f1 f1 i",
     "solvers.rod.cycle.state.Strip": "f f f f f f f f f",
     "solvers.rod.effect_bounds.corrected.CorrectedRevolution": "f f b f f f f solvers.rod.effect_bounds.main_results.MainResults solvers.rod.effect_bounds.main_results.MainResults",
     "solvers.rod.effect_bounds.inertia.InertiaParameters": "f f f",
@@ -52,7 +52,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.numerics.ripple.ripple_at", "solvers.numerics.ripple.Ripple i f2 f1"),
         ("solvers.rod.cycle.guide_loads.friction_power", "f1 solvers.numerics.panels.Rule solvers.rod.cycle.guide_loads.Guide f"),
         ("solvers.rod.cycle.large_displacement.add_third_order", "f2 solvers.rod.cycle.state.Strip solvers.rod.strip.elastica_kernels.Collocation f2 f2 f1 f1"),
-        ("solvers.rod.cycle.sampled._results", "solvers.rod.cycle.section.Field solvers.rod.cycle.section.Rippling solvers.rod.cycle.guide_loads.Guide b f f3 f1 f i f1 f1"),
+        ("solvers.rod.cycle.sampled._results", "solvers.rod.cycle.section.Field solvers.rod.cycle.section.RingingShape solvers.rod.cycle.guide_loads.Guide b f f3 f1 f i f1 f1"),
         ("solvers.rod.cycle.sampling.first_edges", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
         ("solvers.rod.cycle.state.fill_states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f2"),
         ("solvers.rod.effect_bounds.corrected.change_with_corrections", "solvers.rod.effect_bounds.main_results.ResultParameters solvers.rod.effect_bounds.sampling.Sampling i solvers.rod.effect_bounds.inertia.InertiaParameters solvers.rod.strip.elastica_kernels.Collocation solvers.rod.strip.elastica_kernels.Collocation solvers.rod.effect_bounds.corrected.CorrectedRevolution solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f"),
@@ -117,6 +117,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.stations.lobatto_panels._lay_out", "f1 f1 f2 f1"),
     ),
     ("pin-profile", "design"): (
+        ("solvers.pin.optimum.conic._modelled", "f1 f1 f1 f f f"),
         ("solvers.pin.optimum.dual_bound._integral_over_levels", "f1 i1 f2 f f"),
         ("solvers.pin.optimum.dual_bound._tangents", "f f1 f1 f1 f f f b f1 f1 f1"),
         ("solvers.pin.optimum.lagrangian._lightest", "f1 f1 f1 f1 f f f f i b f1 f1"),
@@ -140,7 +141,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
         ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i"),
-        ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_rate", "f2 f1 f1 f2 f2"),
+        ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_slope", "f1 f1"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
@@ -151,6 +152,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "design"): (
         ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
+        ("solvers.linkage.optimum.radius_bounds.least_radii", "f2 f2 f2 f2 f1 f"),
         ("solvers.linkage.swept_area.bounding_box.least_fits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (

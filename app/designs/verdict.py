@@ -65,7 +65,7 @@ class VerdictResult(Strict):
 class Word:
     """A criterion in the API: name, display label, unit, and its size in SI. Compared by identity.
 
-    ``no`` is the wording of a failed yes/no criterion.
+    ``no`` is the wording of a failed yes/no criterion, and of one that fails although its figure is what is required.
     """
 
     name: str
@@ -115,7 +115,7 @@ def labels(words: Words) -> dict[str, str]:
 
 
 def denials(words: Words) -> dict[str, str]:
-    """Wording of failed yes/no criteria, by API name."""
+    """Wording of criteria that fail other than by their figure, by API name."""
     return {word.name: word.no for word in words.values() if word.no}
 
 
@@ -146,7 +146,7 @@ def summary_of(
     """Summarise a verdict given as JSON in one sentence, in the language of ``texts``: the governing figure, and a
     missed accuracy.
 
-    ``denials`` gives the wording of failed yes/no criteria; ``accuracy`` the requested and estimated accuracy.
+    ``denials`` gives the wording ``Word.no`` of failed criteria; ``accuracy`` the requested and estimated accuracy.
     """
     name, criteria = verdict["governed_by"], verdict["criteria"]
     governing = next((criterion for criterion in criteria if criterion["name"] == name), None)
@@ -186,7 +186,7 @@ CriterionJson = Mapping[str, Any]
 
 def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTranslations) -> str:
     denial = denials.get(criterion["name"], "")
-    if criterion["sense"] == Sense.YES or (denial and criterion["reached"] == 0.0):
+    if criterion["sense"] == Sense.YES or (denial and (criterion["reached"] == 0.0 or _looks_met(criterion))):
         return texts.gettext(denial)
     values = {"label": texts.gettext(criterion["label"])}
     if criterion["reached"] is not None:
@@ -196,6 +196,12 @@ def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTr
     if criterion["margin"] is None:
         return texts.gettext("the %(label)s is not known, and %(wanted)s") % values
     return texts.gettext("the %(label)s grows without bound where %(wanted)s") % values
+
+
+def _looks_met(criterion: CriterionJson) -> bool:
+    """Whether a failed criterion's figure is what is required: something else than the figure makes it fail."""
+    reached = criterion["reached"]
+    return criterion["sense"] == Sense.AT_LEAST and reached is not None and reached >= criterion["required"]
 
 
 def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:

@@ -25,7 +25,6 @@ _SUBMODULE_OF = {
     "Weighing": "masses.weighing",
     "estimate": "masses.scaling",
     "swing": "masses.pendulum",
-    "swing_many": "masses.pendulum",
     "weigh": "masses.weighing",
     "CrankThrow": "masses.two_mass_model",
     "RodMass": "masses.two_mass_model",

@@ -13,7 +13,8 @@ from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
 from solvers.crank.cycle.group import together
 from solvers.crank.cycle.loads import LOADS
 from solvers.crank.cycle.worst_instants import BRIX, OF_THE_ROD, TORQUE, Greatest, climbed, sampled
-from solvers.crank.engine.speed_fluctuation import CANCELLED, ShaftWork, gas_work, work_extremes
+from solvers.crank.engine.gas_work import CANCELLED, gas_work
+from solvers.crank.engine.speed_fluctuation import ShaftWork, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel

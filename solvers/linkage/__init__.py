@@ -11,10 +11,11 @@ from solvers.linkage.bulk import LinkageTable, check_family, check_many
 from solvers.linkage.check import Case, check, of_ratio
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
+from solvers.linkage.limits import Limits, demands_of
 from solvers.linkage.mechanism.change_point import KINDS, LARGEST_BASE, LARGEST_COUPLER, LARGEST_ROCKER
 from solvers.linkage.mechanism.lengths import Lengths, Mechanism, of_lengths
 from solvers.linkage.pareto_front import AGAINST, MOST_POINTS, FrontPoint, front
-from solvers.linkage.problem import OBJECTIVES, Limits, LinkageProblem, demands_of
+from solvers.linkage.problem import OBJECTIVES, LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Drive, Motor, Restitution, Scene
 from solvers.linkage.verdict import Given, judge

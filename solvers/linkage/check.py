@@ -16,12 +16,12 @@ from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
+from solvers.linkage.limits import Limits
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, Peaks, peaks_of, unit_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.problem import Limits
 from solvers.linkage.result import TRANSFER_POINTS, LinkageCheck, Strike
 from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from solvers.linkage.problem import Limits
+from solvers.linkage.limits import Limits
 from solvers.linkage.result import LinkageCheck
 from solvers.verdict import Sense
 

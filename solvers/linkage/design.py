@@ -23,8 +23,8 @@ from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
-METHOD = "branch and bound over the free ratio of every type, orientation included"
-LEAST_GAP = 1e-6
+_METHOD = "branch and bound over the free ratio of every type, orientation included"
+_LEAST_GAP = 1e-6
 _ACTIVE, _WIDE = 1e-7, 5e-4
 _EQUALITY_TOLERANCE = 1e-10
 """Relative tolerance for equality of quantities that are closed forms or extrema converged to less."""
@@ -65,7 +65,7 @@ def design(
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
-    gap = max(accuracy, LEAST_GAP)
+    gap = max(accuracy, _LEAST_GAP)
     refuse_endless(problem)
     found: list[tuple[Family, Proven]] = []
     for kind in problem.kinds:
@@ -83,7 +83,7 @@ def design(
             None,
             choice.manifest,
             Accuracy(accuracy, gap, settings),
-            certificate=Certificate(METHOD, math.inf, 0.0, _evidence(found)),
+            certificate=Certificate(_METHOD, math.inf, 0.0, _evidence(found)),
             diagnosis=diagnose(problem),
             timing={"solve_s": time.perf_counter() - started},
         )
@@ -101,7 +101,7 @@ def design(
     result = LinkageDesign(
         judged, scene, problem.objective.name, value, active(problem.limits, outcome.value, _ACTIVE), alternatives
     )
-    certificate = Certificate(METHOD, problem.objective.value(bound), excluded_to, _evidence(found))
+    certificate = Certificate(_METHOD, problem.objective.value(bound), excluded_to, _evidence(found))
     return Outcome(
         Status.SUCCEEDED,
         result,

@@ -13,11 +13,11 @@ from typing import Protocol
 
 from solvers.effects import AUTO, Choice, Demand, Effect, EffectSelection, choose
 from solvers.errors import InvalidInput
+from solvers.linkage.limits import Limits
 from solvers.linkage.loads.coupler_elasticity import worst_elastic_peak
 from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.problem import Limits
 from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
 from solvers.linkage.steady_state.periodic_solution import steady_running

@@ -1,4 +1,4 @@
-"""Design problem of the impact linkage: limits, objective, and the resulting size of each member.
+"""Design problem of the impact linkage: objective, and the resulting size of each member within the limits.
 
 If the rocker strikes at its own joint, speed and frequency fix the scale V (see ``optimum.family``): V = v/omega. With
 a tool at a given radius r they fix the free ratio instead, by v = omega r |u31(2 pi)|, and V is free within the limits.
@@ -13,48 +13,12 @@ from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 from solvers.effects import Demand
-from solvers.errors import InvalidInput, require, require_not_negative, require_positive
+from solvers.errors import InvalidInput, require
+from solvers.linkage.limits import Limits, demands_of
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import TRANSMISSION, Scene
+from solvers.linkage.scene import Scene
 from solvers.numerics.arrays import Array
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Size limits [m], maximum pin force [N], and range [rad] of the mid-cycle transmission angle."""
-
-    min_link: float = 0.0
-    joint_radius: float = 0.0
-    longest_link: float | None = None
-    width: float | None = None
-    height: float | None = None
-    enclosing_radius: float | None = None
-    max_pin_force: float | None = None
-    transmission_angle: tuple[float, float] | None = TRANSMISSION
-
-    @property
-    def sides(self) -> tuple[float, float]:
-        """Width and height, inf if not limited."""
-        return tuple(math.inf if side is None else side for side in (self.width, self.height))
-
-    @property
-    def sized(self) -> bool:
-        """Whether a limit bounds the mechanism's size from above."""
-        return any(v is not None for v in (self.longest_link, self.enclosing_radius, self.width, self.height))
-
-    def __post_init__(self) -> None:
-        require_positive(self, "limits", "longest_link", "width", "height", "enclosing_radius", "max_pin_force")
-        require_not_negative(self, "limits", "min_link", "joint_radius")
-        for name, pads in (("width", 2.0), ("height", 2.0), ("enclosing_radius", 1.0)):
-            value = getattr(self, name)
-            if value is not None and value <= pads * self.joint_radius:
-                reason = "leaves no room beside the joints themselves"
-                raise InvalidInput(f"limits.{name}", reason, "more than the joints need")
-        if self.transmission_angle is not None:
-            low, high = self.transmission_angle
-            ok = 0 <= low <= high <= math.pi
-            require(ok, "limits.transmission_angle", "is not a range of angles", "0 <= low <= high <= 180 degrees")
 
 
 class Quantities(Protocol):
@@ -231,9 +195,3 @@ class LinkageProblem(Subproblem):
         effect = self.objective.effect
         own = () if effect is None else (Demand(effect, f"objective {self.objective.name}"),)
         return (*own, *demands_of(self.limits))
-
-
-def demands_of(limits: Limits) -> tuple[Demand, ...]:
-    """The effects required by these limits."""
-    names = ("width", "height", "enclosing_radius")
-    return tuple(Demand("envelope", f"limits.{name}") for name in names if getattr(limits, name) is not None)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from solvers.linkage.constraints import CONSTRAINTS, Constraint
 from solvers.linkage.effects import NO_STEADY_RUNNING
-from solvers.linkage.problem import Limits
+from solvers.linkage.limits import Limits
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import STRENGTH_SPEED, Scene
 from solvers.linkage.warnings import SPEED_SLACK

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-NEAR = 0.02
+_NEAR = 0.02
 _ALIKE = 2.0
 """Maximum ratio of neighbouring parabolas' curvatures for a function to count as smooth."""
 _SAFETY = 8.0
@@ -40,7 +40,7 @@ def trial_points(place: Array, value: Array, out: Array) -> None:
     if left + right > 0.0:
         vertex = c + 0.5 * ((b - c) * right - (c - a) * left) / (left + right)
     vertex = min(max(vertex, a), b)
-    near = NEAR * (b - a)
+    near = _NEAR * (b - a)
     out[0], out[1], out[2] = max(vertex - near, a), vertex, min(vertex + near, b)
     out[3], out[4] = 0.5 * (a + c), 0.5 * (c + b)
 

@@ -22,7 +22,9 @@ Reach = tuple[float, float]
 
 @kernel
 def scaled(a: Ranged, factor: float) -> Ranged:
-    """A multiple by a nonnegative factor."""
+    """A multiple."""
+    if factor < 0.0:
+        return a[0] * factor, a[2] * factor, a[1] * factor, a[4] * factor, a[3] * factor
     return a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor
 
 
@@ -35,13 +37,13 @@ def raised(a: Ranged, more: float) -> Ranged:
 @kernel
 def plus(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
     """a + b."""
-    return intersected(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], reach)
+    return _intersected(a[0] + b[0], a[1] + b[1], a[2] + b[2], a[3] + b[3], a[4] + b[4], reach)
 
 
 @kernel
 def minus(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
     """a - b."""
-    return intersected(a[0] - b[0], a[1] - b[2], a[2] - b[1], a[3] - b[4], a[4] - b[3], reach)
+    return _intersected(a[0] - b[0], a[1] - b[2], a[2] - b[1], a[3] - b[4], a[4] - b[3], reach)
 
 
 @kernel
@@ -50,7 +52,7 @@ def times(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
     low, high = _product(a[1], a[2], b[1], b[2])
     left_low, left_high = _product(a[3], a[4], b[1], b[2])
     right_low, right_high = _product(a[1], a[2], b[3], b[4])
-    return intersected(a[0] * b[0], low, high, left_low + right_low, left_high + right_high, reach)
+    return _intersected(a[0] * b[0], low, high, left_low + right_low, left_high + right_high, reach)
 
 
 @kernel
@@ -60,7 +62,7 @@ def over(a: Ranged, b: Ranged, reach: Reach) -> Ranged:
     low, high = _product(a[1], a[2], inverse_low, inverse_high)
     part_low, part_high = _product(low, high, b[3], b[4])
     slope, slope_high = _product(a[3] - part_high, a[4] - part_low, inverse_low, inverse_high)
-    return intersected(a[0] / b[0], low, high, slope, slope_high, reach)
+    return _intersected(a[0] / b[0], low, high, slope, slope_high, reach)
 
 
 @kernel
@@ -70,7 +72,7 @@ def squared(a: Ranged, reach: Reach) -> Ranged:
     if a[1] <= 0.0 <= a[2]:
         least = 0.0
     slope, slope_high = _product(2.0 * a[1], 2.0 * a[2], a[3], a[4])
-    return intersected(a[0] * a[0], least * least, most * most, slope, slope_high, reach)
+    return _intersected(a[0] * a[0], least * least, most * most, slope, slope_high, reach)
 
 
 @kernel
@@ -78,7 +80,7 @@ def rooted(a: Ranged, reach: Reach) -> Ranged:
     """sqrt(a) for a > 0."""
     low, high = math.sqrt(a[1]), math.sqrt(a[2])
     slope, slope_high = _product(a[3], a[4], 0.5 / high, 0.5 / low)
-    return intersected(math.sqrt(a[0]), low, high, slope, slope_high, reach)
+    return _intersected(math.sqrt(a[0]), low, high, slope, slope_high, reach)
 
 
 @kernel
@@ -88,7 +90,7 @@ def _product(a: float, a_high: float, b: float, b_high: float) -> tuple[float, f
 
 
 @kernel
-def intersected(place: float, low: float, high: float, slope: float, slope_high: float, reach: Reach) -> Ranged:
+def _intersected(place: float, low: float, high: float, slope: float, slope_high: float, reach: Reach) -> Ranged:
     """A result of interval arithmetic, with its values intersected with those of the mean value form."""
     down = max(max(slope_high, 0.0) * reach[0], max(-slope, 0.0) * reach[1])
     up = max(max(-slope, 0.0) * reach[0], max(slope_high, 0.0) * reach[1])

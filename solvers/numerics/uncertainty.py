@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 """Named input arrays -> named output arrays of the same shape; built from operations that support complex numbers."""
 
-COMPLEX_STEP = 1e-100
-DRAWS = 100_000
+_COMPLEX_STEP = 1e-100
+_DRAWS = 100_000
 _SEED = 20260101
 _NO_SPREAD = 1e-12
-LINEAR_WITHIN = 0.1
+_LINEAR_WITHIN = 0.1
 """Relative difference up to which linear propagation is preferred to Monte Carlo."""
 
 
@@ -36,11 +36,11 @@ class Propagated:
 def sensitivities(function: Function, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """d output/d input by the complex step, exact to rounding: {output: {input: derivative}}."""
     names = list(values)
-    matrix = np.eye(len(names)) * 1j * COMPLEX_STEP
+    matrix = np.eye(len(names)) * 1j * _COMPLEX_STEP
     inputs = {name: values[name] + matrix[i] for i, name in enumerate(names)}
     outputs = function(inputs)
     return {
-        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / COMPLEX_STEP).tolist(), strict=True))
+        out: dict(zip(names, (np.broadcast_to(found, len(names)).imag / _COMPLEX_STEP).tolist(), strict=True))
         for out, found in outputs.items()
     }
 
@@ -55,8 +55,8 @@ def linear(function: Function, values: Mapping[str, float], standard: Mapping[st
     return {out: combined(by_input, standard) for out, by_input in sensitivities(function, values).items()}
 
 
-def monte_carlo(
-    function: Function, values: Mapping[str, float], standard: Mapping[str, float], draws: int = DRAWS
+def _monte_carlo(
+    function: Function, values: Mapping[str, float], standard: Mapping[str, float], draws: int = _DRAWS
 ) -> dict[str, NDArray]:
     """Outputs for random inputs; a fixed seed makes results reproducible."""
     normal = _normal(len(values), draws)
@@ -74,10 +74,10 @@ def _normal(inputs: int, draws: int) -> NDArray:
 def propagate(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> Propagated:
     """Linear propagation if Monte Carlo agrees within a tenth, otherwise Monte Carlo."""
     straight = linear(function, values, standard)
-    drawn = monte_carlo(function, values, standard)
+    drawn = _monte_carlo(function, values, standard)
     spread = {name: float(np.std(found)) for name, found in drawn.items()}
     size = {name: float(np.abs(found)) for name, found in function({n: np.array(v) for n, v in values.items()}).items()}
-    if all(abs(spread[n] - u) <= max(LINEAR_WITHIN * u, _NO_SPREAD * size[n]) for n, u in straight.items()):
+    if all(abs(spread[n] - u) <= max(_LINEAR_WITHIN * u, _NO_SPREAD * size[n]) for n, u in straight.items()):
         return Propagated(straight, "linear", {})
     interval = {name: tuple(np.quantile(found, [0.025, 0.975]).tolist()) for name, found in drawn.items()}
     return Propagated(spread, "Monte Carlo", interval)

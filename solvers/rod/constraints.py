@@ -27,18 +27,18 @@ class Constraint:
 
     name       the field of ``Requirements``, in SI units
     row        the row of the search that it limits
-    least      whether it is a minimum, of a safety, or a maximum
+    is_minimum whether the requirement is a minimum, of a safety, or a maximum
     read       the limited result of a check; None without a load that can cause failure
-    serves     the objective that optimises this result
+    objective  name of the objective that optimises this result
     advice     remedy if it cannot be met
     effect     the effect required for the result to exist
     """
 
     name: str
     row: int
-    least: bool
+    is_minimum: bool
     read: Callable[[RodCheck], float | None]
-    serves: str
+    objective: str
     advice: str
     effect: str | None = None
 
@@ -46,30 +46,30 @@ class Constraint:
         """Upper limit of the row."""
         if self.row == rows.STABILITY:
             required = max(required, LEAST_STABILITY)
-        return _log(self.row, required, self.least, scene)
+        return _log(self.row, required, self.is_minimum, scene)
 
     def log_value(self, check: RodCheck, scene: Scene) -> float:
         """The row's value in a check, -inf without a load that can cause failure."""
         value = self.read(check)
         if value is None or value == 0.0:
             return -math.inf
-        return _log(self.row, value, self.least, scene)
+        return _log(self.row, value, self.is_minimum, scene)
 
     def required_by(self, log_limit: float, scene: Scene) -> float:
         """The inverse of ``log_limit``."""
-        value = math.exp(-log_limit if self.least else log_limit)
+        value = math.exp(-log_limit if self.is_minimum else log_limit)
         return value * scene.material.yield_strength if self.row == rows.STRESS else value
 
     def meets(self, check: RodCheck, required: float) -> bool:
         """Whether a strip meets the requirement; an unloaded one does."""
         value = self.read(check)
-        return value is None or (value >= required if self.least else value <= required)
+        return value is None or (value >= required if self.is_minimum else value <= required)
 
 
-def _log(row: int, value: float, least: bool, scene: Scene) -> float:
+def _log(row: int, value: float, is_minimum: bool, scene: Scene) -> float:
     if row == rows.STRESS:
         return math.log(scene.material.yield_strength / value)
-    return -math.log(value) if least else math.log(value)
+    return -math.log(value) if is_minimum else math.log(value)
 
 
 CONSTRAINTS = (

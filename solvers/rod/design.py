@@ -327,7 +327,7 @@ class _Design:
         requirements or no time is left."""
         other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _ROUGH))
         other.cycle = self.cycle
-        context = other.context(effects.include, strip).explored()
+        context = other.context(effects.include, strip).explored(strip)
         try:
             end = context.search_from(strip, context.bounds, rounds=_ROUNDS)
         except OutOfTime:

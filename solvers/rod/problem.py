@@ -51,23 +51,23 @@ class Requirements:
         if self.min_stability_safety < 1:
             raise InvalidInput("requirements.min_stability_safety", "lets the strip buckle", "[1, inf)")
 
-    def asked(self) -> tuple[tuple[Constraint, float], ...]:
+    def requested(self) -> tuple[tuple[Constraint, float], ...]:
         """The constraints requested, with their values."""
         found = ((constraint, getattr(self, constraint.name)) for constraint in CONSTRAINTS)
         return tuple((constraint, required) for constraint, required in found if required is not None)
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects that these limits require."""
-        return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.asked() if c.effect is not None)
+        return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.requested() if c.effect is not None)
 
     def limits(self, scene: Scene) -> Limits:
         """The limits by row of the search, always including stability."""
-        limits = {c.row: c.log_limit(required, scene) for c, required in self.asked()}
+        limits = {c.row: c.log_limit(required, scene) for c, required in self.requested()}
         return {STABILITY: -math.log(LEAST_STABILITY)} | limits
 
     def met_by(self, check: RodCheck) -> bool:
         """Whether a strip meets every requirement; a buckled strip never does."""
-        return check.stresses is not None and all(c.meets(check, required) for c, required in self.asked())
+        return check.stresses is not None and all(c.meets(check, required) for c, required in self.requested())
 
 
 @dataclass(frozen=True)

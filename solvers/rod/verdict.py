@@ -51,15 +51,15 @@ def judge(
 
 
 def _requested(requirements: Requirements | None) -> tuple[tuple[Constraint, float], ...]:
-    return () if requirements is None else requirements.asked()
+    return () if requirements is None else requirements.requested()
 
 
 def _required(check: RodCheck, constraint: Constraint, required: float, slack: float) -> Criterion:
     if constraint.name == "min_stability_safety":
         return _stability(check, constraint.name, required, slack, asked=True)
     if check.stresses is None:
-        return unknown(constraint.name, Sense.AT_LEAST if constraint.least else Sense.AT_MOST, required)
-    judged = at_least if constraint.least else at_most
+        return unknown(constraint.name, Sense.AT_LEAST if constraint.is_minimum else Sense.AT_MOST, required)
+    judged = at_least if constraint.is_minimum else at_most
     return judged(constraint.name, required, constraint.read(check), slack)
 
 

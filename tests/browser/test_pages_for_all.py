@@ -96,6 +96,22 @@ def test_forms_and_their_runs(desk, address, slug, mode):
     look_at(desk, f"{address}/runs/{run}")
 
 
+@pytest.mark.parametrize("language", ["ru", "uk"])
+def test_nothing_is_wider_than_the_screen_in_longer_languages(browser, address, language):
+    phone = browser.new_page(viewport=_PHONE, locale=language)
+    for slug, mode in _FORMS:
+        run = stored(address, f"{_JOBS[mode]}/{slug}", {**KINDS[slug].example(mode), "name": "for all"})
+        phone.goto(f"{address}/runs/{run}")
+        wide = phone.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+        assert wide <= 0, f"{slug} {mode}: wider than a phone by {wide}"
+    phone.set_viewport_size({"width": 820, "height": 1180})
+    for path in ("/", "/runs", "/batches"):
+        phone.goto(address + path)
+        wide = phone.evaluate("document.documentElement.scrollWidth - window.innerWidth")
+        assert wide <= 0, f"{path}: wider than a tablet by {wide}"
+    phone.close()
+
+
 def test_a_form_with_faults(desk, address):
     desk.heard.clear()
     desk.goto(f"{address}/designs/pin-profile?mode=check")

@@ -15,7 +15,7 @@ from bench.campaign.scenes import scene_of
 from solvers import linkage
 from solvers.effects import EffectSelection
 from solvers.linkage.loads.torque_and_pin_force import series
-from solvers.linkage.steady_state.collocation import Machine, inertias, mesh, speeds_of, turn
+from solvers.linkage.steady_state.collocation import Machine, inertias, mesh, turn
 from solvers.linkage.steady_state.periodic_solution import rocker_inertia
 
 ACCURACY = 1e-6
@@ -80,6 +80,6 @@ def irregularity_seen(scene, mechanism, running):
     steps = mesh(bar.coefficients, PARTS)
     machine = Machine(bar.coefficients, drive.crank_inertia, rocker, drive.motor.stall_torque, drive.motor.slope)
     work, _ = turn(inertias(machine, steps), steps, energy, machine)
-    transfer, _ = speeds_of(bar.coefficients, np.append(steps[:, 0], -1e-300))
+    transfer = bar.transfer(np.append(steps[:, 0], -1e-300))
     speed = np.sqrt(2.0 * (energy + work) / (drive.crank_inertia + rocker * transfer**2))
     return np.ptp(speed) / (2.0 * math.pi * running.blow_frequency)

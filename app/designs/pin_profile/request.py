@@ -62,8 +62,12 @@ class Load(Strict):
         return self.force_n
 
 
+def _form_of_load(value: Any) -> str:
+    return "run" if named(value, "kind") == "run" or named(value, "run_id") is not None else "force"
+
+
 _Load = one_of(
-    lambda value: "run" if named(value, "kind") == "run" else "force",
+    _form_of_load,
     {"force": Load, "run": RunForce},
     'an object with force_n, or one whose "kind" is run',
 )

@@ -81,7 +81,7 @@ class Client:
     def submit(
         self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
     ) -> Run:
-        """POST a request; with ``later``, return immediately with a queued run (designs and studies)."""
+        """POST a request; with ``later``, return immediately with a queued run."""
         return wire.run_of(self._send(wire.submission(collection, kind, spec, key, later)))
 
     def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:
@@ -241,7 +241,7 @@ class AsyncClient:
     async def submit(
         self, collection: str, kind: str, spec: Mapping[str, Any], *, key: str | None = None, later: bool = False
     ) -> Run:
-        """POST a request; with ``later``, return immediately with a queued run (designs and studies)."""
+        """POST a request; with ``later``, return immediately with a queued run."""
         return wire.run_of(await self._send(wire.submission(collection, kind, spec, key, later)))
 
     async def wait(self, run: Run, timeout_s: float | None = None, progress: Progress | None = None) -> Run:

@@ -11,7 +11,7 @@ from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 
-MOST_BREAKS, LEAST_MOST = 20_000, 500
+_MOST_BREAKS, _LEAST_MOST = 20_000, 500
 """Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""
 _COINCIDENCE_TOLERANCE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
 """Distance below which breaks of several cylinders coincide up to rounding."""
@@ -35,7 +35,7 @@ def together(gas: Unrolled, phases: Array) -> Group:
     if phases.size == 1 and phases[0] == 0.0:
         count = gas.stroke.size
         return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
-    breaks, most = gas.breaks, max(MOST_BREAKS // phases.size, LEAST_MOST)
+    breaks, most = gas.breaks, max(_MOST_BREAKS // phases.size, _LEAST_MOST)
     start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
     every = np.empty(size * phases.size + 2)
     for i in range(phases.size):

@@ -5,7 +5,7 @@ The work of one cylinder's torque above its mean, since the start of the cycle, 
     w(phi) = W_gas(phi) - M_mean phi - m_j v^2/2 + Delta J (omega beta')^2/2, W_gas = A int (p - p_0) dx:
 
 the masses do no net work, so the mean torque is that of the gas. The speed has its extremes where the summed torque
-crosses its mean. W_gas is in closed form for cubics of the volume, by Gauss quadrature for cubics of the angle.
+crosses its mean.
 
 Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II; the
 flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
@@ -19,31 +19,16 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.worst_instants import WITHIN, Group, instant_of
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, within, work_at
-from solvers.crank.motion.slider_crank import displacement_of, stand_at
+from solvers.crank.cycle.group import Group
+from solvers.crank.cycle.worst_instants import WITHIN, instant_of
+from solvers.crank.engine.gas_work import GasWork, work_since_break
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, within
+from solvers.crank.motion.slider_crank import stand_at
 from solvers.crank.scene import Engine
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
 
-_MIN_NODES, _MAX_NODES = 2, 64
-_RULES = np.concatenate([np.stack(np.polynomial.legendre.leggauss(2**k)) for k in range(1, 7)], axis=1)
-_RULES = 0.5 * (_RULES + np.array([[1.0], [0.0]]))
-"""Gauss rules on (0, 1) of 2, 4, …, 64 nodes, concatenated: the rule of n nodes starts at n - 2."""
 _MAX_ROUNDS = 60
-_ROUNDING = 4.0 * np.finfo(float).eps
-CANCELLED = 1e-4
-"""Minimum scale of a mean's relative error, as a fraction of its mean magnitude."""
-
-
-class GasWork(NamedTuple):
-    """The gas work [J] from the start of the cycle to every break, its absolute error, the sum of its magnitudes,
-    and the number of Gauss nodes (0: closed form)."""
-
-    before: Array
-    error: float
-    magnitude: float
-    nodes: int
 
 
 class ShaftWork(NamedTuple):
@@ -84,65 +69,6 @@ class SpeedSwing:
 
 
 @kernel
-def gas_work(machine: Machine, gas: Unrolled, tolerance: float, least: float) -> GasWork:
-    """Compute the gas work, doubling the nodes until converged.
-
-    ``tolerance`` is relative to the work of the cycle, or to ``least`` [J] if that is less.
-    """
-    nodes = 0 if gas.by_volume else _MIN_NODES
-    before, magnitude = _gas_work(machine, gas, nodes)
-    error = 0.0
-    while 0 < nodes < _MAX_NODES:
-        nodes, coarse = 2 * nodes, before
-        before, magnitude = _gas_work(machine, gas, nodes)
-        error = np.abs(before - coarse).max()
-        if error <= tolerance * min(max(abs(before[-1]), CANCELLED * magnitude), least):
-            break
-    return GasWork(before, error + _ROUNDING * magnitude, magnitude, nodes)
-
-
-@inlined_kernel
-def _work_by_quadrature(low: float, high: float, k: int, machine: Machine, gas: Unrolled, nodes: int) -> float:
-    """Return the gas work between two angles of a piece, by quadrature over the angle."""
-    total, first = 0.0, nodes - _MIN_NODES
-    for i in range(first, first + nodes):
-        phi = low + (high - low) * _RULES[0, i]
-        at_phi = stand_at(phi, machine.frame)
-        gained = pressure_of(phi, at_phi, k, gas) - machine.back
-        total += _RULES[1, i] * gained * (at_phi.sine + at_phi.cosine * at_phi.tangent)
-    return total * (high - low) * machine.frame.r * machine.area
-
-
-@inlined_kernel
-def _volume(phi: float, gas: Unrolled) -> float:
-    return gas.clearance + gas.area * displacement_of(stand_at(phi, gas.frame), gas.frame)
-
-
-@inlined_kernel
-def _work_between_volumes(first: float, last: float, k: int, machine: Machine, gas: Unrolled) -> float:
-    """Return the gas work between two volumes of a piece."""
-    return work_at(last, k, gas) - work_at(first, k, gas) - machine.back * (last - first)
-
-
-@kernel
-def _gas_work(machine: Machine, gas: Unrolled, nodes: int) -> tuple[Array, float]:
-    """Return the work before every break, and the sum of the pieces' magnitudes."""
-    before, magnitude, lost, last = np.zeros(gas.breaks.size), 0.0, 0.0, _volume(gas.breaks[0], gas)
-    for k in range(gas.stroke.size):
-        if gas.by_volume:
-            first, last = last, _volume(gas.breaks[k + 1], gas)
-            done = _work_between_volumes(first, last, k, machine, gas)
-        else:
-            done = _work_by_quadrature(gas.breaks[k], gas.breaks[k + 1], k, machine, gas, nodes)
-        magnitude += abs(done)
-        # Compensated (Kahan) summation.
-        done -= lost
-        before[k + 1] = before[k] + done
-        lost = (before[k + 1] - before[k]) - done
-    return before, magnitude
-
-
-@kernel
 def _surplus_work(
     angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, work: GasWork
 ) -> float:  # fmt: skip
@@ -157,10 +83,7 @@ def _surplus_work(
         tip = machine.speed * machine.frame.r
         moved = tip * (stands.sine + stands.cosine * stands.tangent)
         turned = tip / machine.frame.length * stands.cosine * stands.secant
-        if gas.by_volume:
-            done = _work_between_volumes(_volume(gas.breaks[k], gas), _volume(phi, gas), k, machine, gas)
-        else:
-            done = _work_by_quadrature(gas.breaks[k], phi, k, machine, gas, work.nodes)
+        done = work_since_break(phi, k, machine, gas, work.nodes)
         total += work.before[k] + done - mean * phi
         total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
     return total
@@ -212,7 +135,7 @@ def work_extremes(
     return greatest, least, missed
 
 
-def shaft_inertia(cycle: Cycle) -> float:
+def _shaft_inertia(cycle: Cycle) -> float:
     """Return J [kg m2] of all rotating parts: flywheel, throws, and the rods' shares at the crank pins.
 
     A single cylinder whose crank pin has two rods turns both, as in the rotating mass.
@@ -228,7 +151,7 @@ def speed_swing(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedSwing:
     """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
     count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
     average, doubt = count * found.whole / period, count * found.error / period
-    inertia, wanted = shaft_inertia(cycle), engine.wanted_irregularity
+    inertia, wanted = _shaft_inertia(cycle), engine.wanted_irregularity
     return SpeedSwing(
         work_fluctuation=found.fluctuation,
         inertia=inertia,

@@ -18,8 +18,8 @@ import numpy as np
 from solvers.crank.cycle.forces import Cycle
 from solvers.crank.scene import Engine
 
-ORDERS = (1, 2, 4)
-MOST_SAMPLES = 2**16
+_ORDERS = (1, 2, 4)
+_MOST_SAMPLES = 2**16
 _ROUNDING = 8.0 * np.finfo(float).eps
 """Relative rounding of the angles and arms of balanced cylinders."""
 
@@ -47,7 +47,7 @@ def _harmonic_samples(cycle: Cycle) -> int:
     """Number of angles that keeps aliasing below rounding: harmonics decay as exp(-k acosh((L - |e|)/r))."""
     m = cycle.scene.mechanism
     fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
-    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), MOST_SAMPLES)
+    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), _MOST_SAMPLES)
 
 
 def balance(cycle: Cycle, engine: Engine) -> Balance:
@@ -83,7 +83,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
         return 0.5 * per_harmonic * abs(complex(harmonics[order])) * both
 
     found = tuple(
-        OrderUnbalance(order, greatest(order, ones), greatest(order, arms) if arms else None) for order in ORDERS
+        OrderUnbalance(order, greatest(order, ones), greatest(order, arms) if arms else None) for order in _ORDERS
     )
     # Rods on one pin share one crank.
     sharing = masses.rods_per_pin if len(engine.phases) > 1 else 1

@@ -9,19 +9,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, field, fields
+from dataclasses import dataclass, field, fields
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
-from solvers.numerics.uncertainty import COMPLEX_STEP, combined, sensitivities
+from solvers.numerics.uncertainty import combined, sensitivities
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL_UNCERTAINTY = 1e-5
 """Best attainable relative uncertainty of a period, used to judge a request without uncertainties."""
-MEANINGLESS = 0.1
+_MEANINGLESS = 0.1
 """Uncertainty of the centre of mass, relative to the rod's length, above which the result is rejected."""
 
 
@@ -65,8 +65,8 @@ class Pendulum:
         require_known(self, self.uncertainty)
 
 
-_INPUTS = {field.name: field.default for field in fields(Pendulum) if field.name != "uncertainty"}
-"""The quantities of a pendulum, and their defaults."""
+_INPUTS = tuple(field.name for field in fields(Pendulum) if field.name != "uncertainty")
+"""The quantities of a pendulum."""
 
 
 def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
@@ -85,12 +85,6 @@ def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
     return shares(cg, length, x["rod_mass"], x["rod_mass"] * from_pivot * (small - from_pivot))
 
 
-def _is_a_rod(found: Mapping[str, NDArray], length: NDArray | float) -> NDArray:
-    """Return whether the centre of mass lies inside the rod and the moment of inertia is positive."""
-    cg, inertia = found["rod_cg_from_pin"], found["rod_inertia"]
-    return np.asarray((cg > 0) & (cg < length) & (inertia > 0))
-
-
 def swing(pendulum: Pendulum) -> RodMasses:
     """Compute masses, centre of mass and moment of inertia from both periods.
 
@@ -107,7 +101,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
         found = _swung({name: np.array(value) for name, value in values.items()})
         moves = sensitivities(_swung, values)["rod_cg_from_pin"]
         spread = combined(moves, judged) if np.isfinite(list(found.values())).all() else math.inf
-    if not spread <= MEANINGLESS * length:
+    if not spread <= _MEANINGLESS * length:
         by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
         raise InvalidInput(
@@ -117,7 +111,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
         )
     require(
-        bool(_is_a_rod(found, length)),
+        bool(0 < found["rod_cg_from_pin"] < length and found["rod_inertia"] > 0),
         "period_small_end",
         "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
         "periods longer than that of a simple pendulum as long as the distance of the centre of mass",
@@ -130,31 +124,3 @@ def swing(pendulum: Pendulum) -> RodMasses:
             "weighing both ends is the robust alternative"
         )
     return evaluated(_swung, values, pendulum.uncertainty, warnings)
-
-
-def swing_many(**columns: ArrayLike) -> dict[str, NDArray[np.float64]]:
-    """Vectorised ``swing`` for many rods.
-
-    Columns are keyed by ``Pendulum``'s fields, without uncertainties, and broadcast against each other; the results
-    are keyed as ``RodMasses.values``, NaN where ``swing`` would raise. Raises InvalidInput for an unknown or missing
-    column.
-    """
-    for name in columns.keys() - _INPUTS.keys():
-        raise InvalidInput(name, "is no quantity of a pendulum", ", ".join(_INPUTS))
-    given = {name: columns.get(name, default) for name, default in _INPUTS.items()}
-    for name, column in given.items():
-        require(column is not MISSING, name, "is missing", "a number, or one for each rod")
-    arrays = np.broadcast_arrays(*(np.asarray(column, dtype=float) for column in given.values()))
-    values = dict(zip(given, arrays, strict=True))
-    length = values["pivot_distance"] - values["small_end_bore_radius"] - values["big_end_bore_radius"]
-    with np.errstate(all="ignore"):
-        found = _swung(values)
-        sound = np.isfinite(sum(values.values())) & (length > 0) & (values["amplitude"] < math.pi / 2)
-        for name, default in _INPUTS.items():
-            sound &= values[name] >= 0 if default == 0.0 else values[name] > 0
-        spread = np.zeros_like(length)
-        for name in ("period_small_end", "period_big_end", "pivot_distance"):
-            moved = _swung({**values, name: values[name] * (1.0 + 1j * COMPLEX_STEP)})["rod_cg_from_pin"]
-            spread = np.hypot(spread, _NOMINAL_UNCERTAINTY * moved.imag / COMPLEX_STEP)
-        sound &= (spread <= MEANINGLESS * length) & _is_a_rod(found, length)
-    return {name: np.where(sound, column, np.nan) for name, column in found.items()}

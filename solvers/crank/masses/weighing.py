@@ -40,7 +40,7 @@ class Weighing:
         require_known(self, self.uncertainty)
 
 
-CLOSURE = 0.02
+_CLOSURE = 0.02
 """Relative difference between the sum of the readings and the rod's mass above which the data is rejected."""
 
 
@@ -57,7 +57,7 @@ def weigh(weighing: Weighing) -> RodMasses:
     if weighing.rod_mass is not None:
         gap = total / weighing.rod_mass - 1.0
         require(
-            abs(gap) <= CLOSURE,
+            abs(gap) <= _CLOSURE,
             "rod_mass",
             f"differs by {abs(gap) * 100:.2g} % from the sum of the two readings",
             "within 2 % of small_end_reading + big_end_reading",

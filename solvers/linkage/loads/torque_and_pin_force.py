@@ -70,11 +70,11 @@ def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array
 def _loads(coefficients: Array, end: float, short: float) -> tuple[float, float]:
     """Torque over E, force times l1 over E and |u31| at phi - 2 pi in [-2 pi, 0]: near the blow, where the rocker may
     be fast, this argument keeps full precision."""
-    return loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
+    return _loads_at(coefficients, end, -math.sin(0.5 * short), -math.cos(0.5 * short))
 
 
 @kernel
-def loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
+def _loads_at(coefficients: Array, end: float, s: float, c: float) -> tuple[float, float]:
     """``_loads`` at a half angle's sine and cosine."""
     transfer, rate, root = motion(coefficients, s, c)
     return 2.0 * transfer * s * rate / end**2, coefficients[1] * abs(rate) / (end**2 * root), abs(transfer)
@@ -124,7 +124,7 @@ def sampled(row: Array, end: float) -> tuple[Array, Array]:
         if abs(cotangents[j]) < np.inf:
             s = 1.0 / math.sqrt(1.0 + cotangents[j] * cotangents[j])
             c = cotangents[j] * s
-        torque, samples[FORCE, j], samples[RATIO, j] = loads_at(row, end, s, c)
+        torque, samples[FORCE, j], samples[RATIO, j] = _loads_at(row, end, s, c)
         samples[TORQUE, j] = abs(torque)
     return cotangents, samples
 

@@ -20,6 +20,8 @@ Derivation: docs/theory/impact-linkage.md; checked there against the raw loop eq
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from solvers.numerics.arrays import Array
@@ -27,16 +29,19 @@ from solvers.numerics.jit import kernel
 
 
 @kernel
-def transfer_and_rate(coefficients: Array, s: Array, c: Array, transfer: Array, rate: Array) -> None:
-    """u31 and X = u31'/s of designs (rows of coefficients, (n, 7)) at half angles (m,), written to (n, m) arrays."""
-    for i in range(coefficients.shape[0]):
-        for j in range(s.size):
-            transfer[i, j], rate[i, j], _ = motion(coefficients[i], s[j], c[j])
+def transfer_and_slope(row: Array, angles: Array) -> tuple[Array, Array]:
+    """u31 and du31/dphi of a design (its row of coefficients) at crank angles in [-2 pi, 2 pi], (m,) each."""
+    transfer, slope = np.empty(angles.size), np.empty(angles.size)
+    for k in range(angles.size):
+        s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
+        transfer[k], rate, _ = motion(row, s, -c if angles[k] < 0.0 else c)
+        slope[k] = s * rate
+    return transfer, slope
 
 
 @kernel
 def motion(row: Array, s: float, c: float) -> tuple[float, float, float]:
-    """u31, X = u31'/s and T of a design (its row of coefficients) at a half angle."""
+    """u31, X = u31'/s and T of a design at a half angle."""
     base, coupler, rocker, numerator, margin, kappa, sigma = row
     lever, cc, ss = base * coupler, c * c, s * s
     root = np.sqrt(lever * rocker * cc + margin * ss)

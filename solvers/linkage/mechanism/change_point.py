@@ -128,11 +128,6 @@ class ChangePoint(ABC):
         """Signs of base, coupler and rocker in the closure."""
         return self.crank_sign, -self.rocker_sign, self.crank_sign * self.rocker_sign
 
-    def surplus(self, base: Number, coupler: Number, rocker: Number) -> Number:
-        """Closure surplus in crank lengths: 0 for a change-point mechanism of this kind."""
-        signs = self.closure_signs
-        return signs[0] * base + signs[1] * coupler + signs[2] * rocker - 1.0
-
     def half_angle_coefficient(self, ratios: Ratios) -> Number:
         """N, the coefficient in the numerator of tan(phi3/2)."""
         return self.crank_sign * self._lever(ratios)

@@ -1,8 +1,8 @@
 """Errors of the lengths of a change-point mechanism: of its closure, with their effect on the crank's rotation, and of
 its restitution.
 
-A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks, see
-``ChangePoint.surplus``) prevents the collinear position within a window phi_w about phi = 0:
+A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: what
+is left of ``ChangePoint``'s closure less 1) prevents the collinear position within a window phi_w about phi = 0:
 
     delta < 0  the crank is blocked within +-phi_w,    sin^2(phi_w/2) = |delta| (2 e +- |delta|)/(4 lambda0)
     delta > 0  the crank passes, but the rocker reverses short of its end position by psi,
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.mechanism.kinematics import FourBar
 
-CLOSES = 1e-12
+_CLOSES = 1e-12
 """Relative closure error attributable to the rounding of decimal lengths."""
 
 
@@ -35,7 +35,7 @@ class Closure:
 
     @property
     def closes(self) -> bool:
-        return abs(self.relative) <= CLOSES
+        return abs(self.relative) <= _CLOSES
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_rate
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Number, Ratios
 from solvers.numerics.arrays import Array
 
@@ -86,16 +86,13 @@ class FourBar:
 
     def transfer(self, phi: Array | float) -> Array:
         """u31 at crank angles in [-2 pi, 2 pi]; same shape."""
-        return self._transfer(phi)[0]
-
-    def transfer_slope(self, phi: Array | float) -> Array:
-        """du31/dphi at crank angles; same shape."""
-        s, _ = half_angle(phi)
-        return s * self._transfer(phi)[1]
+        angles = np.asarray(phi, float)
+        return transfer_and_slope(self.coefficients, angles.ravel())[0].reshape(angles.shape)
 
     def rocker_angle(self, phi: Array | float) -> Array:
-        """phi3 [rad], 0 at the blow; same shape."""
-        s, c = half_angle(phi)
+        """phi3 [rad], 0 at the blow, at crank angles in [-2 pi, 2 pi]; same shape."""
+        angles = np.asarray(phi, float)
+        s, c = np.abs(np.sin(0.5 * angles)), np.where(angles < 0, -1.0, 1.0) * np.cos(0.5 * angles)
         base, coupler, rocker, numerator, margin, kappa, _ = self.coefficients
         # Zero, up to rounding, where a crank that cannot rotate fully is stopped.
         root = np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0))
@@ -110,19 +107,7 @@ class FourBar:
         joint[0] += self.ratios.base
         return pin, joint
 
-    def _transfer(self, phi: Array | float) -> tuple[Array, Array]:
-        s, c = half_angle(phi)
-        u, x = np.empty((1, s.size)), np.empty((1, s.size))
-        transfer_and_rate(self.coefficients[None], s.ravel(), c.ravel(), u, x)
-        return u.reshape(s.shape), x.reshape(s.shape)
-
 
 def of_family(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
     """The mechanism of a kind with R_k = ``restitution`` and the kind's free ratio."""
     return FourBar(kind, kind.family(Gain(restitution), parameter))
-
-
-def half_angle(phi: Array | float) -> tuple[Array, Array]:
-    """sin(phi/2) >= 0 and cos(phi/2) of an angle in [-2 pi, 2 pi]; a negative angle is measured back from 2 pi."""
-    angle = np.asarray(phi, float)
-    return np.abs(np.sin(0.5 * angle)), np.where(angle < 0, -1.0, 1.0) * np.cos(0.5 * angle)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
+from solvers.linkage.limits import Limits
 from solvers.linkage.optimum.branch_and_bound import search
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.problem import (
@@ -13,7 +14,6 @@ from solvers.linkage.problem import (
     LONGEST_LINK,
     PEAK_TORQUE,
     PIN_FORCE,
-    Limits,
     LinkageProblem,
     Objective,
     Subproblem,

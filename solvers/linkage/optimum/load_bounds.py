@@ -3,9 +3,9 @@
 A peak over the cycle is at least the load at any one crank angle, so a lower bound of the load at one angle bounds the
 peak. The bound is sharpest near the peak angle of a member within the range.
 
-In terms of y = lambda0/lambda3 = g^2/lambda2, which decreases with the free ratio in every type, and of lengths in
-rockers, y is the only variable in the formulas of ``angular_velocity_ratio`` and ``torque_and_pin_force``. In
-magnitudes, with n = |y + sigma| in place of N, m = g^2 - y^2 in place of M, and n e = g^2 - 1:
+In lengths in rockers, y (see ``ratio_of_base_to_rocker``) is the only variable in the formulas of
+``angular_velocity_ratio`` and ``torque_and_pin_force``. In magnitudes, with n in place of N, m in place of M, and
+n e = g^2 - 1:
 
     t^2 = g^2 c^2 + m s^2,  d = c + t,  a = t + g^2 c,  h = t - sigma y c,  b = d^2 + n^2 s^2
     X = n Y/(t^2 b),  Y = a h^2/b - g^2 m/(2 t)
@@ -21,6 +21,7 @@ import math
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, sampled
+from solvers.linkage.optimum.ratio_of_base_to_rocker import ratios
 from solvers.numerics.arrays import Array
 from solvers.numerics.intervals import minus, over, plus, raised, rooted, scaled, squared, times
 from solvers.numerics.jit import kernel
@@ -46,28 +47,10 @@ def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, w
 
 
 @kernel
-def _ratios(row: Array, gain: float) -> tuple[float, float, float]:
-    """y, n and g - y of a member, each without cancellation where it is small."""
-    y = row[0] / row[2]
-    return y, abs(row[3]) / row[2], row[4] / (row[2] * row[2] * (gain + y))
-
-
-@kernel
 def _least_load(low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float) -> float:
     """The bound over one range at a half angle's sine and cosine; 0 if there is none."""
-    y_low, n_low, short_low = _ratios(high, gain)
-    y_mid, n_mid, short_mid = _ratios(row, gain)
-    y_high, n_high, short_high = _ratios(low, gain)
+    y, n, _, m, reach = ratios(low, row, high, gain)
     sigma, square, cc, ss = row[6], gain * gain, c * c, s * s
-    reach = (
-        _largest_of_three(y_mid - y_low, n_mid - n_low, short_mid - short_low),
-        _largest_of_three(y_high - y_mid, n_high - n_mid, short_high - short_mid),
-    )
-    y = (y_mid, y_low, y_high, 1.0, 1.0)
-    rising = 1.0 if n_high >= n_low else -1.0
-    n = (n_mid, min(n_low, n_high), max(n_low, n_high), rising, rising)
-    short = (short_mid, short_high, short_low, -1.0, -1.0)
-    m = times(short, raised(y, gain), reach)
     opened = scaled(m, ss)
     under = raised(opened, square * cc)
     if not under[1] > 0.0:
@@ -90,9 +73,3 @@ def _least_load(low: Array, row: Array, high: Array, gain: float, which: int, s:
     else:
         load, scale = over(part, y, reach), (gain - 1.0) * square
     return scale * max(load[1], -load[2], 0.0)
-
-
-@kernel
-def _largest_of_three(one: float, two: float, three: float) -> float:
-    """Maximum of three evaluations of the same distance, which differ by rounding."""
-    return max(abs(one), abs(two), abs(three))

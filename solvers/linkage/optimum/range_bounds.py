@@ -1,17 +1,13 @@
 """Rigorous bounds of the output quantities over ranges of members.
 
 Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
-(``family``). The swept outline of any member is within the Hausdorff distance
-
-    d = max(change of l1, change of l0 + change of l3 + l3 (change of the swing))
-
-of the outline at the midpoint of the range, and the enclosing radius changes by at most d. Along and across the base
+(``family``). No point of the swept outline of a member is farther from that of the midpoint of the range than
 
     d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
     d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: its maximum over the arc,
 
-so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base hardly affects the height.
-Peak loads: see ``load_bounds``.
+along and across the base, so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base
+hardly affects the height. Enclosing radius and peak loads: see ``radius_bounds`` and ``load_bounds``.
 """
 
 from __future__ import annotations
@@ -28,16 +24,16 @@ from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family, lengths_per_stroke
 from solvers.linkage.optimum.load_bounds import least_loads
 from solvers.linkage.optimum.member_quantities import feasible_scales
+from solvers.linkage.optimum.radius_bounds import least_radii
 from solvers.linkage.problem import Subproblem
 from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
-from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
 _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 
-AREA_TOLERANCE, FIT_TOLERANCE = 1e-3, 1e-9
+_AREA_TOLERANCE, _FIT_TOLERANCE = 1e-3, 1e-9
 """Relative tolerances of the orientation search within bounds. An area is only compared with ``enough``, so it need not
 be sharp; a fit decides feasibility."""
 
@@ -74,15 +70,15 @@ class RangeBounds:
         return outlines(bar.kind, ratios, self._lengths[2, :, 0], self._three(bar.swing)[2])
 
     @cached_property
-    def _moves(self) -> tuple[Array, Array, Array]:
-        """d, d_x and d_y per V."""
+    def _moves(self) -> tuple[Array, Array]:
+        """d_x and d_y per V."""
         lengths, swings = self._lengths, self._three(self._members.swing)
         crank, base, _, rocker = np.abs(lengths[:2] - lengths[2]).max(axis=0).T
         swing, widest = np.abs(swings[:2] - swings[2]).max(axis=0), swings[:2].max(axis=0)
         sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
         turned = lengths[:2, :, 3].max(axis=0) * swing
         along, across = base + rocker + sine * turned, sine * rocker + turned
-        return np.maximum(crank, base + rocker + turned), np.maximum(crank, along), np.maximum(crank, across)
+        return np.maximum(crank, along), np.maximum(crank, across)
 
     @cached_property
     def crank(self) -> Array:
@@ -94,13 +90,16 @@ class RangeBounds:
 
     @cached_property
     def radius(self) -> Array:
-        return np.maximum(enclosing_radii(self._outlines) * (1 - 1e-12) - self._moves[0], 0.0)
+        low, high, middle = self._three(self._members.coefficients)
+        swings = self._three(self._members.swing)
+        turns = np.maximum(swings[2] - swings[:2].min(axis=0), 0.0)
+        return least_radii(low, middle, high, self._outlines, turns, self.family.gain.value) * (1 - 1e-12)
 
     @cached_property
     def fit(self) -> Array:
         width, height = self.subproblem.room
-        found = least_fits(self._outlines, *self._moves[1:], width, height, FIT_TOLERANCE)
-        return np.maximum(found * (1 - FIT_TOLERANCE), 0.0)
+        found = least_fits(self._outlines, *self._moves, width, height, _FIT_TOLERANCE)
+        return np.maximum(found * (1 - _FIT_TOLERANCE), 0.0)
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
@@ -131,10 +130,10 @@ class RangeBounds:
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
         pads = 2.0 * limits.joint_radius
-        _, along, across = self._moves
-        room = *limits.sides, AREA_TOLERANCE, self.enough
+        along, across = self._moves
+        room = *limits.sides, _AREA_TOLERANCE, self.enough
         found = least_boxes(self._outlines, scale, along, across, pads, *room)[:, 0]
-        found = np.where(found < self.enough, found * (1.0 - AREA_TOLERANCE), found)
+        found = np.where(found < self.enough, found * (1.0 - _AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).
         crank, base = self._lengths[:2, :, :2].min(axis=0).T

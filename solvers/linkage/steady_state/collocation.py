@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.linkage.mechanism.angular_velocity_ratio import motion
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -33,7 +33,7 @@ def _gauss() -> tuple[Array, Array, Array]:
     return c, 0.5 * weights, np.linalg.solve((c[:, None] ** powers).T, moments.T).T
 
 
-NODES, WEIGHTS, MATRIX = _gauss()
+_NODES, _WEIGHTS, _MATRIX = _gauss()
 
 
 class Machine(NamedTuple):
@@ -80,18 +80,6 @@ def mesh(coefficients: Array, parts: int) -> Array:
 
 
 @kernel
-def speeds_of(coefficients: Array, angles: Array) -> tuple[Array, Array]:
-    """|u31| and d|u31|/dphi at angles in [-pi, pi]; negative angles (only) lie in the second half."""
-    size, slope = np.empty(angles.size), np.empty(angles.size)
-    for k in range(angles.size):
-        s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
-        c = -c if angles[k] < 0.0 else c
-        transfer, rate, _ = motion(coefficients, s, c)
-        size[k], slope[k] = abs(transfer), s * rate if transfer >= 0.0 else -s * rate
-    return size, slope
-
-
-@kernel
 def inertias(machine: Machine, steps: Array) -> Array:
     """J = J1 + J3 u31^2 at the Gauss points of every step: shape (n, 4)."""
     angles = np.empty(steps.shape[0] * _STAGES)
@@ -99,10 +87,10 @@ def inertias(machine: Machine, steps: Array) -> Array:
         for i in range(_STAGES):
             # In the second half, from the end of the step backward, to full precision near the blow.
             if steps[n, 0] < 0.0:
-                angles[_STAGES * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * NODES[_STAGES - 1 - i]
+                angles[_STAGES * n + i] = (steps[n, 0] + steps[n, 1]) - steps[n, 1] * _NODES[_STAGES - 1 - i]
             else:
-                angles[_STAGES * n + i] = steps[n, 0] + steps[n, 1] * NODES[i]
-    u, _ = speeds_of(machine.coefficients, angles)
+                angles[_STAGES * n + i] = steps[n, 0] + steps[n, 1] * _NODES[i]
+    u, _ = transfer_and_slope(machine.coefficients, angles)
     return (machine.crank + machine.rocker * u * u).reshape(-1, _STAGES)
 
 
@@ -114,13 +102,13 @@ def _step(total: Array, width: float, energy: float, machine: Machine, torque: A
         for i in range(_STAGES):
             inner = energy
             for j in range(_STAGES):
-                inner += width * MATRIX[i, j] * torque[j]
+                inner += width * _MATRIX[i, j] * torque[j]
             inner = max(inner, 1e-12 * energy)
             speed = math.sqrt(2.0 * inner / total[i])
             fall = machine.slope / (total[i] * speed)
             change[i] = machine.stall - machine.slope * speed - torque[i]
             for j in range(_STAGES):
-                lhs[i, j] = fall * width * MATRIX[i, j]
+                lhs[i, j] = fall * width * _MATRIX[i, j]
             lhs[i, i] += 1.0
         for i in range(_STAGES):
             for k in range(i + 1, _STAGES):
@@ -154,11 +142,11 @@ def turn(total: Array, steps: Array, energy: float, machine: Machine) -> tuple[A
             return work, math.nan
         done = 0.0
         for i in range(_STAGES):
-            done += width * WEIGHTS[i] * torque[i]
+            done += width * _WEIGHTS[i] * torque[i]
             inner = now
             for j in range(_STAGES):
-                inner += width * MATRIX[i, j] * torque[j]
-            time += width * WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
+                inner += width * _MATRIX[i, j] * torque[j]
+            time += width * _WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
         work[n + 1] = work[n] + done
         torque[:] = torque[_STAGES - 1]
     return work, time
@@ -185,7 +173,7 @@ def _inside_step(
     part[0, 0], part[0, 1] = row[0], share * row[1]
     done, _ = turn(inertias(machine, part), part, energy + work, machine)
     end = row[0] + share * row[1]
-    u, change = speeds_of(machine.coefficients, np.array([end if row[0] >= 0.0 else min(end, -1e-300)]))
+    u, change = transfer_and_slope(machine.coefficients, np.array([end if row[0] >= 0.0 else min(end, -1e-300)]))
     return _excess_and_trend(u[0], change[0], work + done[1], energy, start, machine)
 
 
@@ -195,7 +183,7 @@ def spread(machine: Machine, steps: Array, work: Array, energy: float, start: fl
     if a part of a step has no solution. ``start`` is |u31(0)|."""
     count = steps.shape[0]
     angles = np.append(steps[:, 0], -1e-300)
-    u, change = speeds_of(machine.coefficients, angles)
+    u, change = transfer_and_slope(machine.coefficients, angles)
     trends, greatest, least = np.empty(count + 1), -math.inf, math.inf
     for n in range(count + 1):
         value, trends[n] = _excess_and_trend(u[n], change[n], work[n], energy, start, machine)

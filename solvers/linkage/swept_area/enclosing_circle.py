@@ -65,8 +65,9 @@ def _reach(circles: Array, count: int, x: float, y: float) -> float:
 
 
 @kernel
-def _enclosing(outline: Array) -> float:
-    """Radius of the smallest circle around the outline.
+def smallest_circle(outline: Array) -> tuple[float, float, float, Array]:
+    """Radius of the smallest circle around the outline, its centre, and the two or three parts that it touches: circles
+    (x, y, radius).
 
     A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
     and the smallest circle of these four found by enumeration, until nothing protrudes. The radius increases
@@ -109,14 +110,14 @@ def _enclosing(outline: Array) -> float:
                         best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
         if best <= radius:
             # Only rounding remains.
-            radius = max(radius, far)
+            radius, count = max(radius, far), count - 1
             break
         x, y, radius = bx, by, best
         count = 3 if bk >= 0 else 2
         # In place: bi < bj < bk.
         for k in range(3):
             parts[0, k], parts[1, k], parts[2, k] = parts[bi, k], parts[bj, k], parts[max(bk, 2), k]
-    return radius
+    return radius, x, y, parts[:count]
 
 
 @kernel
@@ -124,5 +125,5 @@ def enclosing_radii(outlines: Array) -> Array:
     """Smallest enclosing radius of every outline."""
     out = np.empty(outlines.shape[0])
     for i in range(out.size):
-        out[i] = _enclosing(outlines[i])
+        out[i] = smallest_circle(outlines[i])[0]
     return out

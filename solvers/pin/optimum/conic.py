@@ -1,34 +1,32 @@
-"""The coupled problem under a slope limit: a cone program with an independent lower bound.
+"""The coupled problem under a slope limit: a sequence of cone programs with an independent lower bound.
 
-In u every term is convex but one: phi = (A + B/4)/u + (B/4)/(2-u) - (B/2)/(2-u)^2, whose last term is concave. It is
-linearised at the previous solution, at first that on the former stations, where the tangent is an upper bound, and the
-program is solved again: the iterates stay feasible, decrease monotonically and converge in a few rounds because the
-curvature is small. The lower bound uses every station's convex envelope instead, so a gap remains for nearly solid
-pins. All quantities are scaled, and the reciprocals are written as s_i <= u_i t_i with the weight inside the cone;
-otherwise the interior-point method stalls.
+At the previous solution, at first that on the former stations, the flexibility h = bend f + shear g of every station
+is replaced by p/u + q u + constant with the same value, slope and curvature (p = 0 where h is concave), and the program
+is solved again: exact for thin walls, otherwise convergence is quadratic, as that of Newton's method. Reciprocals are
+written as p <= u t with the weight inside the cone; otherwise the interior-point method stalls.
 
-The solver's status is not trusted: its solution is moved toward the solid pin until it satisfies every limit by our
-own formulas, and the bound is computed from its multipliers by ``solvers.pin.optimum.dual_bound``.
+The solver's status is not trusted: its solution is thickened until it satisfies every limit by our own formulas, and
+the bound is computed from its multipliers by ``solvers.pin.optimum.dual_bound``.
 
-Slope: |u_{i+1} - u_i| <= k_i (sqrt(1 - u_i) + sqrt(1 - u_{i+1})), k_i = s h_i/D, is |d_{i+1} - d_i| <= s h_i
-exactly.
+Slope: with the sought diameter l r, r = sqrt(c -+ u) for a pin's bore or a bushing's outer diameter and c = (G/l)^2,
+|u_{i+1} - u_i| <= k_i (r_i + r_{i+1}), k_i = s h_i/l, is exactly l |r_{i+1} - r_i| <= s h_i; r is concave in u.
 """
 
 from __future__ import annotations
 
-import warnings
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import Neighbours, coupled_bound
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.optimum.program import Program, rising
 from solvers.pin.optimum.slope_limit import gentle
+from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
 
 Array = NDArray[np.float64]
 _MAX_ROUNDS = 12
@@ -48,134 +46,138 @@ class _Solution:
     status: str
 
 
-def _sum_of_reciprocals(denominator: Any, weight: Array, constraints: list[Any]) -> Any:
-    """Return the sum of weight/denominator, with the weight inside the cone |(2 sqrt(weight), x - t)| <= x + t."""
-    import cvxpy as cp
-
-    if not weight.size:
-        return 0.0
-    t = cp.Variable(weight.size)
-    constraints.append(cp.SOC(denominator + t, cp.vstack([2.0 * np.sqrt(weight), denominator - t])))
-    return cp.sum(t)
+@kernel
+def _modelled(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """Return constant, p and q of stations with h = constant + p/u + q u to second order, (3, n)."""
+    out = np.empty((3, u.size))
+    for i in range(u.size):
+        (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
+        d2f, d2g = curvatures(u[i], kappa, a, b)
+        p = 0.5 * u[i] ** 3 * max(bend[i] * d2f + shear[i] * d2g, 0.0)
+        q = bend[i] * df + shear[i] * dg + p / (u[i] * u[i])
+        out[0, i], out[1, i], out[2, i] = bend[i] * f + shear[i] * g - p / u[i] - q * u[i], p, q
+    return out
 
 
 def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: float) -> _Solution | None:
-    import cvxpy as cp
+    """Solve the program with flexibilities modelled at u = ``at``; None if the solver ends without a solution.
 
-    share, law = program.share, program.law
-    n = low.size
-    u = cp.Variable(n)
-    lowered = np.minimum(low, 1.0)
-    constraints = [u >= lowered, u <= 1.0]
-    bend, shear = share * program.bending / program.limit, share * program.shear / program.limit
-    bends, shears = np.flatnonzero(bend > 0), np.flatnonzero(shear > 0)
-    s, point = shear[shears], at[shears]
-    drop, drop_slope = -0.5 * law.b * s / (2.0 - point) ** 2, -law.b * s / (2.0 - point) ** 3
-    parts = [
-        _sum_of_reciprocals(u[bends], 0.5 * bend[bends], constraints),
-        _sum_of_reciprocals(2.0 - u[bends], 0.5 * bend[bends], constraints),
-        _sum_of_reciprocals(u[shears], s * (law.a + 0.25 * law.b), constraints),
-        _sum_of_reciprocals(2.0 - u[shears], s * 0.25 * law.b, constraints),
-        float(drop.sum()) + drop_slope @ (u[shears] - point),
-    ]
-    deflection = sum(parts) <= 1.0
-    constraints.append(deflection)
-    rise, fall, reach = None, None, reaches(program)
-    if program.limits.max_slope is not None:
-        root = cp.Variable(n)
-        constraints.append(cp.SOC(2.0 - u, cp.vstack([2.0 * root, u])))
-        room = cp.multiply(reach, root[:-1] + root[1:])
-        rise, fall = u[1:] - u[:-1] <= room, u[:-1] - u[1:] <= room
-        constraints += [rise, fall]
-    narrowing = []
+    Its variables are u, t >= p/u of the loaded stations, and r. Every row is an affine function of them, a pair of
+    matrix and constant: first those that are not negative, then cones |(y, z)| <= x of three rows each.
+    """
+    import clarabel
+    from scipy import sparse
+
+    sought, law, n, reach = program.sought, program.law, low.size, reaches(program)
+    loaded = np.flatnonzero((program.bending > 0.0) | (program.shear > 0.0))
+    pulls = program.share[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
+    constant, p, q = _modelled(at[loaded], pulls[0], pulls[1], sought.kappa, law.a, law.b)
+    limited = program.limits.max_slope is not None
+    every = sparse.identity(n + loaded.size + (n if limited else 0), format="csr")
+    u, t, r = every[:n], every[n : n + loaded.size], every[n + loaded.size :]
+    step, none = u[1:] - u[:-1], np.zeros(n - 1)
+    flat = [(sparse.csr_matrix(-q @ u[loaded] - np.ones(loaded.size) @ t), [1.0 - constant.sum()])]
+    cones = [((u[loaded] + t, 0.0 * p), (0.0 * t, 2.0 * np.sqrt(p)), (u[loaded] - t, 0.0 * p))]
+    if limited:
+        room, square = sparse.diags(reach) @ (r[1:] + r[:-1]), (sought.given / sought.unit) ** 2
+        flat += [(room - step, none), (room + step, none)]
+        own = sought.sign * u
+        cones.append(((own, np.full(n, square + 1.0)), (2.0 * r, np.zeros(n)), (own, np.full(n, square - 1.0))))
     if drillable:
-        middle = program.anchor
-        narrowing.append((slice(0, middle - 1), u[1:middle] >= u[: middle - 1], -1.0))
-        if middle < n:
-            narrowing.append((slice(middle, n - 1), u[middle : n - 1] >= u[middle + 1 :], 1.0))
-    constraints += [constraint for _, constraint, _ in narrowing]
-    problem = cp.Problem(cp.Minimize(share @ u), constraints)
-    try:
-        with warnings.catch_warnings():
-            # An inaccurate solution is assessed by the independent bound like any other.
-            warnings.simplefilter("ignore")
-            problem.solve(
-                solver=cp.CLARABEL, tol_gap_abs=tolerance, tol_gap_rel=tolerance, tol_feas=tolerance, max_iter=200
-            )
-    except cp.SolverError:
+        toward = np.where(np.arange(n - 1) < program.anchor, 1.0, -1.0)
+        toward[program.anchor - 1 : program.anchor] = 0.0
+        flat.append((sparse.diags(toward) @ step, none))
+    flat.append((u, -low))
+    if sought.kappa < 0.0:
+        flat.append((-u, np.ones(n)))
+    blocks = [*flat]
+    for cone in cones:
+        by_station = np.arange(3 * cone[0][0].shape[0]).reshape(3, -1).T.ravel()
+        blocks.append((
+            sparse.vstack([matrix for matrix, _ in cone], "csr")[by_station],
+            np.concatenate([constant for _, constant in cone])[by_station],
+        ))  # fmt: skip
+    kept = sum(len(constant) for _, constant in flat)
+    kinds = [clarabel.NonnegativeConeT(kept), *(clarabel.SecondOrderConeT(3) for c in cones for _ in c[0][1])]
+    settings = clarabel.DefaultSettings()
+    settings.verbose, settings.max_iter = False, 200
+    settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
+    size = every.shape[0]
+    answer = clarabel.DefaultSolver(
+        sparse.csc_matrix((size, size)), program.share @ u, -sparse.vstack([matrix for matrix, _ in blocks], "csc"),
+        np.concatenate([constant for _, constant in blocks]), kinds, settings,
+    ).solve()  # fmt: skip
+    x, z = np.array(answer.x), np.maximum(answer.z[:kept], 0.0)
+    if not (np.isfinite(x).all() and np.isfinite(z).all()):
         return None
-    if u.value is None:
-        return None
-    up, down, order = np.zeros((3, n - 1))
-    if rise is not None:
-        up, down = (np.maximum(np.asarray(constraint.dual_value), 0.0) for constraint in (rise, fall))
-    for part, constraint, sign in narrowing:
-        # u non-decreasing: u_i - u_{i+1} <= 0, a flow from i + 1 to i; reversed beyond the middle.
-        order[part] = sign * np.maximum(np.asarray(constraint.dual_value), 0.0)
-    value = max(float(deflection.dual_value), 0.0)
-    return _Solution(np.asarray(u.value), value, Neighbours(up, down, reach, order), str(problem.status))
+    rise, fall, order = np.zeros((3, n - 1))
+    if limited:
+        rise, fall = z[1 : 2 * n - 1].reshape(2, n - 1)
+    if drillable:
+        first = 1 + (2 * n - 2 if limited else 0)
+        order = -toward * z[first : first + n - 1]
+    return _Solution(x[:n], float(z[0]), Neighbours(rise, fall, reach, order), str(answer.status))
 
 
 def reaches(program: Program) -> Array:
-    """Return k_i = s h_i/D between neighbouring stations, (n - 1,); 0 without a slope limit."""
-    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.scene.geometry.outer_diameter
+    """Return k_i = s h_i/l between neighbouring stations, (n - 1,); 0 without a slope limit."""
+    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.sought.unit
 
 
-def toward_solid(program: Program, u: Array, low: Array) -> Array | None:
-    """Move u toward the solid pin by the least step that satisfies walls and deflection; None if none does.
+def thickened(program: Program, u: Array) -> Array:
+    """Return u with the thickness D - d increased everywhere by the least amount that satisfies the deflection limit.
 
-    The step scales every bore by the same factor, which preserves monotonicity and slope limits.
+    This preserves monotonicity and slope limits. A solid pin must satisfy the limit.
     """
+    sought, walls = program.sought, program.sought.wall_of(u)
 
-    def ok(part: float) -> bool:
-        v = u + part * (1.0 - u)
-        return bool(np.all(v >= low)) and program.deflection(v) <= program.limit
+    def with_(more: float) -> Array:
+        return np.maximum(u, sought.solidity_of(np.minimum(walls + more, sought.thickest)))
 
-    if not ok(1.0):
-        return None
-    least, most = 0.0, 1.0
-    if ok(0.0):
-        return u
-    while most - least > 1e-16 and least < 0.5 * (least + most) < most:
-        part = 0.5 * (least + most)
-        least, most = (least, part) if ok(part) else (part, most)
-    return u + most * (1.0 - u)
+    least, most = 0.0, 0.0
+    while program.deflection(with_(most)) > program.limit:
+        least, most = most, 2.0 * most or float(walls.max())
+    while least < 0.5 * (least + most) < most and most - least > 1e-16 * most:
+        middle = 0.5 * (least + most)
+        least, most = (middle, most) if program.deflection(with_(middle)) > program.limit else (least, middle)
+    return with_(most)
 
 
 def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found | None:
-    """Find the lightest bore under a deflection limit, optionally with a slope limit and narrowing toward the
-    middle."""
-    solid = np.ones_like(low)
-    if program.deflection(solid) > program.limit:
-        return None
+    """Find the lightest profile under a deflection limit, optionally with a slope limit and without thinning toward
+    the middle."""
     if program.near is not None:
-        at = np.clip(program.near, low, 1.0)
+        at = np.maximum(program.near, low)
     else:
         weighed = weigh(program, low, drillable)
-        at = low if weighed is None else gentle(program, weighed.solidity)
-    found, bound, status, rounds = solid, 0.0, "", 0
+        if weighed is None:
+            return None
+        at = weighed.solidity
+
+    def feasible(u: Array) -> Array:
+        shaped = np.maximum(u, low)
+        return thickened(program, gentle(program, rising(shaped, program.anchor) if drillable else shaped))
+
+    at = found = feasible(at)
+    bound, status, rounds = 0.0, "none", 0
     for rounds in range(1, _MAX_ROUNDS + 1):
         before = program.volume(found) - bound
         answer = _solve(program, low, at, drillable, max(_TOLERANCE, _TOLERANCE_FRACTION * gap))
         if answer is None:
             break
-        status = answer.status
-        shaped = np.clip(answer.solidity, low, 1.0)
-        shaped = rising(shaped, program.anchor) if drillable else shaped
-        feasible = toward_solid(program, gentle(program, shaped), low)
-        if feasible is not None and program.volume(feasible) < program.volume(found):
-            found = feasible
-        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.between))
-        if program.volume(found) - bound <= _GAP_FRACTION * gap * bound:
+        status, former, at = answer.status, at, feasible(answer.solidity)
+        found = min(found, at, key=program.volume)
+        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.between, program.volume(found)))
+        apart = program.volume(found) - bound
+        if apart <= _GAP_FRACTION * gap * bound:
             break
-        if rounds > 1 and before - (program.volume(found) - bound) <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
+        if rounds > 1 and before - apart <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
             break
-        former, at = at, np.clip(answer.solidity, low, 1.0)
-        # What linearisation adds to the volume is of second order in the distance from where it was made.
+        # What the model leaves out of the volume is of second order in the distance from where it was made.
         if float(np.abs(at - former).max()) ** 2 <= _GAP_FRACTION * gap:
             break
-    volume = program.volume(found)
     return Found(
-        found, volume, partial(float, bound), "cone program (Clarabel), its multipliers checked by tangents",
-        {"rounds": rounds, "solver_status": status or "none"}, doubt=program.stations.doubt(found),
+        found, program.volume(found), partial(float, bound),
+        "cone program (Clarabel), its multipliers checked by tangents",
+        {"rounds": rounds, "solver_status": status}, doubt=program.stations.doubt(found),
     )  # fmt: skip

@@ -221,15 +221,15 @@ class Neighbours:
     order: Array
 
 
-def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours) -> float:
+def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours, volume: float) -> float:
     """Return a lower bound of the volume under slope and monotonicity constraints between neighbours.
 
-    Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(1-u_i) + sqrt(1-u_{i+1}), and u
-    non-decreasing toward the middle. For fixed multipliers the Lagrangian separates into one function per station, s
-    (u + lambda g) + c u - k sqrt(1-u), each bounded from below over the whole of [l, 1]; the solver's u is not used.
-    Up to the knee, above which g is concave, the function is convex: tangent at the minimum located by bisection.
-    Beyond, on each subinterval, g lies above its chord and f above its midpoint tangent, and the remainder is
-    minimised in closed form.
+    Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(c -+ u_i) + sqrt(c -+ u_{i+1}), c =
+    (G/l)^2, and u non-decreasing toward the middle; ``volume`` is that of a feasible part. For fixed multipliers the
+    Lagrangian separates into one function per station, s (u + lambda g) + net u - pull sqrt(c -+ u), each bounded from
+    below over all u that a lighter part may have; the solver's u is not used. Up to a pin's knee, above which g is
+    concave, the function is convex: tangent at the minimum located by bisection. Beyond, on each subinterval, g lies
+    above its chord and f above its midpoint tangent, and the remainder is minimised in closed form.
     """
     pull, net = np.zeros_like(low), np.zeros_like(low)
     flow = between.rise - between.fall + between.order
@@ -237,31 +237,36 @@ def coupled_bound(program: Program, low: Array, multiplier: float, between: Neig
     net[1:] += flow
     pull[:-1] += (between.rise + between.fall) * between.reach
     pull[1:] += (between.rise + between.fall) * between.reach
+    if program.sought.kappa >= 0.0:
+        # No station of a lighter part exceeds its whole volume.
+        most = np.maximum(volume / program.share, low)
+        return float(np.sum(_bound_where_convex(program, low, most, multiplier, net, pull))) - multiplier
     knee = inflection(program.scene.material.poisson)
-    convex = np.where(low < knee, _bound_to_knee(program, np.minimum(low, knee), knee, multiplier, net, pull), np.inf)
+    up_to_knee = _bound_where_convex(program, np.minimum(low, knee), np.full_like(low, knee), multiplier, net, pull)
     beyond = _bound_beyond_knee(program, np.maximum(low, knee), multiplier, net, pull)
-    return float(np.sum(np.minimum(convex, beyond))) - multiplier
+    return float(np.sum(np.minimum(np.where(low < knee, up_to_knee, np.inf), beyond))) - multiplier
 
 
-def _bound_to_knee(
-    program: Program, low: Array, knee: float, multiplier: float, net: Array, pull: Array
+def _bound_where_convex(
+    program: Program, low: Array, most: Array, multiplier: float, net: Array, pull: Array
 ) -> Array:  # fmt: skip
-    """Return a lower bound of every station's term over [low, knee]."""
+    """Return a lower bound of every station's term over [low, most], where it is convex."""
+    sign, square = program.sought.sign, (program.sought.given / program.sought.unit) ** 2
 
     def at(u: Array) -> tuple[Array, Array]:
         value, slope = lagrangian(program, multiplier, u, enveloped=False)
-        root = np.sqrt(1.0 - u)
-        return value + net * u - pull * root, slope + net + 0.5 * pull / root
+        root = np.sqrt(square + sign * u)
+        return value + net * u - pull * root, slope + net - 0.5 * sign * pull / root
 
-    left, right = low.copy(), np.full_like(low, knee)
-    left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(left, 1e-12), left)
+    left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(low, 1e-12), low)
+    right = most
     for _ in range(60):
         middle = 0.5 * (left + right)
         falling = at(middle)[1] < 0.0
         left, right = np.where(falling, middle, left), np.where(falling, right, middle)
     u = 0.5 * (left + right)
     value, slope = at(u)
-    return value + np.where(slope > 0.0, slope * (low - u), slope * (knee - u))
+    return value + np.where(slope > 0.0, slope * (low - u), slope * (most - u))
 
 
 def _bound_beyond_knee(program: Program, low: Array, multiplier: float, net: Array, pull: Array) -> Array:

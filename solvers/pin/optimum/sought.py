@@ -67,12 +67,17 @@ class Sought(ABC):
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         """Return the stations whose hoop stress exceeds the allowable, and a description of the sizes concerned."""
 
+    @property
+    def thickest(self) -> float:
+        """Wall of the solid section; infinite for a bushing."""
+        return 1.0 if self.kappa < 0.0 else math.inf
+
     def fitted(self, walls: Array, length: float) -> Sought:
         """Return a copy with its length unit set, if that depends on the walls."""
         return self
 
     @property
-    def _sign(self) -> float:
+    def sign(self) -> float:
         """-1 if the given diameter is the outer one, 1 if it is the bore."""
         return -1.0 if self.kappa < 0.0 else 1.0
 
@@ -88,21 +93,21 @@ class Sought(ABC):
     def solidity_of(self, walls: Array) -> Array:
         """u of walls, t (2 G -+ t)/l^2."""
         scale = self.unit_diameter / self.unit
-        return (scale * walls) * (2.0 * self.given / self.unit + (self._sign * scale) * walls)
+        return (scale * walls) * (2.0 * self.given / self.unit + (self.sign * scale) * walls)
 
     def wall_of(self, u: Array) -> Array:
         """Walls of u without cancellation: t = z/(G + sqrt(G^2 +- z)), z = u l^2; 0 where u is not positive."""
         out = np.empty_like(u)
-        _walls_of(u, self.given / self.unit, self._sign, self.unit / self.unit_diameter, out)
+        _walls_of(u, self.given / self.unit, self.sign, self.unit / self.unit_diameter, out)
         return out
 
     def sizes(self, walls: Array) -> Array:
         """Sought diameter [m] of walls."""
-        return self.given + (self._sign * self.unit_diameter) * walls
+        return self.given + (self.sign * self.unit_diameter) * walls
 
     def thickness(self, sizes: Array) -> Array:
         """D - d [m] at sizes."""
-        return np.maximum(self._sign * (sizes - self.given), 0.0)
+        return np.maximum(self.sign * (sizes - self.given), 0.0)
 
     def mass_unit(self, scene: Scene) -> float:
         """Mass [kg] of a part with u = 1 throughout."""
@@ -116,12 +121,12 @@ class Sought(ABC):
         """
         t = self.thickness(sizes)
         a, b = t[:-1], t[1:]
-        mean = self.given * (a + b) + self._sign * (a * a + a * b + b * b) / 3.0
+        mean = self.given * (a + b) + self.sign * (a * a + a * b + b * b) / 3.0
         return scene.material.density * math.pi / 4.0 * float(np.diff(x) @ mean)
 
     def growth(self, thickest: float) -> float:
         """Maximum derivative of u with respect to t [1/m], up to the thickest t [m]."""
-        return 2.0 * (self.given + max(self._sign, 0.0) * thickest) / self.unit**2
+        return 2.0 * (self.given + max(self.sign, 0.0) * thickest) / self.unit**2
 
 
 class BoreSought(Sought):
@@ -209,6 +214,11 @@ class OutsideSought(Sought):
 
     def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
         return least_gap(constraints, self.given, floor, stations)
+
+    @property
+    def thickest(self) -> float:
+        """Wall of the solid section; infinite for a bushing."""
+        return 1.0 if self.kappa < 0.0 else math.inf
 
     def fitted(self, walls: Array, length: float) -> OutsideSought:
         return replace(self, unit=self.given or float(walls.max()) or length)

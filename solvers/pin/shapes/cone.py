@@ -19,7 +19,7 @@ from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.program import Program, folded, unfolded
 from solvers.pin.shapes.cone_bounds import branch_and_bound
-from solvers.pin.shapes.cone_sizes import bar_of, climb, size_of, workspace
+from solvers.pin.shapes.cone_sizes import bar_of, climb, corners_of, size_of, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, hollow, relative_bores
 from solvers.pin.stations.lobatto_panels import NODES
 
@@ -33,7 +33,7 @@ _CORNER_ERROR = 0.05
 _GRID = 9
 """Initial grid points in r and in c."""
 _MAX_REFINEMENTS = 12
-"""Maximum number of refinements of the stations around contact points."""
+"""Maximum number of refinements of corners, and of the stations around contact points."""
 _ZOOMS, _CLEARANCE, _SAMPLES = 4, 1e-2, np.linspace(0.0, 1.0, 17)
 """Zoom levels, relative clearance below which panels are checked between their stations, and samples per zoom."""
 
@@ -60,9 +60,10 @@ class Cone:
         grid = np.linspace(0.0, 1.0, _GRID), np.unique(np.linspace(c_low, 1.0, _GRID))
         bounds = dict.fromkeys((NARROWING, WIDENING), math.inf)
         left = dict.fromkeys(bounds, _MAX_BOXES[program.limit is not None])
+        ends: tuple[float, ...] = ()
         for _ in range(_MAX_REFINEMENTS):
-            straight = _CORNER_ERROR * wanted if self.cylinder else math.inf
-            bars = {NARROWING: bar_of(folded(looked_at)), WIDENING: bar_of(folded(looked_at), straight)}
+            corners = corners_of(folded(program), _CORNER_ERROR * wanted, ends) if self.cylinder else None
+            bars = {NARROWING: bar_of(folded(looked_at)), WIDENING: bar_of(folded(looked_at), corners)}
             found = {turn: climb(bar, turn, *grid, c_low, wanted, workspace(bar)) for turn, bar in bars.items()}
             for turn in sorted(found, key=found.get, reverse=True):
                 best = max(found.values())[0]
@@ -81,6 +82,7 @@ class Cone:
             size = size_of(bar, turn, r, c, 0.0, workspace(bar))
             if size * size * hollow(turn, r, c) >= gain * (1.0 - 0.2 * wanted):
                 break
+            ends = (*ends, c)
         most = max(bounds.values())
 
         def bored(half: Program) -> Array:

@@ -28,6 +28,9 @@ from solvers.pin.stations.opening import kinks
 Array = NDArray[np.float64]
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
 """Initial cells of the half for the widest bore at a cone's corner, and their minimum width."""
+_CORNER_RISE, _COARSE_CORNER = 1e-2, 1e-4
+"""Tolerance of a corner's bore between samples: its increase with the square of the distance from the best cones', and
+its maximum."""
 _EXACT = 1.2e-15
 """Relative width at which the bracket of a size has collapsed to rounding."""
 _MAX_STEPS = 120
@@ -58,32 +61,42 @@ class Bar(NamedTuple):
     corners: Array
 
 
-def bar_of(half: Program, straight: float = math.inf) -> Bar:
-    """Return a program of one half as cones need it, with corners to the tolerance ``straight`` if that is finite."""
+def bar_of(half: Program, corners: Array | None = None) -> Bar:
+    """Return a program of one half as cones need it, with ``corners_of`` it if cones are widest where they end."""
     g, slope, limit = half.scene.geometry, half.limits.max_slope, half.limit
     middle = 0.5 * g.length
     steep = math.inf if slope is None else slope * middle / g.outer_diameter
     return Bar(
         half.stations.x / middle, 1.0 - half.sought.wall_of(half.lower), half.share, half.bending, half.shear,
         half.law.a, half.law.b, math.inf if limit is None else limit, steep,
-        _corners(half, straight) if math.isfinite(straight) else np.empty((3, 0)),
+        np.empty((3, 0)) if corners is None else corners,
     )  # fmt: skip
 
 
-def _corners(half: Program, straight: float) -> Array:
-    """Return ``Bar.corners``, cells halved until the bore is linear in each to the tolerance, kinks included."""
+def corners_of(half: Program, straight: float, best: tuple[float, ...]) -> Array:
+    """Return ``Bar.corners``, cells halved until the bore is linear in each to a tolerance, kinks included.
+
+    It is ``straight`` at the positions ``best`` of corners and increases with the square of the distance from them.
+    """
     scene = half.scene
+
+    def bores(at: Array) -> Array:
+        return 1.0 - least_walls_at(scene, half.criterion, half.floor, 0.5 * scene.geometry.length * at)
+
     edges = np.union1d(np.linspace(0.0, 1.0, _MIN_CELLS + 1), kinks(scene))
     edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
+    bore = bores(edges)
     while True:
-        walls = least_walls_at(scene, half.criterion, half.floor, 0.5 * scene.geometry.length * edges)
-        bore, wide = 1.0 - walls, np.diff(edges)
+        wide = np.diff(edges)
         bend = np.abs(np.diff(np.diff(bore) / wide))
         above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-        cut = (above > straight) & (wide > 2.0 * _MIN_CELL_WIDTH)
-        if not cut.any():
+        away = np.min([np.maximum(edges[:-1] - c, c - edges[1:]) for c in best], axis=0, initial=1.0).clip(0.0)
+        tolerance = straight + np.minimum(_CORNER_RISE * away * away, _COARSE_CORNER)
+        cut = np.flatnonzero((above > tolerance) & (wide > 2.0 * _MIN_CELL_WIDTH))
+        if not cut.size:
             return np.stack([edges, bore, np.append(above, 0.0)])
-        edges = np.sort(np.concatenate([edges, 0.5 * (edges[:-1] + edges[1:])[cut]]))
+        middles = edges[cut] + 0.5 * wide[cut]
+        edges, bore = np.insert(edges, cut + 1, middles), np.insert(bore, cut + 1, bores(middles))
 
 
 @kernel

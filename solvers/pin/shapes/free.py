@@ -9,7 +9,6 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.errors import InvalidInput
 from solvers.pin.optimum.conic import sloped
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.optimum.found import Found
@@ -67,7 +66,6 @@ class Free:
 
     def find(self, program: Program, gap: float) -> Found | None:
         """See ``solvers.pin.optimum.found``."""
-        sought = program.sought
         low = rising(program.lower, program.anchor) if self.drillable else program.lower
         low = gentle(program, low)
         if (
@@ -75,10 +73,6 @@ class Free:
             and program.limit is not None
             and program.deflection(low) > program.limit
         ):
-            if sought.kappa >= 0.0:
-                raise InvalidInput(
-                    "limits.max_slope", "stands beside a deflection limit that shapes the bushing", "one of the two"
-                )
             return sloped(program, low, self.drillable, gap)
         weighed = weigh(program, low, self.drillable)
         if weighed is None:

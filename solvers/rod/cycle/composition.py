@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.cycle.section import Rippling
+from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import (
     FORCE,
     ROWS,
@@ -56,7 +56,7 @@ class Refinement(Protocol):
     def without_ringing(self) -> Refinement: ...
 
     @property
-    def ringing(self) -> Rippling | None: ...
+    def ringing(self) -> RingingShape | None: ...
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
         """Add to the series of V'' [1/m] and V [m] at the states' angles; return the additions to T [N], M0 [N m]."""

@@ -21,7 +21,7 @@ from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
 from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, rule_for
-from solvers.rod.cycle.section import Field, Rippling, strip_results
+from solvers.rod.cycle.section import Field, RingingShape, strip_results
 from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, fill_states
 
 Array = NDArray[np.float64]
@@ -35,7 +35,7 @@ _RADIANS_PER_PANEL, _POINTS, _MAX_FREQUENCY = 8.0, 16, 1500.0
 _RADIANS_PER_POINT = 1.5
 """Maximum phase of an oscillation per point [rad] in an initial panel; at 2 rad the last coefficients may be small by
 accident."""
-NO_RINGING = Rippling(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
+NO_RINGING = RingingShape(no_ripple(1, radau(10)), np.zeros((1, 1)), np.zeros((1, 1)), np.zeros(1), np.zeros(1), 0)
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class SampledCycle:
     field: Field
     side: Array
     moment: Array
-    ringing: Rippling
+    ringing: RingingShape
 
     @staticmethod
     def of(cycle: Cycle, tolerance: float, accuracy: float, initial: Panels | None = None) -> SampledCycle:
@@ -144,7 +144,7 @@ def _max_width(cycle: Cycle, rule: Rule) -> float:
 
 @kernel
 def _results(
-    field: Field, ringing: Rippling, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
+    field: Field, ringing: RingingShape, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
     tolerance: float, stations: int, strip_out: Array, guide_out: Array,
 ) -> float:  # fmt: skip
     """``SampledCycle.evaluate`` without the friction power."""

@@ -8,7 +8,7 @@ On both fibres a bracket starts at every station whose severity, or the parabola
 reach the maximum: the clamp and a section within the span compete, and in optimal strips they are equal.
 An iteration evaluates five sections of a bracket (``solvers.numerics.brackets``); at each the extrema over the
 revolution are those of polynomials (``solvers.numerics.panels``), or with superposed ringing those of both
-(``solvers.numerics.ripple_peaks``). Without ringing, ``rings`` is None, and kernels are compiled without it.
+(``solvers.numerics.ripple_peaks``). Without ringing, ``ringing`` is None, and kernels are compiled without it.
 """
 
 from __future__ import annotations
@@ -86,7 +86,7 @@ class Field(NamedTuple):
     inclined: bool
 
 
-class Rippling(NamedTuple):
+class RingingShape(NamedTuple):
     """Ringing superposed on a shape that is smooth between corners: a ripple with several parts, Legendre series over
     the strip of their V'' [1/m] and V [m] (terms, parts), and their T [N] and M0 [N m] (parts,). ``begins`` is the
     number of restarts per revolution."""
@@ -146,8 +146,9 @@ def _parts_at(series: Array, x: float) -> Array:
 
 @kernel
 def extremes_at(
-    field: Field, rings: Rippling | None, z: float, first: int, last: int, tolerance: float, work: Array, out: Array
-) -> None:
+    field: Field, ringing: RingingShape | None, z: float, first: int, last: int, tolerance: float, work: Array,
+    out: Array,
+) -> None:  # fmt: skip
     """Maximum and minimum over the revolution of the layers ``first`` … ``last`` - 1 at a section.
 
     ``tolerance`` is relative to the maximum magnitude of the layer. ``work`` has shape (3, n), ``out`` (3, 4).
@@ -157,23 +158,23 @@ def extremes_at(
         target = tolerance * largest(work[layer])
         for side in range(2):
             sign = 1.0 - 2.0 * side
-            if rings is None:
+            if ringing is None:
                 value, error, _ = greatest(field.edges, field.rule, work[layer], sign, target)
             else:
-                series = rings.deflection_series if layer == DEFLECTION else rings.curvature_series
+                series = ringing.deflection_series if layer == DEFLECTION else ringing.curvature_series
                 parts = _parts_at(series, 2.0 * z / field.length - 1.0)
                 if layer != DEFLECTION:
                     parts *= field.bending if layer == UPPER else -field.bending
                 value, error, _ = greatest_with_ripple(
-                    field.edges, field.rule, work[layer], sign, target, rings.ripple, parts,
-                    amplitude_bounds(rings.ripple, parts),
+                    field.edges, field.rule, work[layer], sign, target, ringing.ripple, parts,
+                    amplitude_bounds(ringing.ripple, parts),
                 )  # fmt: skip
             out[layer, 2 * side], out[layer, 2 * side + 1] = sign * value, error
 
 
 @kernel
 def strip_results(
-    field: Field, rings: Rippling | None, mean: float, lines: Array, parabola: Array, tolerance: float,
+    field: Field, ringing: RingingShape | None, mean: float, lines: Array, parabola: Array, tolerance: float,
     stations: int, out: Array,
 ) -> float:  # fmt: skip
     """Write fatigue, maximum stress and deflection to ``out`` (STRIP_RESULTS,); return the maximum relative error of
@@ -183,7 +184,7 @@ def strip_results(
     """
     table, work = np.empty((stations, 3, 4)), np.empty((3, field.side.size))
     for j in range(stations):
-        extremes_at(field, rings, field.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
+        extremes_at(field, ringing, field.length * j / (stations - 1), 0, 3, tolerance, work, table[j])
     error = 0.0
     for result in range(3):
         diagram, curve = lines.copy(), parabola.copy()
@@ -195,7 +196,7 @@ def strip_results(
                     diagram[side, line, 2] += mean * diagram[side, line, 1]
             curve[2] += mean
         layers = DEFLECTION_LAYERS if result == 2 else FIBRE_LAYERS
-        rows = peaks(field, rings, work, table, layers[0], layers[1], diagram, curve, tolerance, result == 0)
+        rows = peaks(field, ringing, work, table, layers[0], layers[1], diagram, curve, tolerance, result == 0)
         best = 0
         for k in range(rows.shape[0]):
             best = k if rows[k, VALUE] > rows[best, VALUE] else best
@@ -216,7 +217,7 @@ def strip_results(
 
 @kernel
 def peaks(
-    field: Field, rings: Rippling | None, work: Array, table: Array, first: int, last: int, lines: Array,
+    field: Field, ringing: RingingShape | None, work: Array, table: Array, first: int, last: int, lines: Array,
     parabola: Array, tolerance: float, located: bool,
 ) -> Array:  # fmt: skip
     """Local maxima along the strip of a severity of the layers ``first`` … ``last`` - 1, one per row (see ``VALUE`` …).
@@ -261,7 +262,7 @@ def peaks(
             for _ in range(MOST_ROUNDS if error > 0.0 else 0):
                 trial_points(place, value, points)
                 for m in range(5):
-                    extremes_at(field, rings, points[m], layer, layer + 1, 0.01 * tolerance, work, extremes)
+                    extremes_at(field, ringing, points[m], layer, layer + 1, 0.01 * tolerance, work, extremes)
                     trials[m] = utilisation_of(extremes[layer, MAXIMUM], extremes[layer, MINIMUM], lines, parabola)
                 error = narrow(place, value, points, trials)
                 top = max(top, value[1])
@@ -274,9 +275,11 @@ def peaks(
                 continue
             z, z_error = place[1], 0.0
             if located and 0.0 < z < length:
-                z, z_error = _locate_peak(field, rings, layer, z, lines, parabola, tolerance, work, extremes)
+                z, z_error = _locate_peak(field, ringing, layer, z, lines, parabola, tolerance, work, extremes)
             rows.append(
-                _peak_row(field, rings, layer, z, z_error, value[1], error, lines, parabola, tolerance, work, extremes)
+                _peak_row(
+                    field, ringing, layer, z, z_error, value[1], error, lines, parabola, tolerance, work, extremes
+                )
             )
     out = np.empty((len(rows), PEAK_COLUMNS))
     for k in range(len(rows)):
@@ -287,7 +290,7 @@ def peaks(
 
 @kernel
 def _peak_row(
-    field: Field, rings: Rippling | None, layer: int, z: float, z_error: float, value: float, error: float,
+    field: Field, ringing: RingingShape | None, layer: int, z: float, z_error: float, value: float, error: float,
     lines: Array, parabola: Array, tolerance: float, work: Array, extremes: Array,
 ) -> Array:  # fmt: skip
     """The row of one peak, with the effect of the error of its section on amplitude and mean."""
@@ -295,15 +298,14 @@ def _peak_row(
     amplitude, midpoint = np.empty(3), np.empty(3)
     for k in range(3 if z_error > 0.0 else 1):
         section = min(max(z + (0.0, -z_error, z_error)[k], 0.0), field.length)
-        extremes_at(field, rings, section, layer, layer + 1, 0.01 * tolerance, work, extremes)
+        extremes_at(field, ringing, section, layer, layer + 1, 0.01 * tolerance, work, extremes)
         high, low = extremes[layer, MAXIMUM], extremes[layer, MINIMUM]
         amplitude[k], midpoint[k] = 0.5 * (high - low), 0.5 * (high + low)
         if k == 0:
             extreme_error = extremes[layer, MAXIMUM_ERROR] + extremes[layer, MINIMUM_ERROR]
             severity = utilisation_of(high, low, lines, parabola)
-            upper_severity = utilisation_of(
-                high + extremes[layer, MAXIMUM_ERROR], low - extremes[layer, MINIMUM_ERROR], lines, parabola
-            )
+            upper, lower = high + extremes[layer, MAXIMUM_ERROR], low - extremes[layer, MINIMUM_ERROR]
+            upper_severity = utilisation_of(upper, lower, lines, parabola)
             out[VALUE], out[ERROR] = max(severity, value), error + max(upper_severity - severity, 0.0)
             out[LAYER], out[SECTION], out[HIGH], out[LOW] = layer, section, high, low
             out[SECTION_EFFECT] = extreme_error
@@ -317,7 +319,7 @@ def _peak_row(
 
 @kernel
 def _locate_peak(
-    field: Field, rings: Rippling | None, layer: int, section: float, lines: Array, parabola: Array,
+    field: Field, ringing: RingingShape | None, layer: int, section: float, lines: Array, parabola: Array,
     tolerance: float, work: Array, extremes: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the section of a smooth peak and its uncertainty.
@@ -331,7 +333,7 @@ def _locate_peak(
     while width > _MIN_SPACING * length:
         greatest_value = 0.0
         for k in range(values.size):
-            extremes_at(field, rings, section + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, work, extremes)
+            extremes_at(field, ringing, section + width * _STEPS[k], layer, layer + 1, 1e-4 * tolerance, work, extremes)
             values[k] = utilisation_of(extremes[layer, MAXIMUM], extremes[layer, MINIMUM], lines, parabola)
             greatest_value = max(greatest_value, values[k])
         # Subtract the middle value, which would otherwise dominate the rounding errors of the fit.

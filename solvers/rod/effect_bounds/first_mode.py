@@ -25,6 +25,7 @@ assumed minimum of |sin| of half of it, which holds in seven of eight cases."""
 _TURN = 2.0 * math.pi
 _MIN_SINE = 1e-3
 _MAX_STEP_RATIO = 4.0
+"""Ratio of neighbouring steps up to which the parabola through three values is trusted for their slope."""
 _MIN_DECAY = 1e-200
 
 
@@ -45,8 +46,8 @@ def first_mode_response(
     larger of both sides of a jump), the amplitude of its free vibration, and its phase, from c (``projection``) and
     Omega there.
 
-    For a ``smooth`` load c'' is continuous and the angles are uniform; otherwise c'' has jumps, at the ``ends``
-    of the load. ``sine_reduction`` reduces ``Phase.sine``; if it is negative the uncertainty of the phase does.
+    For a ``smooth`` load c'' is continuous and the angles are uniform; otherwise c'' has jumps where a piece of the
+    load ``ends``. ``Phase.sine`` is reduced by ``sine_reduction`` or, if that is negative, by the phase's uncertainty.
     """
     n = angle.size
     width, start, end, slope_jump = np.empty(n), np.empty(n), np.empty(n), np.zeros(n)

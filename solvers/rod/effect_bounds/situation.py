@@ -119,10 +119,10 @@ class Revolution:
 
 def _finer_count(revolution: Revolution, found: CorrectedRevolution) -> int | None:
     """Return the number of uniform angles required by the first mode if it exceeds the present one; None if no
-    admissible number suffices, or if that mode hardly moves.
+    admissible number suffices or the mode's motion is negligible.
 
-    Smooth loads hardly make the mode ring, but its excitation must be resolved. Corners and jumps do; only if the
-    mode's motion is resolved the phases of their contributions are known, otherwise their amplitudes are added.
+    A smooth load excites little ringing, but the excitation must be resolved. Ringing after corners and jumps has known
+    phases only if the mode's motion is resolved; otherwise the amplitudes are added.
     """
     uniform, phase = revolution.sampling.uniform, found.frequency * TURN
     if revolution.smooth:

@@ -78,7 +78,7 @@ def stationarity(
     for constraint in CONSTRAINTS:
         if constraint.row not in limits:
             continue
-        sign, limit = (-1.0 if constraint.least else 1.0), limits[constraint.row]
+        sign, limit = (-1.0 if constraint.is_minimum else 1.0), limits[constraint.row]
         parts = (rows.STABILITY, rows.SIDEWAYS) if constraint.row == rows.STABILITY else layout.parts(constraint.row)
         for row in parts:
             if abs(values[row] - limit) < tolerance:

@@ -28,7 +28,7 @@ from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle
-from solvers.rod.cycle.section import Rippling
+from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import ANGLE
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, states_at
@@ -123,6 +123,11 @@ class SteadyVibration:
         return self.motion.highest_frequency
 
     @property
+    def few_corners(self) -> bool:
+        """Whether there are fewer corners than those of a table."""
+        return self.excitation.corners.size <= FEW_CORNERS
+
+    @property
     def curvature_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._unit_curvature.shape[0]
@@ -137,11 +142,11 @@ class SteadyVibration:
         return replace(self, motion=self.motion.without_ringing) if self.motion.ringing.modes else self
 
     @cached_property
-    def ringing(self) -> Rippling:
+    def ringing(self) -> RingingShape:
         """V'', V, T and M0 of the ringing."""
         side, moment = self._unit_reactions
         begins = self.excitation.corners.size
-        return Rippling(self.motion.ringing, self._unit_curvature, self._unit_deflection, side, moment, begins)
+        return RingingShape(self.motion.ringing, self._unit_curvature, self._unit_deflection, side, moment, begins)
 
     @cached_property
     def _unit_curvature(self) -> Array:
@@ -211,15 +216,14 @@ def add_amplitudes(
 def _vibration(cycle: Cycle) -> SteadyVibration:
     """Compute to half the cycle's tolerance; if that requires elements too narrow for series, to the least error found
     with larger tolerances."""
-    tolerance = max(0.5 * cycle.tolerance, LEAST_ERROR)
-    best = _resolved(cycle, tolerance)
-    while (
-        best.error > _FAR_FROM_TOLERANCE * tolerance
-        and tolerance < _LARGEST_TOLERANCE
-        and best.excitation.corners.size <= FEW_CORNERS
+    tolerance, best = max(0.5 * cycle.tolerance, LEAST_ERROR), None
+    while best is None or (
+        best.error > _FAR_FROM_TOLERANCE * tolerance and tolerance < _LARGEST_TOLERANCE and best.few_corners
     ):
+        vibration = _resolved(cycle, tolerance, optional=tolerance < _LARGEST_TOLERANCE)
+        known = (each for each in (best, vibration) if each is not None)
+        best = min(known, key=lambda each: each.error, default=None)
         tolerance *= _RELAXATION
-        best = min(best, _resolved(cycle, tolerance), key=lambda vibration: vibration.error)
     if best.motion.amplification > _RESONANT_AMPLIFICATION and not best.error < _LARGEST_ERROR:
         if best.motion.errors.excited > _LARGEST_ERROR:
             raise unknown_vibration()
@@ -259,27 +263,41 @@ def _vibration_of(found: Motion, excitation: Excitation, frequency: float) -> St
     return SteadyVibration(found, found.errors.total, found.errors.of_mean(min(remainder, 1.0)), excitation)
 
 
-def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
+def _resolved(cycle: Cycle, tolerance: float, *, optional: bool) -> SteadyVibration | None:
     """Compute motions of increasing resolution, refined where the error is largest, until the tolerance is met or
-    refinement no longer helps."""
+    refinement no longer helps. None, if ``optional``, where more slow modes are required than are affordable, as under
+    steep rises of the pressure."""
     excitation = Excitation.of(cycle, 0.1 * tolerance)
     level = sum(tolerance < bound for bound in (_LEVELS_WITH_CORNERS if excitation.corners.size else _LEVELS))
-    equation = _equation(cycle, excitation, level)
-    slow, step = _slow_modes(equation, excitation, tolerance), _largest_step(excitation, tolerance)
+    equation, step = _equation(cycle, excitation, level), _largest_step(excitation, tolerance)
+    slow, many = _slow_modes(equation, excitation, tolerance), excitation.corners.size > FEW_CORNERS
+    # Enough polynomials to represent the slow modes, except under a table, where fewer of them are better than fewer
+    # slow modes.
+    while not many and _known_modes(level) < slow and level + 1 < len(POLYNOMIAL_COUNTS):
+        level += 1
+        equation = _equation(cycle, excitation, level)
+        slow = _slow_modes(equation, excitation, tolerance)
     for lower in range(level, -1, -1):
-        # Fewer polynomials are better than fewer slow modes; but if no lower level makes all of them affordable, both
-        # are needed.
         candidate = _equation(cycle, excitation, lower) if lower < level else equation
-        if _affordable(candidate, excitation, slow, step) >= slow:
+        represents = many or lower == level or _known_modes(lower) >= slow
+        if represents and _affordable(candidate, excitation, slow, step, MOST_WORK) >= slow:
             level, equation = lower, candidate
             break
-    many = excitation.corners.size > FEW_CORNERS
+    if not many and _affordable(equation, excitation, slow, step, MOST_WORK) < slow - 1:
+        if optional:
+            return None
+        affordable_work = ENOUGH_WORK if cycle.tolerance < _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS
+        level, known = -1, -1
+        while known < slow:
+            level += 1
+            equation = _equation(cycle, excitation, level)
+            known, slow = _known_modes(level), _affordable(equation, excitation, slow, step, affordable_work)
     work_limit = (
         (_ENOUGH_WORK_LOW_ACCURACY if tolerance > _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS) if many else ENOUGH_WORK
     )
     best, fruitless, previous, work = None, 0, np.inf, 0.0
     for _ in range(_MAX_ATTEMPTS):
-        slow = _affordable(equation, excitation, slow, step)
+        slow = _affordable(equation, excitation, slow, step, MOST_WORK)
         found = motion(equation, excitation, slow, step, tolerance)
         errors, fruitless = found.errors, fruitless + 1
         work += _work_with_corners(found, level) if many else _work(found.edges.size - 1, slow, equation.masses.size)
@@ -316,10 +334,14 @@ def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
 def _sufficient_level(level: int, errors: Errors, tolerance: float, decay: float) -> int:
     """Level expected to suffice by the decrease of the error; beyond the last one if none does, as with noise, where a
     further attempt is not worth its time."""
-    known = lambda number: (POLYNOMIAL_COUNTS[number] - 1) // 2 - 1  # noqa: E731
-    required = known(level) * (2.0 * max(errors.omitted, errors.space) / tolerance) ** (1.0 / decay)
+    required = _known_modes(level) * (2.0 * max(errors.omitted, errors.space) / tolerance) ** (1.0 / decay)
     higher = range(level + 1, len(POLYNOMIAL_COUNTS))
-    return next((number for number in higher if known(number) >= required), len(POLYNOMIAL_COUNTS))
+    return next((number for number in higher if _known_modes(number) >= required), len(POLYNOMIAL_COUNTS))
+
+
+def _known_modes(level: int) -> int:
+    """Number of modes that the polynomials of a level represent (``omitted.known_modes``)."""
+    return (POLYNOMIAL_COUNTS[level] - 1) // 2 - 1
 
 
 def _largest_step(excitation: Excitation, tolerance: float) -> float:
@@ -352,10 +374,10 @@ def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, 
     return where & (half_phase > _LEAST_HALF_PHASE)
 
 
-def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float) -> int:
+def _affordable(equation: StripEquation, excitation: Excitation, slow: int, step: float, work_limit: float) -> int:
     """Number of slow modes within the limit of the work, at most ``slow``."""
     for m in range(min(slow, equation.masses.size), 0, -1):
-        if _expected_work(equation, excitation, m, step) <= MOST_WORK:
+        if _expected_work(equation, excitation, m, step) <= work_limit:
             return m
     return 0
 

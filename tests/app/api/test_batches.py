@@ -135,6 +135,30 @@ def test_csv_in_and_out(client: TestClient) -> None:
     assert chosen.splitlines() == ["index,mass_g", *(f"{row['index']},{row['mass_g']!r}" for row in lines[:2])]
 
 
+@pytest.mark.parametrize(
+    ("query", "pointer", "detail"),
+    [
+        ("fields=mass", "/fields", "has mass, which is no column; did you mean mass_g?"),
+        ("fields=mass_g,verdict.summary", "/fields", "has verdict.summary, which is no column"),
+        ("status=suceeded", "/status", "has suceeded, which is no status; did you mean succeeded?"),
+        ("field=mass_g", "/field", "is no parameter of this address; did you mean fields?"),
+    ],
+)
+def test_a_column_that_no_batch_has_is_refused(client: TestClient, query: str, pointer: str, detail: str) -> None:
+    batch = ended(client, submit(client, json.dumps(pin(4321.0)).encode()))
+    answer = client.get(f"{batch['links']['results']}?{query}")
+    assert answer.status_code == 422
+    assert [(error["pointer"], error["detail"]) for error in answer.json()["errors"]] == [(pointer, detail)]
+
+
+def test_every_column_can_be_asked_for(client: TestClient) -> None:
+    batch = ended(client, submit(client, json.dumps(pin(4321.0)).encode()))
+    [row] = rows_of(client, batch)
+    names = [*row, "geometry.gap_mm", "material.density_kg_m3"]
+    [chosen] = rows_of(client, batch, "?fields=" + ",".join(names))
+    assert chosen == {**row, "geometry.gap_mm": PIN["geometry"]["gap_mm"], "material.density_kg_m3": 7850}
+
+
 def test_numbers_of_a_table_as_programs_write_them() -> None:
     source = Source("csv", ("name", "load.force_n"), frozenset({"name"}))
 

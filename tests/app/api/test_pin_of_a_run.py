@@ -75,6 +75,12 @@ def test_unsuitable_runs_are_refused_with_their_location(client, source):
         (entry,) = refused.json()["errors"]
         assert entry["pointer"] == "/load/run_id"
         assert words in entry["detail"]
-    for load, pointer in (({}, "/load/force_n"), ({"force_n": -1}, "/load/force_n"), ({"kind": "run"}, "/load/run_id")):
+    for load, pointer in (
+        ({}, "/load/force_n"),
+        ({"force_n": -1}, "/load/force_n"),
+        ({"kind": "run"}, "/load/run_id"),
+        ({"run_id": source["id"]}, "/load/kind"),
+        ({"kind": "runs", "run_id": source["id"]}, "/load/kind"),
+    ):
         refused = client.post(PATHS[Mode.CHECK], json={**PIN.example(Mode.CHECK), "load": load})
         assert [e["pointer"] for e in refused.json()["errors"]] == [pointer]

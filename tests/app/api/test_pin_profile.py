@@ -219,6 +219,9 @@ def test_an_excluded_effect_that_a_limit_needs_is_named_at_both_ends(client, des
     assert answer.status_code == 422
     pointers = [entry["pointer"] for entry in answer.json()["errors"]]
     assert pointers == ["/effects/exclude", "/limits/max_ovalization_um"]
+    for error in answer.json()["errors"]:
+        assert error["detail"] == "the effect 'ovalization' is excluded but 'limits.max_ovalization_um' needs it"
+        assert error["allowed"] == "keep 'ovalization', or drop 'limits.max_ovalization_um'"
 
 
 def test_an_excluded_effects_results_do_not_exist(client, check):

@@ -238,3 +238,28 @@ def test_invisible_characters_are_removed_from_names(client, check_request):
 @pytest.mark.parametrize("path", ["/api/v1/runs/a%00b", "/runs/a%00b", "/api/v1/runs/a%00b/plots/x"])
 def test_an_id_with_nul_is_not_found(client, path):
     assert client.get(path).status_code == 404
+
+
+@pytest.mark.parametrize(
+    ("path", "pointer", "detail"),
+    [
+        ("runs?stauts=failed", "/stauts", "is no parameter of this address; did you mean status?"),
+        ("runs?limit=5&limit=6", "/limit", "appears more than once"),
+        ("runs?kind=flexible-rods", "/kind", "is none of the kinds; did you mean flexible-rod?"),
+        ("batches?kind=pin", "/kind", "is none of the kinds"),
+        ("batches?staus=ended", "/staus", "is no parameter of this address; did you mean status?"),
+        ("runs/none?name=x", "/name", "is no parameter of this address"),
+        ("runs/none/exports/step?angle=30", "/angle", "is no parameter of this address; did you mean angle_deg?"),
+    ],
+)
+def test_a_misspelt_query_is_refused_at_its_name(client, path, pointer, detail):
+    answer = client.get(f"/api/v1/{path}")
+    assert answer.status_code == 422
+    assert [(error["pointer"], error["detail"]) for error in answer.json()["errors"]] == [(pointer, detail)]
+
+
+def test_a_name_in_capitals_is_recognised(client, check_request):
+    body = {**check_request, "Dimensions": check_request["dimensions"]}
+    del body["dimensions"]
+    errors = {e["pointer"]: e["detail"] for e in client.post(CHECKS, json=body).json()["errors"]}
+    assert errors == {"/dimensions": "is missing", "/Dimensions": "is no field; did you mean dimensions?"}

@@ -7,6 +7,9 @@ import time
 
 import pytest
 
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
 CORE = {
     "include": ["beam_column", "friction"],
     "exclude": ["reciprocating_inertia", "rod_inertia", "large_displacement", "shear", "friction_feedback"],
@@ -132,6 +135,20 @@ def test_a_design_can_be_solved_asynchronously(client, design_request):
         assert time.monotonic() < deadline
         time.sleep(0.1)
     assert run["status"] == "succeeded"
+
+
+@pytest.mark.parametrize("path", ["checks/flexible-rod", "checks/pin-profile", "analyses/crank-masses"])
+def test_checks_and_analyses_can_be_solved_asynchronously(client, path):
+    kind = KINDS[path.partition("/")[2]]
+    mode = Mode.CHECK if path.startswith("checks") else Mode.ANALYSIS
+    body = {**kind.example(mode), "name": "later"}
+    answer = client.post(f"/api/v1/{path}", json=body, headers={"Prefer": "respond-async"})
+    assert (answer.status_code, answer.headers["retry-after"]) == (202, "1")
+    deadline = time.monotonic() + 60
+    while (run := client.get(answer.headers["location"]).json())["status"] in ("queued", "running"):
+        assert time.monotonic() < deadline
+        time.sleep(0.05)
+    assert run["result"] == client.post(f"/api/v1/{path}", json=body).json()["result"]
 
 
 def test_a_study_reports_progress(client, check_request):

@@ -313,3 +313,13 @@ def test_a_design_whose_optimum_is_in_doubt_is_judged_by_its_figures(monkeypatch
 @pytest.mark.parametrize(("slug", "mode"), JUDGED)
 def test_no_example_is_in_doubt(slug, mode, accuracy):
     assert answered(slug, mode, {"accuracy": accuracy}).verdict["certain"] is True
+
+
+def test_a_strip_that_buckles_by_friction_alone_is_told_so():
+    """Its safety is 1, which is no reason: it said "1 where at least 1 is required"."""
+    verdict = answered("flexible-rod", Mode.CHECK, {"piston": {"skirt_length_mm": 0.027}}).verdict
+    assert governing(verdict)["reached"] == 1.0 and not verdict["holds"]
+    assert verdict["summary"] == (
+        "It does not hold: the strip buckles under what friction adds to its compression. "
+        "2 more of 3 criteria are not met."
+    )

@@ -10,6 +10,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solvers import linkage
+from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
 from solvers.linkage.mechanism.kinematics import of_family
 from solvers.linkage.steady_state.periodic_solution import after_blow, rocker_inertia, steady_running
 from tests.solvers.linkage.machines import CLEANER
@@ -25,7 +26,7 @@ def in_time(speed: float) -> tuple[float, float]:
     def motion(_: float, state: np.ndarray) -> list[float]:
         phi, w = state
         at = phi if phi <= math.pi else min(phi - 2 * math.pi, -1e-300)
-        u, slope = float(BAR.transfer(at)), float(BAR.transfer_slope(at))
+        u, slope = (float(row[0]) for row in transfer_and_slope(BAR.coefficients, np.array([at])))
         total = DRIVE.crank_inertia + inertia * u * u
         torque = DRIVE.motor.stall_torque * (1 - w / DRIVE.motor.free_speed)
         return [w, (torque - inertia * u * slope * w * w) / total]

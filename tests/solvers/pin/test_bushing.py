@@ -8,6 +8,7 @@ import math
 import mpmath as mp
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from solvers import pin
 from solvers.errors import InvalidInput
@@ -20,6 +21,7 @@ from solvers.pin.optimum.lagrangian import weigh
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
 from solvers.pin.section.least_wall import least_gap
 from solvers.pin.section.strength import strength_constraints, uses
+from solvers.pin.shapes.free import Free
 from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
@@ -239,9 +241,54 @@ def test_a_slope_is_kept_exactly():
     outcome = pin.design(pin.PinProblem(SCENE, pin.Limits(max_slope=0.3)), accuracy=1e-6)
     along = outcome.value.check.along
     assert np.all(np.abs(np.diff(along.outer)) <= 0.3 * np.diff(along.x) * (1 + 1e-9) + 1e-15)
-    with pytest.raises(InvalidInput) as refusal:
-        pin.design(pin.PinProblem(SCENE, pin.Limits(max_slope=0.3, max_deflection=1e-6)))
-    assert refusal.value.field == "limits.max_slope"
+
+
+@pytest.mark.parametrize("bore", [14e-3, 0.0])
+@pytest.mark.parametrize(("deflection", "slope"), [(8e-6, 0.3), (1e-6, 1.0), (5e-6, 0.05)])
+def test_slope_beside_deflection_against_a_general_optimiser(bore, deflection, slope):
+    """The outer diameters at the stations by scipy's SLSQP: as heavy, and not lighter than the bound."""
+    scene = with_bore(bore)
+    p = assemble(
+        scene, pin.Limits(max_deflection=deflection, max_slope=slope), PAPER, Physics(), opening_stations(scene)
+    )
+    found = Free().find(p, 1e-8)
+    unit, x = p.sought.unit, p.stations.x / p.sought.unit
+
+    def u_of(outer):
+        return outer**2 - (bore / unit) ** 2
+
+    least = np.sqrt(p.lower + (bore / unit) ** 2)
+    steps = np.eye(x.size)[1:] - np.eye(x.size)[:-1]
+    reach = slope * np.diff(x)
+    start = np.full_like(least, least.max())
+    while p.deflection(u_of(start)) > deflection:
+        start *= 1.1
+    sought = minimize(
+        lambda outer: p.volume(u_of(outer)) / found.volume, start,
+        jac=lambda outer: 2.0 * p.share * outer / found.volume,
+        bounds=[(low, None) for low in least], method="SLSQP", options={"maxiter": 1000, "ftol": 1e-13},
+        constraints=[
+            {"type": "ineq", "fun": lambda outer: 1.0 - p.deflection(u_of(outer)) / deflection},
+            {"type": "ineq", "fun": lambda outer: reach - steps @ outer, "jac": lambda outer: -steps},
+            {"type": "ineq", "fun": lambda outer: reach + steps @ outer, "jac": lambda outer: steps},
+        ],
+    )  # fmt: skip
+    assert sought.fun == pytest.approx(1.0, abs=1e-6)
+    assert sought.fun >= found.bound / found.volume - 1e-8
+    outer = np.sqrt(found.solidity + (bore / unit) ** 2)
+    assert np.all(np.abs(steps @ outer) <= reach + 1e-12 * outer.max())
+    assert p.deflection(found.solidity) <= deflection
+    assert found.volume / found.bound - 1.0 <= 1e-8
+
+
+@pytest.mark.parametrize("form", [pin.Free(), pin.Free(drillable=True)])
+def test_slope_beside_deflection_is_certified_and_kept(form):
+    limits = pin.Limits(max_slope=0.3, max_deflection=8e-6)
+    outcome = pin.design(pin.PinProblem(SCENE, limits, form), accuracy=1e-6)
+    along = outcome.value.check.along
+    assert outcome.accuracy.met and 0.0 <= outcome.certificate.gap <= 1e-8
+    assert outcome.value.check.deflection == pytest.approx(8e-6, rel=1e-6)
+    assert np.all(np.abs(np.diff(along.outer)) <= 0.3 * np.diff(along.x) * (1 + 1e-9) + 1e-15)
 
 
 def test_further_cases_and_both_halves():

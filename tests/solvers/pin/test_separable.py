@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.optimum.conic import reaches, sloped, toward_solid
+from solvers.pin.optimum.conic import reaches, sloped, thickened
 from solvers.pin.optimum.dual_bound import (
     Neighbours,
     coupled_bound,
@@ -293,12 +293,13 @@ def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(lim
     lightest = np.inf
     for _ in range(60):
         wave = np.interp(p.stations.x, np.linspace(0.0, 0.04, 6), rng.uniform(0.0, 1.0, 6))
-        u = toward_solid(p, gentle(p, np.maximum(low, wave)), low)
+        u = thickened(p, gentle(p, np.maximum(low, wave)))
         lightest = min(lightest, p.volume(u))
     n = low.size - 1
     for size in 10.0 ** rng.uniform(-4.0, 0.5, 60):
         rise, fall = size * rng.uniform(0.0, 1.0, (2, n)) * (rng.uniform(0.0, 1.0, (2, n)) < 0.5)
-        bound = coupled_bound(p, low, 10.0 ** rng.uniform(-3.0, 1.0), Neighbours(rise, fall, reach, np.zeros(n)))
+        between = Neighbours(rise, fall, reach, np.zeros(n))
+        bound = coupled_bound(p, low, 10.0 ** rng.uniform(-3.0, 1.0), between, lightest)
         assert bound <= lightest
 
 

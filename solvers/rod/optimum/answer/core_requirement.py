@@ -47,7 +47,7 @@ class CoreOptima:
     def best(self, r: Constraint, limits: Limits) -> Best | None:
         """The best value of the result limited by ``r`` under ``limits``; None if these are infeasible."""
         if r is not _YIELD:
-            return self._search(self.cycle, OBJECTIVES[r.serves], limits)
+            return self._search(self.cycle, OBJECTIVES[r.objective], limits)
         if rows.UTILISATION not in limits:
             return self._yield_safety_alone(limits)
         return self._yield_safety(limits)
@@ -73,7 +73,7 @@ class CoreOptima:
     def _yield_safety_alone(self, limits: Limits) -> Best | None:
         """Maximum yield safety without a fatigue requirement, so that the Haigh diagram can represent stress."""
         max_stress = Diagram(GREATEST.lines / self.scene.material.yield_strength, GREATEST.parabola)
-        return self._search(replace(self.cycle, diagram=max_stress), OBJECTIVES[_YIELD.serves], limits)
+        return self._search(replace(self.cycle, diagram=max_stress), OBJECTIVES[_YIELD.objective], limits)
 
     def _yield_safety(self, limits: Limits) -> Best | None:
         """Maximum yield safety under a fatigue requirement, by bisection."""

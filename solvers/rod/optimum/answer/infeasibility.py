@@ -57,7 +57,7 @@ class _Entry(NamedTuple):
         attainable, required = self.shortfall.attainable, self.shortfall.required
         if attainable is None:
             return True
-        return attainable < required if self.requirement.least else attainable > required
+        return attainable < required if self.requirement.is_minimum else attainable > required
 
 
 @dataclass
@@ -70,7 +70,7 @@ class _Diagnosis:
 
     def __post_init__(self) -> None:
         self.asked = self.full.problem.requirements
-        self.requirements = [constraint for constraint, _ in self.asked.asked()]
+        self.requirements = [constraint for constraint, _ in self.asked.requested()]
 
     def entries(self) -> list[_Entry]:
         for r, attained in self.full.known(self.requirements).items():
@@ -130,7 +130,7 @@ class _Diagnosis:
         if found is not None:
             return found
         values = [one for opponent in opponents if (one := self.core.best(r, self.limits_of(opponent))) is not None]
-        return (min if r.least else max)(values, key=lambda one: one.value, default=None)
+        return (min if r.is_minimum else max)(values, key=lambda one: one.value, default=None)
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
         """The best value under all other requirements except ``but``, on the full model if that takes little time."""

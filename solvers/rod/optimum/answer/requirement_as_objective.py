@@ -65,7 +65,7 @@ class RequirementsAsObjectives:
     def _with_objective(self, c: Constraint) -> RodProblem:
         p = self.problem
         without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-        return replace(p, objective=OBJECTIVES[c.serves], requirements=without)
+        return replace(p, objective=OBJECTIVES[c.objective], requirements=without)
 
     def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
         """The optima found so far."""

@@ -65,8 +65,9 @@ class FullModel:
     ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
     counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
     as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
-    is ``fine``; what they change beside a strip is that of strips of a ``coarse`` model, if there is one. ``watch`` is
-    called before each strip and check and may raise OutOfTime.
+    is ``fine``; what they change beside a strip is that of strips of a ``coarse`` model, if there is one: differences
+    between strips of one resolution are as good. ``watch`` is called before each strip and check and may raise
+    OutOfTime.
     """
 
     scene: Scene
@@ -134,9 +135,9 @@ class FullModel:
         effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
         return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, curved=True)
 
-    def finer(self, coarse: FullModel) -> FullModel:
+    def finer(self, coarse: FullModel | None = None) -> FullModel:
         """The same with corrections to second order over short steps and rows as good as checks; its checks are the
-        same. Differences between strips of one resolution are as good at that of a ``coarse`` model."""
+        same."""
         return replace(self._anew(), fine=True, curved=True, coarse=coarse)
 
     def _anew(self) -> FullModel:
@@ -224,6 +225,8 @@ class FullModel:
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
         """One that serves a strip: one of the last, or a new one around it."""
+        if self.coarse is not None and self.textured:
+            return self.coarse._stencil_for(d)
         for stencil in self._stencils:
             if stencil.serves(d):
                 return stencil

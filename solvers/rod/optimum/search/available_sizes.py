@@ -45,7 +45,7 @@ _STEPS = 2
 
 def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
-    explored = context.explored()
+    explored = context.explored(starts[0])
     # The search for any admissible strip may have ended at sizes that are not to be had.
     explored.ends = [end for end in explored.ends if context.available(end.best.outcome.value.dimensions)]
     optimum = _optimum(explored, starts)

@@ -41,7 +41,9 @@ def with_finer_checks(context: Context, optimum: Optimum, within: Bounds) -> tup
         return context, optimum
     task = replace(context.task, guard=finer * context.task.guard)
     model = context.model.at_accuracy(finer * accuracy)
-    sharper = replace(context, model=model.finer(context.rough.model) if model.rings else model, task=task, rough=None)
+    if model.rings:
+        model = model.finer(None if model.textured else context.rough.model)
+    sharper = replace(context, model=model, task=task, rough=None)
     local = local_search(sharper.model, task, within, best.x, _RADIUS)
     if local is None or local.found is None:
         return context, optimum

@@ -83,7 +83,7 @@ def least_violating(context: Context, start: Dimensions, hopeless: bool = False)
     if not context.model.textured:
         context.search_from(start, context.bounds)
         return context.best()
-    rough = context.rough or context.explored()
+    rough = context.rough or context.explored(start)
     if not rough.ends:
         rough.search_from(start, context.bounds)
     best = rough.best()

@@ -20,6 +20,7 @@ from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
@@ -54,8 +55,8 @@ _CONTENDERS = 3
 """So many ends of rough searches are led on at full accuracy."""
 _ENOUGH = 0.1
 """Of the accuracy: a gain not worth another step."""
-_ROUGH = 1e-4
-"""The accuracy of searches between resonances but for the last."""
+_ROUGH, _ROUGHEST = 1e-4, 1e-3
+"""The accuracy of searches between resonances but for the last; and where no check has it, at the most."""
 
 
 @dataclass(frozen=True)
@@ -122,12 +123,15 @@ class Context:
             self.ends.append(local)
         return local
 
-    def explored(self) -> Context:
-        """Where searches are made: between resonances roughly, as nothing finer is worth its time before the last
-        steps."""
+    def explored(self, start: Dimensions) -> Context:
+        """Where searches from a strip are made: between resonances roughly, as nothing finer is worth its time before
+        the last steps, or as checks have it there."""
         if not self.model.rings:
             return self
         model = self.model.rougher(_ROUGH)
+        known = model.check(dimensions_within(self.bounds, logarithms(start))).accuracy.estimated
+        if known > model.accuracy and not model.textured:
+            model = model.at_accuracy(min(known, _ROUGHEST))
         looser = model.accuracy / self.model.accuracy
         # Where more than the accuracy is left unknown, what is enough need not grow with it.
         enough = max(min(looser * self.task.enough, _ENOUGH * model.accuracy), self.task.enough)
@@ -136,8 +140,10 @@ class Context:
         return self.rough
 
     def finer(self) -> Context:
-        """The same with smaller steps and rows as good as checks."""
-        return replace(self, model=self.model.finer(self.rough.model), ends=[])
+        """The same with smaller steps and rows as good as checks. Behind a table's noise strips of short steps have to
+        be as good, too, and where checks leave more unknown than the accuracy, long ones are enough."""
+        exact = self.model.textured and self.task.enough <= self.model.accuracy
+        return replace(self, model=self.model.finer(None if exact else self.rough.model), ends=[])
 
     def best(self) -> Local | None:
         """The best end: admissible before not, cheaper before dearer."""
@@ -203,7 +209,7 @@ class Context:
 
 def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of sizes that may be chosen at will; its best iterate may be inadmissible, if none is found."""
-    explored = context.explored()
+    explored = context.explored(starts[0])
     _search_everywhere(explored, starts)
     local = explored.best()
     if local is None or local.found is None:

@@ -79,6 +79,19 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
             assert not np.array_equal(own.motion.edges, found.motion.edges)
 
 
+def test_differences_are_as_good_at_a_rough_resolution(rows):
+    """Strips of one resolution are wrong by nearly the same, even where each is by a hundred times what is wanted."""
+    model, home, parts = rows.model, logarithms(rows.home), rows.layout.parts(UTILISATION)
+    rough = model.rougher(1e-4)
+    finer = model.finer(rough)
+    other = finer.following(rows.peaks, rows.home)
+    assert other.stencil.centre is rough.strip(rows.home)
+    assert rough.strip(rows.home).cycle.tolerance > 50.0 * model.strip(rows.home).cycle.tolerance
+    assert np.array_equal(other.values(home), rows.values(home))
+    exact, found = rows.slopes(home)[parts], other.slopes(home)[parts]
+    assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact - rows.plain_slopes(home)[parts]))
+
+
 def test_a_strip_that_buckles_has_rows_that_say_so(rows):
     home = logarithms(rows.home)
     assert rows.plain_values(home - np.array([0.0, 0.6, 0.0]))[UTILISATION] == BUCKLED

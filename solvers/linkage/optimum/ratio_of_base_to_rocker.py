@@ -1,0 +1,45 @@
+"""The variable in which bounds over ranges of the free ratio are formed: y = lambda0/lambda3 = g^2/lambda2.
+
+It decreases with the free ratio in every type, and given g all ratios of lengths are functions of y. With sigma as in
+``angular_velocity_ratio``:
+
+    n = |y + sigma| = |N|/lambda3,   w = g^2 + sigma y = n lambda0,   m = g^2 - y^2 = M/lambda3^2
+"""
+
+from __future__ import annotations
+
+from solvers.numerics.arrays import Array
+from solvers.numerics.intervals import Ranged, Reach, raised, times
+from solvers.numerics.jit import kernel
+
+
+@kernel
+def ratios(low: Array, row: Array, high: Array, gain: float) -> tuple[Ranged, Ranged, Ranged, Ranged, Reach]:
+    """y, n, w and m over a range of the free ratio, and its extent in y, from the coefficients of the members at its
+    low end, within and at its high end."""
+    y_low, n_low, w_low, short_low = _of_member(high, gain)
+    y_mid, n_mid, w_mid, short_mid = _of_member(row, gain)
+    y_high, n_high, w_high, short_high = _of_member(low, gain)
+    reach = (
+        _largest_of_three(y_mid - y_low, n_mid - n_low, short_mid - short_low),
+        _largest_of_three(y_high - y_mid, n_high - n_mid, short_high - short_mid),
+    )
+    y = (y_mid, y_low, y_high, 1.0, 1.0)
+    rising = 1.0 if n_high >= n_low else -1.0
+    n = (n_mid, min(n_low, n_high), max(n_low, n_high), rising, rising)
+    w = (w_mid, min(w_low, w_high), max(w_low, w_high), row[6], row[6])
+    short = (short_mid, short_high, short_low, -1.0, -1.0)
+    return y, n, w, times(short, raised(y, gain), reach), reach
+
+
+@kernel
+def _of_member(row: Array, gain: float) -> tuple[float, float, float, float]:
+    """y, n, w and g - y of a member, each without cancellation where it is small."""
+    y, n = row[0] / row[2], abs(row[3]) / row[2]
+    return y, n, row[0] * n, row[4] / (row[2] * row[2] * (gain + y))
+
+
+@kernel
+def _largest_of_three(one: float, two: float, three: float) -> float:
+    """Maximum of three evaluations of the same distance, which differ by rounding."""
+    return max(abs(one), abs(two), abs(three))

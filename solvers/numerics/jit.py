@@ -138,6 +138,8 @@ def _kept(compiled: Any) -> Any:
     file = getattr(cache, "_cache_file", None)
     if file is not None and _file(compiled.py_func.__module__) is not None:
         file._source_stamp = stamp(compiled.py_func.__module__)
+        # numba compares the version before it reads the rest, which may name classes that no longer exist.
+        file._version = f"{file._version} {file._source_stamp}"
     return compiled
 
 

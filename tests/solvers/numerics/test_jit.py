@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+
 from solvers.numerics import jit
 from solvers.rod.optimum.proof.branch_and_bound import prove
 
@@ -27,6 +29,17 @@ def test_code_with_another_digest_is_not_loaded(tmp_path):
     old.save("signature", b"code")
     assert old.load("signature") == b"code"
     assert new.load("signature") is None
+
+
+def test_an_index_of_other_sources_is_replaced_unread(tmp_path):
+    """It may name classes that no longer exist, as after an update."""
+    kept = prove.compiled._cache._cache_file
+    old, new = (type(kept)(str(tmp_path), "kernel", kept._source_stamp) for _ in range(2))
+    new._version = kept._version
+    (tmp_path / old._index_name).write_bytes(pickle.dumps(old._version) + b"csolvers.rod\nNoSuchClass\n.")
+    assert new.load("signature") is None
+    new.save("signature", b"code")
+    assert new.load("signature") == b"code"
 
 
 def test_a_digest_follows_a_change_in_an_imported_module(tmp_path, monkeypatch):

@@ -130,12 +130,12 @@ class SteadyVibration:
     @property
     def curvature_terms(self) -> int:
         """Legendre coefficients of V''."""
-        return self._bent.shape[0]
+        return self._unit_curvature.shape[0]
 
     @property
     def deflection_terms(self) -> int:
         """Legendre coefficients of V."""
-        return self._sunk.shape[0]
+        return self._unit_deflection.shape[0]
 
     @cached_property
     def without_ringing(self) -> SteadyVibration:
@@ -144,22 +144,22 @@ class SteadyVibration:
     @cached_property
     def ringing(self) -> RingingShape:
         """V'', V, T and M0 of the ringing."""
-        side, moment = self._reactions
+        side, moment = self._unit_reactions
         begins = self.excitation.corners.size
-        return RingingShape(self.motion.ringing, self._bent, self._sunk, side, moment, begins)
+        return RingingShape(self.motion.ringing, self._unit_curvature, self._unit_deflection, side, moment, begins)
 
     @cached_property
-    def _bent(self) -> Array:
+    def _unit_curvature(self) -> Array:
         """Legendre series of V'' for unit amplitudes of the basis."""
         return self.motion.basis.series(2)
 
     @cached_property
-    def _sunk(self) -> Array:
+    def _unit_deflection(self) -> Array:
         """Legendre series of V for unit amplitudes of the basis."""
         return self.motion.basis.series(0)
 
     @cached_property
-    def _reactions(self) -> tuple[Array, Array]:
+    def _unit_reactions(self) -> tuple[Array, Array]:
         """T [N] and M0 [N m] for unit amplitudes of the basis."""
         stiffness, basis, clamp = self.motion.strip.stiffness, self.motion.basis, np.zeros(1)
         return -stiffness * basis.values(clamp, 3)[0], stiffness * basis.values(clamp, 2)[0]
@@ -167,9 +167,8 @@ class SteadyVibration:
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
         there."""
-        return add_amplitudes(
-            self._amplitudes(states), self._bent, self._sunk, *self._reactions, curvature_series, deflection_series
-        )
+        unit = self._unit_curvature, self._unit_deflection, *self._unit_reactions
+        return add_amplitudes(self._amplitudes(states), *unit, curvature_series, deflection_series)
 
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles).
@@ -195,11 +194,12 @@ class SteadyVibration:
 
 @kernel
 def add_amplitudes(
-    amplitude: Array, bent_series: Array, sunk_series: Array, side: Array, moment: Array, bent: Array, sunk: Array
-) -> tuple[Array, Array]:
+    amplitude: Array, unit_curvature: Array, unit_deflection: Array, unit_side: Array, unit_moment: Array,
+    curvature_series: Array, deflection_series: Array,
+) -> tuple[Array, Array]:  # fmt: skip
     """Kernel of ``SteadyVibration.add``, from amplitudes (basis, angles), the series and the reactions of unit
     amplitudes."""
-    for out, series in ((bent, bent_series), (sunk, sunk_series)):
+    for out, series in ((curvature_series, unit_curvature), (deflection_series, unit_deflection)):
         for t in range(series.shape[0]):
             for b in range(series.shape[1]):
                 if series[t, b] != 0.0:
@@ -208,8 +208,8 @@ def add_amplitudes(
     force, couple = np.zeros(amplitude.shape[1]), np.zeros(amplitude.shape[1])
     for b in range(amplitude.shape[0]):
         for i in range(amplitude.shape[1]):
-            force[i] += side[b] * amplitude[b, i]
-            couple[i] += moment[b] * amplitude[b, i]
+            force[i] += unit_side[b] * amplitude[b, i]
+            couple[i] += unit_moment[b] * amplitude[b, i]
     return force, couple
 
 

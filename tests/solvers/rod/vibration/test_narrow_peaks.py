@@ -1,4 +1,4 @@
-"""Pressures that rise and fall within a few degrees of a turn."""
+"""Pressures that rise and fall within a few degrees of a revolution."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SELECTION = EffectSelection(MOVED, frozenset(effect.name for effect in rod.EFFEC
 
 
 def peak(width: float) -> rod.Scene:
-    """The paper's machine under three pressures so many degrees apart."""
+    """The paper's machine under three pressures, ``width`` degrees apart."""
     angle = np.radians([100.0, 100.0 + width, 100.0 + 2.0 * width])
     return replace(PAPER, load=rod.TableLoad(tuple(angle.tolist()), (1.4e6, 2.3e6, 1.6e6)))
 
@@ -41,12 +41,12 @@ def test_the_motion_behind_a_narrow_peak_is_that_of_a_galerkin_method_on_a_fine_
 
 
 def test_corners_of_the_friction_are_found_within_a_narrow_piece():
-    """The piston begins and ceases to bear on both walls on the way up, and again on the way down."""
+    """The piston begins and ceases to contact both walls on the way up, and again on the way down."""
     scene = peak(1.0)
     cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
     corners = np.degrees(Excitation.of(cycle, 1e-7).corners)
     assert corners[[0, 3, 6]] == pytest.approx([100.0, 101.0, 102.0])
-    # Where the couple of both walls is as great as the side force, from the dense model's samples.
+    # Angles at which the couple of both walls equals the side force, from the dense model's samples.
     angle = np.radians(np.linspace(100.0, 102.0, 20_001))
     still = UnderADiagram(scene, STRIP, frozenset({"friction_feedback"})).bent(angle)
     beyond = 6.0 * np.abs(still.moment) / scene.piston.skirt_length - np.abs(still.side)
@@ -55,7 +55,7 @@ def test_corners_of_the_friction_are_found_within_a_narrow_piece():
 
 
 def test_motions_of_narrow_peaks_are_few_and_quick(monkeypatch):
-    """Where more modes feel every change than can be followed, not ever more is tried."""
+    """If more modes are excited than can be integrated in time, attempts end early."""
     work = []
 
     def counted(equation, excitation, slow, step, tolerance):

@@ -91,7 +91,7 @@ def test_it_vanishes_where_the_strip_buckles():
     assert natural_frequency(PAPER, STRIP, -critical * 1.001) == 0.0
 
 
-def test_few_polynomials_miss_no_more_than_is_said():
+def test_the_error_of_few_polynomials_is_within_its_bound():
     rng = np.random.default_rng(4)
     for _ in range(60):
         lever = 1.0 + (rng.random() < 0.8) * 10 ** rng.uniform(-3.0, 1.0)

@@ -19,15 +19,15 @@ from tests.solvers.rod.finite_elements import vibration
 from tests.solvers.rod.machines import PAPER, STRIP
 
 ANGLES = 2 * np.pi * np.arange(40) / 40
-"""Enough for the harmonics of a smooth force; the reference leaves out what a far higher one may resonate with."""
+"""Enough for the harmonics of a smooth force; the reference omits far higher ones, which may meet a resonance."""
 STATIONS = np.linspace(0.0, STRIP.l, 41)
 STILL, MOVING = Composition(beam=BEAM_COLUMN), Composition(beam=BEAM_COLUMN, corrections=(RodInertia(),))
 
 
 def departure(scene):
     """Deflection beyond the quasi-static one, (stations, angles)."""
-    still, moving = (Cycle(scene, STRIP, c).at(ANGLES).shape.deflection(STATIONS) for c in (STILL, MOVING))
-    return moving - still
+    quasi_static, vibrating = (Cycle(scene, STRIP, c).at(ANGLES).shape.deflection(STATIONS) for c in (STILL, MOVING))
+    return vibrating - quasi_static
 
 
 def at_speed(speed):
@@ -57,7 +57,8 @@ def test_is_amplified_where_a_harmonic_meets_the_natural_frequency(harmonic):
 
 
 def collocated(scene, strip, harmonics, nodes):
-    """The whole motion at once, not split into still and moving: Chebyshev points along the strip, even angles.
+    """The whole motion at once, not split into quasi-static and dynamic parts: Chebyshev points along
+    the strip, even angles.
 
     (V''(0), V'''(0)) at the angles from the partial differential equation and its four conditions as they stand.
     """
@@ -97,8 +98,8 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
     angles, curvature, shear = collocated(scene, STRIP, harmonics, nodes)
     stiffness, shear = bending_stiffness(scene, STRIP), -bending_stiffness(scene, STRIP) * shear
     for tolerance in (1e-4, 1e-6, 1e-8):
-        moving = Cycle(scene, STRIP, MOVING, tolerance)
-        shape, doubt = moving.at(angles).shape, moving.refinement_error
+        vibrating = Cycle(scene, STRIP, MOVING, tolerance)
+        shape, doubt = vibrating.at(angles).shape, vibrating.refinement_error
         assert doubt <= tolerance
         # Fourth derivatives by collocation cost the reference six of its sixteen digits.
         error = max(doubt, 1e-9)
@@ -108,7 +109,7 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
 
 @pytest.mark.parametrize(("speed", "delta", "harmonics", "nodes"), [(50.0, 0.25, 60, 14), (400.0, 0.25, 40, 18)])
 def test_the_dense_model_of_the_motion_is_the_collocated_one(speed, delta, harmonics, nodes):
-    """What bench judges by: Galerkin's method and Radau's points against Chebyshev's points and harmonics."""
+    """Reference of the benchmarks: Galerkin's method and Radau's points against Chebyshev's points and harmonics."""
     scene = replace(at_speed(speed), load=rod.SchmidtLoad(1.4e6, delta, 1.16))
     angles, curvature, shear = collocated(scene, STRIP, harmonics, nodes)
     found = RodModel(scene, STRIP, frozenset({"rod_inertia"})).motion.at_clamp(angles)
@@ -116,7 +117,7 @@ def test_the_dense_model_of_the_motion_is_the_collocated_one(speed, delta, harmo
         assert mine == pytest.approx(expected, abs=1e-9 * np.abs(expected).max())
 
 
-def test_a_check_says_what_truncation_leaves_out():
+def test_a_check_estimates_its_truncation_error():
     """A table's curve has jumps of its second derivative, behind which every mode rings."""
     table = rod.TableLoad((0.0, 1.0, 3.0, 5.0), (1.0e6, 1.3e6, 1.1e6, 1.2e6))
     active = frozenset({"beam_column", "rod_inertia"})
@@ -133,9 +134,9 @@ def test_a_table_of_a_smooth_pressure_is_nearly_as_good_as_the_pressure(points):
     """Many small jumps of the curve's second derivative, some next to the corners of friction."""
     angles = 2 * np.pi * np.arange(points) / points
     table = rod.TableLoad(tuple(angles), tuple(PAPER.load.pressure(angles)))
-    moving = rod.EffectSelection(frozenset({"rod_inertia"}))
-    outcome = rod.check(replace(PAPER, load=table), STRIP, moving, accuracy=1e-6)
-    smooth = rod.check(PAPER, STRIP, moving, accuracy=1e-6).value
+    vibrating = rod.EffectSelection(frozenset({"rod_inertia"}))
+    outcome = rod.check(replace(PAPER, load=table), STRIP, vibrating, accuracy=1e-6)
+    smooth = rod.check(PAPER, STRIP, vibrating, accuracy=1e-6).value
     assert outcome.accuracy.estimated < 1e-4
     assert outcome.value.stresses.fatigue_safety == pytest.approx(smooth.stresses.fatigue_safety, rel=1e-3)
 
@@ -157,12 +158,12 @@ def test_damped_motions_are_those_of_the_dense_model(speed, loss):
         speed = natural_frequency(PAPER, STRIP, mean) / 5
     scene = at_speed(speed)
     scene = replace(scene, material=replace(scene.material, loss_factor=loss))
-    moving = Cycle(scene, STRIP, MOVING, 1e-8)
-    shape, error = moving.at(ANGLES).shape, moving.refinement_error
+    vibrating = Cycle(scene, STRIP, MOVING, 1e-8)
+    shape, error = vibrating.at(ANGLES).shape, vibrating.refinement_error
     assert error <= 1e-8
     model = RodModel(scene, STRIP, frozenset({"rod_inertia"}))
-    # Modal damping is no differential operator: polynomials along the strip converge like a power of their number, and
-    # their remainder, extrapolated from the last of them, may be half as much again.
+    # Modal damping is not a differential operator: polynomials along the strip converge algebraically, and the
+    # estimate extrapolated from the last of them may be exceeded by half.
     error *= 1.5
     curvature, shear = periodic_motion(model, functions=32).at_clamp(ANGLES)
     stiffness = bending_stiffness(scene, STRIP)

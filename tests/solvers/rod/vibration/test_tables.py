@@ -31,7 +31,7 @@ def tabulated(points: int, noise: float) -> rod.TableLoad:
 
 @pytest.mark.parametrize("noise", [0.0, 3e-3])
 def test_a_motion_under_a_table_is_that_of_an_integration_in_time(noise):
-    """With modes that ring and others that are left out."""
+    """With ringing modes and omitted ones."""
     scene = replace(QUICK, load=tabulated(MANY + 16, noise), material=DAMPED)
     cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN))
     excitation = Excitation.of(cycle, 1e-7)
@@ -44,13 +44,14 @@ def test_a_motion_under_a_table_is_that_of_an_integration_in_time(noise):
     wrong = np.max(np.abs(seen - exact) / reactions(excitation)[:, None])
     error = found.errors.total - found.errors.space
     assert wrong <= error + 1e-8
-    # Corners one after the other do not ring in step: their shares added up are far more than that.
+    # Ringing from successive corners is not in phase: the sum of the amplitudes is far more than its error.
     assert error < 1e3 * wrong + 1e-6
 
 
 @pytest.mark.parametrize(("points", "noise", "met"), [(360, 0.0, 1e-6), (720, 0.0, 1e-6), (720, 1e-2, 1e-2)])
 def test_checks_under_tables_take_few_motions(monkeypatch, points, noise, met):
-    """A smooth table meets the accuracy asked for; a noisy one says what it leaves unknown, without trying for long."""
+    """A smooth table meets the accuracy asked for; with a noisy one the estimated error is larger, after few
+    attempts."""
     taken = []
 
     def counted(*given):
@@ -66,7 +67,7 @@ def test_checks_under_tables_take_few_motions(monkeypatch, points, noise, met):
 
 
 def test_a_finer_resolution_under_a_noisy_table_agrees_with_a_check(monkeypatch):
-    """Results are as near to those of many more modes as they say."""
+    """Results agree with those of many more modes within the estimated errors."""
     scene = replace(PAPER, load=tabulated(72, 1e-2), material=DAMPED)
     coarse = rod.check(scene, STRIP, INERTIA)
     monkeypatch.setattr(steady_response, "_LEVELS_WITH_CORNERS", (1.0,) * (len(steady_response.POLYNOMIAL_COUNTS) - 1))

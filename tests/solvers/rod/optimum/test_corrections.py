@@ -84,7 +84,7 @@ def test_differences_are_as_good_at_a_rough_resolution(rows):
     model, home, parts = rows.model, logarithms(rows.home), rows.layout.parts(UTILISATION)
     rough = model.rougher(1e-4)
     finer = model.finer(rough)
-    other = finer.following(rows.peaks, rows.home)
+    other = finer.rows_near(rows.peaks, rows.home)
     assert other.stencil.centre is rough.strip(rows.home)
     assert rough.strip(rows.home).cycle.tolerance > 50.0 * model.strip(rows.home).cycle.tolerance
     assert np.array_equal(other.values(home), rows.values(home))

@@ -88,7 +88,7 @@ def test_differences_are_as_good_at_a_rough_resolution(rows):
     assert other.stencil.centre is rough.strip(rows.home)
     assert rough.strip(rows.home).cycle.tolerance > 50.0 * model.strip(rows.home).cycle.tolerance
     assert np.array_equal(other.values(home), rows.values(home))
-    exact, found = rows.slopes(home)[parts], other.slopes(home)[parts]
+    exact, found = rows.jacobian(home)[parts], other.jacobian(home)[parts]
     assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact - rows.plain_slopes(home)[parts]))
 
 

@@ -77,7 +77,7 @@ class _Diagnosis:
             return self.entries_from_optimum(r, attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
         if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
-            why = f"no strip within the bounds stands at all; {_STABILITY.advice}"
+            why = f"no strip within the bounds is stable; {_STABILITY.advice}"
             required, attainable = self.asked.min_stability_safety, self.core.max_stability_safety()
             shortfall = Shortfall(_STABILITY.name, required, attainable, why)
             return [_Entry(_STABILITY, shortfall, self.model.accuracy)]

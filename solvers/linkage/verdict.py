@@ -17,7 +17,7 @@ from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt,
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
 _MAX_SLOWDOWN = 0.1
-"""Relative reduction of the impact speed by the motor above which a warning is issued."""
+"""Relative reduction of the impact speed by the motor above which the required speed is not kept."""
 
 
 class Given(NamedTuple):
@@ -50,17 +50,16 @@ def judge(
         if given.speed_asked:
             criteria.append(equal("impact_speed", scene.impact_speed, strike.impact_speed, SPEED_SLACK))
         criteria.append(at_most("greatest_impact_speed", STRENGTH_SPEED, strike.impact_speed, slack, asked=False))
-    if NO_STEADY_RUNNING in check.warnings:
-        criteria.append(yes("runs_steadily", False))
-    elif check.running is not None:
-        criteria.append(yes("runs_steadily", True))
+    slowed = _slowed(check, scene, given)
+    if NO_STEADY_RUNNING in check.warnings or check.running is not None:
+        criteria.append(yes("runs_steadily", NO_STEADY_RUNNING not in check.warnings and not slowed))
     for row, limit, judged, known in _limiting(limits, given):
         value = row.reached(check) if known else None
         if value is not None:
             criteria.append(judged(row.name, limit, value, slack, row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))
-    return Verdict(tuple(criteria), (*check.warnings, *_slowed(check, scene, given)), doubt(accuracy, designed))
+    return Verdict(tuple(criteria), (*check.warnings, *slowed), doubt(accuracy, designed))
 
 
 @lru_cache(maxsize=32)

@@ -12,7 +12,9 @@ _DEGREE = math.radians(1.0)
 WORDS = {
     "turns_fully": Word("rotatable", "crank turns fully", no="the crank cannot turn fully"),
     "strikes": Word("strikes", "rocker strikes", no="the rocker cannot strike: its links do not close for a blow"),
-    "runs_steadily": Word("runs_steadily", "motor keeps it running", no="the motor does not keep it running steadily"),
+    "runs_steadily": Word(
+        "runs_steadily", "motor keeps it running", no="the motor does not keep it running at the speed required"
+    ),
     "impact_speed": Word("impact_speed_m_s", "speed of the blow", "m/s"),
     "greatest_impact_speed": Word("greatest_impact_speed_m_s", "speed of the blow that wears its parts", "m/s"),
     "min_link": Word("min_link_mm", "shortest link", "mm", MILLI),

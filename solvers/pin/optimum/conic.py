@@ -70,12 +70,8 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
 
     variable, law, n, slope_step = program.variable, program.law, low.size, slope_steps(program)
     loaded = np.flatnonzero((program.bending > 0.0) | (program.shear > 0.0))
-    relative_coefficients = (
-        program.weight[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
-    )
-    constant, p, q = _local_model(
-        at[loaded], relative_coefficients[0], relative_coefficients[1], variable.kappa, law.a, law.b
-    )
+    scaled = program.weight[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
+    constant, p, q = _local_model(at[loaded], scaled[0], scaled[1], variable.kappa, law.a, law.b)
     limited = program.limits.max_slope is not None
     every = sparse.identity(n + loaded.size + (n if limited else 0), format="csr")
     u, t, r = every[:n], every[n : n + loaded.size], every[n + loaded.size :]
@@ -160,9 +156,8 @@ def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: fl
 
     def feasible(u: Array) -> Array:
         shaped = np.maximum(u, low)
-        return thickened(
-            program, slope_limited(program, monotone_majorant(shaped, program.middle_index) if drillable else shaped)
-        )
+        shaped = monotone_majorant(shaped, program.middle_index) if drillable else shaped
+        return thickened(program, slope_limited(program, shaped))
 
     at = found = feasible(at)
     bound, status, iterations = 0.0, "none", 0

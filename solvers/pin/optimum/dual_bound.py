@@ -232,45 +232,30 @@ def coupled_bound(
     Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(c -+ u_i) + sqrt(c -+ u_{i+1}), c =
     (G/l)^2, and u non-decreasing toward the middle; ``volume`` is that of a feasible part. For fixed multipliers the
     Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p
-    ``linear_coefficient`` and q ``root_coefficient``, each bounded from below over all u that a lighter part may have;
+    ``linear`` and q ``radical``, each bounded from below over all u that a lighter part may have;
     the solver's u is not used. Up to the inflection point of a pin's g the function is convex, and is bounded by its
     tangent at the minimum, located by bisection. Above, on each subinterval, g lies above its chord and f above its
     midpoint tangent, and the remainder is minimised in closed form.
     """
-    root_coefficient, linear_coefficient = np.zeros_like(low), np.zeros_like(low)
+    radical, linear = np.zeros_like(low), np.zeros_like(low)
     flow = multipliers.rise - multipliers.fall + multipliers.order
-    linear_coefficient[:-1] -= flow
-    linear_coefficient[1:] += flow
-    root_coefficient[:-1] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
-    root_coefficient[1:] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
+    linear[:-1] -= flow
+    linear[1:] += flow
+    radical[:-1] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
+    radical[1:] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
     if program.variable.kappa >= 0.0:
         # In a lighter part no station has more than the whole volume.
         most = np.maximum(volume / program.weight, low)
-        return (
-            float(
-                np.sum(
-                    _coupled_bound_where_convex(program, low, most, multiplier, linear_coefficient, root_coefficient)
-                )
-            )
-            - multiplier
-        )
+        return float(np.sum(_coupled_bound_where_convex(program, low, most, multiplier, linear, radical))) - multiplier
     concave_from = inflection(program.scene.material.poisson)
-    convex_part = _coupled_bound_where_convex(
-        program,
-        np.minimum(low, concave_from),
-        np.full_like(low, concave_from),
-        multiplier,
-        linear_coefficient,
-        root_coefficient,
-    )
-    beyond = _coupled_bound_where_concave(
-        program, np.maximum(low, concave_from), multiplier, linear_coefficient, root_coefficient
-    )
-    return float(np.sum(np.minimum(np.where(low < concave_from, convex_part, np.inf), beyond))) - multiplier
+    end = np.full_like(low, concave_from)
+    convex_part = _coupled_bound_where_convex(program, np.minimum(low, end), end, multiplier, linear, radical)
+    concave_part = _coupled_bound_where_concave(program, np.maximum(low, end), multiplier, linear, radical)
+    return float(np.sum(np.minimum(np.where(low < concave_from, convex_part, np.inf), concave_part))) - multiplier
 
 
 def _coupled_bound_where_convex(
-    program: Program, low: Array, most: Array, multiplier: float, linear_coefficient: Array, root_coefficient: Array
+    program: Program, low: Array, most: Array, multiplier: float, linear: Array, radical: Array
 ) -> Array:  # fmt: skip
     """Return a lower bound of every station's term over [low, most], where it is convex."""
     sign, square = program.variable.sign, (program.variable.given / program.variable.unit) ** 2
@@ -278,10 +263,7 @@ def _coupled_bound_where_convex(
     def at(u: Array) -> tuple[Array, Array]:
         value, slope = lagrangian(program, multiplier, u, enveloped=False)
         root = np.sqrt(square + sign * u)
-        return (
-            value + linear_coefficient * u - root_coefficient * root,
-            slope + linear_coefficient - 0.5 * sign * root_coefficient / root,
-        )
+        return value + linear * u - radical * root, slope + linear - 0.5 * sign * radical / root
 
     left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(low, 1e-12), low)
     right = most
@@ -295,7 +277,7 @@ def _coupled_bound_where_convex(
 
 
 def _coupled_bound_where_concave(
-    program: Program, low: Array, multiplier: float, linear_coefficient: Array, root_coefficient: Array
+    program: Program, low: Array, multiplier: float, linear: Array, radical: Array
 ) -> Array:
     """Return a lower bound of every station's term over [low, 1], where low is at or above g's inflection point."""
     weight, law = program.weight[:, None], program.law
@@ -309,11 +291,11 @@ def _coupled_bound_where_concave(
     slope = weight * (1.0 + scale * (program.bending[:, None] * bent_slope + program.shear[:, None] * rise))
     value = weight * (middle + scale * program.bending[:, None] * bent)
     value += weight * scale * program.shear[:, None] * (sheared[:, :-1] + rise * (middle - z0))
-    slope, bounded = slope + linear_coefficient[:, None], root_coefficient[:, None]
+    slope, bounded = slope + linear[:, None], radical[:, None]
     # value + slope (u - middle) + p middle - q sqrt(1 - u) is convex: minimum at an end or a stationary point.
     root = np.where(slope < 0.0, -0.5 * bounded / np.minimum(slope, -1e-300), np.inf)
     stationary_point = np.clip(1.0 - root * root, z0, z1)
     least = np.inf
     for u in (z0, stationary_point, z1):
         least = np.minimum(least, slope * (u - middle) - bounded * np.sqrt(np.maximum(1.0 - u, 0.0)))
-    return np.min(value + linear_coefficient[:, None] * middle + least, axis=1)
+    return np.min(value + linear[:, None] * middle + least, axis=1)

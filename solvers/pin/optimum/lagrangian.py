@@ -293,9 +293,8 @@ def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:
     from scipy.optimize import brentq
 
     def slack(fraction: float) -> float:
-        return (
-            segments.limit / float(segments.deflections(soft + fraction * (stiff - soft)).sum()) - 1.0 - 0.4 * MAX_SLACK
-        )
+        deflections = segments.deflections(soft + fraction * (stiff - soft))
+        return segments.limit / float(deflections.sum()) - 1.0 - 0.4 * MAX_SLACK
 
     shortfall = -slack(0.0)
     if not (shortfall > 0.0 and slack(1.0) > 0.0):

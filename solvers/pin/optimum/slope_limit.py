@@ -29,7 +29,6 @@ def slope_limit_error(program: Program, low: Array) -> Array:
     """Return the volume error of a slope-limited shape due to maxima of ``low`` between stations, per panel."""
     stations, slope, variable = program.stations, program.limits.max_slope, program.variable
     thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * stations.x
-    missed = running_maximum_error(stations, thick + ramp) + running_maximum_error(
-        stations, thick - ramp, forward=False
-    )
-    return variable.max_derivative(float(thick.max())) * missed
+    error = running_maximum_error(stations, thick + ramp)
+    error = error + running_maximum_error(stations, thick - ramp, forward=False)
+    return variable.max_derivative(float(thick.max())) * error

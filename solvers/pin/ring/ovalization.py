@@ -140,18 +140,14 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
     for k in range(1, _MAX_HARMONICS):
         n = 2.0 * k
         amplitude = 4.0 / (math.pi * (n * n - 1.0))
-        outer, inner, displacement = _harmonic_remainder(n, ratio, t, excess)
-        outer, inner, displacement = amplitude * outer, amplitude * inner, amplitude * displacement
+        outer, inner, moved = _harmonic_remainder(n, ratio, t, excess)
+        outer, inner, moved = amplitude * outer, amplitude * inner, amplitude * moved
         outer_side += outer
         outer_top += sign * outer
         inner_side -= inner
         inner_top -= sign * inner
-        growth += displacement
-        if (
-            inner < _NEGLIGIBLE * -inner_side
-            and outer < _NEGLIGIBLE * outer_side
-            and displacement < _NEGLIGIBLE * growth
-        ):
+        growth += moved
+        if inner < _NEGLIGIBLE * -inner_side and outer < _NEGLIGIBLE * outer_side and moved < _NEGLIGIBLE * growth:
             break
         sign = -sign
     return outer_side, inner_side, outer_top, inner_top, growth

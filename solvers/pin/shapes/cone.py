@@ -76,11 +76,8 @@ class Cone:
                         bars[direction], direction, c_low, target_gap, boxes_left[direction],
                         np.array(found[direction]), best,
                     )  # fmt: skip
-                    bounds[direction], boxes_left[direction], boxes = (
-                        min(bounds[direction], bound),
-                        boxes_left[direction] - examined,
-                        boxes + examined,
-                    )
+                    bounds[direction], boxes = min(bounds[direction], bound), boxes + examined
+                    boxes_left[direction] -= examined
             direction = max(found, key=found.get)
             gain, r, c = found[direction]
             # The bound ignores positions between stations, and interpolation ignores the corner where a cone ends.

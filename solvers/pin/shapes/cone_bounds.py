@@ -28,11 +28,11 @@ from solvers.pin.shapes.cone_sizes import (
     HalfBar,
     bore_volume,
     corner_range,
-    deflection_limited_size,
+    greatest_size_for_deflection,
     pattern_search,
+    size_for_deflection,
+    size_for_strength,
     split_panels,
-    strength_limited_size,
-    unbounded_deflection_limited_size,
     workspace,
 )
 from solvers.pin.shapes.tapers import relative_bore, taper_fraction, unit_volume, unit_volume_slopes
@@ -56,12 +56,8 @@ def _range_at(direction: int, c0: float, c1: float, t: float) -> Slopes:
     steepest, longest = 0.0, max(c0, t)
     if t <= c1:
         steepest = t / (longest * longest)
-    return (
-        taper_fraction(direction, c_wide, t),
-        taper_fraction(direction, c_narrow, t),
-        t / (c1 * c1) if t < c0 else 0.0,
-        steepest,
-    )
+    least, most = taper_fraction(direction, c_wide, t), taper_fraction(direction, c_narrow, t)
+    return least, most, t / (c1 * c1) if t < c0 else 0.0, steepest
 
 
 @kernel
@@ -133,13 +129,8 @@ def _add(constraints: Array, count: int, middle: float, slopes: Slopes) -> int:
     low_r, high_r, low_c, high_c = slopes
     if not (math.isfinite(middle) and math.isfinite(low_r + high_r + low_c + high_c)):
         return count
-    constraints[count, 0] = middle
-    constraints[count, 1], constraints[count, 2], constraints[count, 3], constraints[count, 4] = (
-        low_r,
-        high_r,
-        low_c,
-        high_c,
-    )
+    row = constraints[count]
+    row[0], row[1], row[2], row[3], row[4] = middle, low_r, high_r, low_c, high_c
     return count + 1
 
 
@@ -153,32 +144,24 @@ def box_constraints(
     r, c = 0.5 * (r0 + r1), 0.5 * (c0 + c1)
     c_narrow, c_wide = (c0, c1) if direction > 0 else (c1, c0)
     count, before = 0, (-1, -1)
-    for i in (
-        _critical_station(bar, direction, r, c),
-        _critical_station(bar, direction, r0, c1),
-        _critical_station(bar, direction, r1, c0),
-    ):
+    for r_at, c_at in ((r, c), (r0, c1), (r1, c0)):
+        i = _critical_station(bar, direction, r_at, c_at)
         shape = relative_bore(direction, r, c, bar.x[i])
         if i != before[0] and i != before[1] and bar.bore[i] > 0.0 and shape > 0.0:
-            count = _add(
-                constraints, count, math.log(bar.bore[i] / shape), station_slopes(direction, r0, r1, c0, c1, bar.x[i])
-            )  # fmt: skip
+            slopes = station_slopes(direction, r0, r1, c0, c1, bar.x[i])
+            count = _add(constraints, count, math.log(bar.bore[i] / shape), slopes)
         before = i, before[0]
     if bar.slope_coefficient < np.inf and r1 < 1.0:
         slopes = 1.0 / (1.0 - r0), 1.0 / (1.0 - r1), 1.0 / c1, 1.0 / c0
         count = _add(constraints, count, math.log(bar.slope_coefficient * c / (1.0 - r)), slopes)
     _, at_corner, least_rate, greatest_rate = corner_range(bar, c0, c1)
     count = _add(constraints, count, at_corner, (0.0, 0.0, least_rate, greatest_rate))
-    least = unbounded_deflection_limited_size(bar, direction, r1, c_wide, _COARSE, work)[0]
-    most = unbounded_deflection_limited_size(bar, direction, r0, c_narrow, _COARSE, work)[1]
+    least = greatest_size_for_deflection(bar, direction, r1, c_wide, _COARSE, work)[0]
+    most = greatest_size_for_deflection(bar, direction, r0, c_narrow, _COARSE, work)[1]
     if least > 0.0 and most < np.inf:
         slopes = deflection_slopes(bar, direction, r0, r1, c0, c1, least, most, work)
-        count = _add(
-            constraints,
-            count,
-            math.log(unbounded_deflection_limited_size(bar, direction, r, c, size_tolerance, work)[1]),
-            slopes,
-        )
+        size = greatest_size_for_deflection(bar, direction, r, c, size_tolerance, work)[1]
+        count = _add(constraints, count, math.log(size), slopes)
     return count
 
 
@@ -227,11 +210,11 @@ def box_bound(
     ``size_tolerance``: relative width of the size's bracket at the box's centre.
     """
     c_narrow, c_wide = (c0, c1) if direction > 0 else (c1, c0)
-    size = min(strength_limited_size(bar, direction, r0, c_narrow), corner_range(bar, c0, c1)[0])
+    size = min(size_for_strength(bar, direction, r0, c_narrow), corner_range(bar, c0, c1)[0])
     if r1 < 1.0:
         # The slope limit relaxes with r and c.
         size = min(size, bar.slope_coefficient * c1 / (1.0 - r1))
-    most_size = deflection_limited_size(bar, direction, r0, c_narrow, size, _COARSE, work)[1]
+    most_size = size_for_deflection(bar, direction, r0, c_narrow, size, _COARSE, work)[1]
     first_order = most_size**2 * unit_volume(direction, r1, c_wide)
     constraints, half_r, half_c = np.empty((_MAX_CONSTRAINTS, 5)), 0.5 * (r1 - r0), 0.5 * (c1 - c0)
     count = box_constraints(bar, direction, r0, r1, c0, c1, size_tolerance, work, constraints)

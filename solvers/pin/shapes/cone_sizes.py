@@ -182,7 +182,7 @@ def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) ->
 
 
 @kernel
-def deflection_limited_size(
+def size_for_deflection(
     bar: HalfBar, direction: int, r: float, c: float, most: float, tolerance: float, work: Array
 ) -> tuple[float, float]:  # fmt: skip
     """Return a bracket, of relative width ``tolerance``, of the maximum size up to ``most`` under the deflection limit.
@@ -231,10 +231,10 @@ def deflection_limited_size(
 
 
 @kernel
-def unbounded_deflection_limited_size(
+def greatest_size_for_deflection(
     bar: HalfBar, direction: int, r: float, c: float, tolerance: float, work: Array
 ) -> tuple[float, float]:
-    """As ``deflection_limited_size``, over all sizes that leave a wall in the loaded sections: bores of unloaded
+    """As ``size_for_deflection``, over all sizes that leave a wall in the loaded sections: bores of unloaded
     sections may exceed the outer diameter. Infinite without a limit."""
     widest = 0.0
     for i in range(bar.x.size):
@@ -242,11 +242,11 @@ def unbounded_deflection_limited_size(
             widest = max(widest, relative_bore(direction, r, c, bar.x[i]))
     if bar.limit == np.inf or widest <= 0.0:
         return np.inf, np.inf
-    return deflection_limited_size(bar, direction, r, c, 1.0 / widest, tolerance, work)
+    return size_for_deflection(bar, direction, r, c, 1.0 / widest, tolerance, work)
 
 
 @kernel
-def strength_limited_size(bar: HalfBar, direction: int, r: float, c: float) -> float:
+def size_for_strength(bar: HalfBar, direction: int, r: float, c: float) -> float:
     """Return the maximum size of a shape under strength."""
     size = 1.0
     for i in range(bar.x.size):
@@ -259,10 +259,10 @@ def strength_limited_size(bar: HalfBar, direction: int, r: float, c: float) -> f
 @kernel
 def size_of(bar: HalfBar, direction: int, r: float, c: float, tolerance: float, work: Array) -> float:
     """Return the maximum size of a shape relative to the outer diameter, at most ``tolerance`` less."""
-    size = min(strength_limited_size(bar, direction, r, c), corner_range(bar, c, c)[0])
+    size = min(size_for_strength(bar, direction, r, c), corner_range(bar, c, c)[0])
     if r < 1.0:
         size = min(size, bar.slope_coefficient * c / (1.0 - r))
-    return deflection_limited_size(bar, direction, r, c, size, tolerance, work)[0]
+    return size_for_deflection(bar, direction, r, c, size, tolerance, work)[0]
 
 
 @kernel

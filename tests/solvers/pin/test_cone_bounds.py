@@ -11,7 +11,7 @@ from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.shapes.cone_bounds import box_bound, deflection_slopes
-from solvers.pin.shapes.cone_sizes import bore_volume, half_bar, unbounded_deflection_limited_size, workspace
+from solvers.pin.shapes.cone_sizes import bore_volume, greatest_size_for_deflection, half_bar, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume, unit_volume_slopes
 from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import NODES
@@ -48,7 +48,7 @@ def test_the_deflections_slopes_hold_every_difference_in_the_box(taper):
     work = workspace(some)
 
     def stiff(r, c):
-        return unbounded_deflection_limited_size(some, taper, r, c, 0.0, work)[0]
+        return greatest_size_for_deflection(some, taper, r, c, 0.0, work)[0]
 
     for box in boxes(random, 60):
         r0, r1, c0, c1 = box
@@ -74,7 +74,7 @@ def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
         for _ in range(50):
             c = 0.5 * (low + high)
             low, high = (
-                (c, high) if unbounded_deflection_limited_size(some, NARROWING, r, c, 0.0, work)[0] >= 1.0 else (low, c)
+                (c, high) if greatest_size_for_deflection(some, NARROWING, r, c, 0.0, work)[0] >= 1.0 else (low, c)
             )
         ridge.append((unit_volume(NARROWING, r, low), r, low))
     best, r, c = max(ridge)
@@ -154,7 +154,7 @@ def test_a_cone_may_end_anywhere_in_a_panel(taper, c):
     whole, cut = bar(11e-6), bar(11e-6, places=(0.5 * c * VAZ.geometry.length,))
     assert cut.x.size == whole.x.size + NODES
     # The stations that the cut adds carry strength too: only the deflection is compared.
-    sizes = [unbounded_deflection_limited_size(own, taper, 0.5, c, 0.0, workspace(own))[0] for own in (whole, cut)]
+    sizes = [greatest_size_for_deflection(own, taper, 0.5, c, 0.0, workspace(own))[0] for own in (whole, cut)]
     assert sizes[0] == pytest.approx(sizes[1], rel=1e-13)
 
 

@@ -70,12 +70,8 @@ def cells(half: Half, t: Array, h: Array) -> Cells:
     table = np.zeros((t.size, COLUMNS))
     table[:, POSITION : POSITION + 2] = grid[:, [0, -1]]
     # f is non-decreasing; a kink between two samples shows in the adjacent second differences.
-    second_differences = np.maximum(np.diff(level, 2, axis=1), 0.0)
-    sag = (
-        0.25
-        * _SAFETY_FACTOR
-        * (np.pad(second_differences, ((0, 0), (0, 1))) + np.pad(second_differences, ((0, 0), (1, 0)))).max(axis=1)
-    )
+    bend = np.maximum(np.diff(level, 2, axis=1), 0.0)
+    sag = 0.25 * _SAFETY_FACTOR * (np.pad(bend, ((0, 0), (0, 1))) + np.pad(bend, ((0, 0), (1, 0)))).max(axis=1)
     first, last = level[:, 0], level[:, -1]
     low = first - (first[:, None] + (last - first)[:, None] * _SAMPLES - level).max(axis=1) - sag
     flat = low < 0.5 * first

@@ -180,10 +180,8 @@ def forward(lam: float, layers: Layers, costs: Costs) -> int:
                 least, at = np.inf, -1
                 for i in range(begin, middle):
                     for e in range(2):
-                        value = (
-                            costs.cost_to_come[i, e]
-                            + costs.step[block + (i - begin) * (end - middle) + j - middle, e, f]
-                        )
+                        step = costs.step[block + (i - begin) * (end - middle) + j - middle, e, f]
+                        value = costs.cost_to_come[i, e] + step
                         if value < least:
                             least, at = value, 2 * i + e
                 costs.cost_to_come[j, f], costs.predecessor[j, f] = least, at
@@ -214,12 +212,10 @@ def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
     at, total = 2 * (layers.starts[-1] - 1), 0.0
     for k in range(path.shape[1] - 1, -1, -1):
         j, f, before = at // 2, at % 2, costs.predecessor[at // 2, at % 2]
-        after, cost_to_come, e = layers.table[j], layers.table[before // 2], before % 2
-        width = max(after[POSITION + f] - cost_to_come[POSITION + e], 0.0)
-        bend, shear = (
-            max(after[BENDING + f] - cost_to_come[BENDING + e], 0.0),
-            max(after[SHEAR + f] - cost_to_come[SHEAR + e], 0.0),
-        )
+        after, previous, e = layers.table[j], layers.table[before // 2], before % 2
+        width = max(after[POSITION + f] - previous[POSITION + e], 0.0)
+        bend = max(after[BENDING + f] - previous[BENDING + e], 0.0)
+        shear = max(after[SHEAR + f] - previous[SHEAR + e], 0.0)
         u = min(after[FLOOR + f], layers.max_u[k])
         if lam > 0.0 and (bend > 0.0 or shear > 0.0):
             u = minimiser_below(lam, width, bend, shear, u, layers.max_u[k], 0.5, kappa, a, b)

@@ -223,7 +223,7 @@ class Midpoints(Stations):
         self.x = self.panel_start = 0.5 * (self.left + self.right)
         self.residual, self.weight = np.zeros_like(self.x), self.width / self.span
 
-    def doubt(self, values: np.ndarray) -> np.ndarray:
+    def error_estimate(self, values: np.ndarray) -> np.ndarray:
         return np.zeros_like(values)
 
 

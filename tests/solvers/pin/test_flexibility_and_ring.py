@@ -112,7 +112,9 @@ def test_the_thick_rings_harmonics_solve_the_equations_of_elasticity(ratio, k):
     r = np.linspace(ratio, 1.0, 200)
     found = solve_bvp(rates, ends, r, np.ones((4, r.size)), tol=1e-9, max_nodes=20_000)
     u, v, radial, _ = found.sol(np.array([1.0, ratio]))
-    outer, inner, moved = ovalization._rest(n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio))
+    outer, inner, moved = ovalization._harmonic_remainder(
+        n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio)
+    )
     assert (1.0 + outer, -inner) == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
     assert (2.0 * n - (1.0 - nu)) / (n * n - 1.0) + moved == pytest.approx(u[0], rel=1e-6)
 

@@ -232,7 +232,7 @@ def even(stations: int) -> Program:
     edges = np.linspace(0.0, 0.04, stations + 1)
     limits = pin.Limits(max_deflection=LIMIT)
     found = assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges))
-    return replace(found, anchor=stations)
+    return replace(found, middle_index=stations)
 
 
 def draw(rows: list[Row]) -> None:

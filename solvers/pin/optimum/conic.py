@@ -162,20 +162,20 @@ def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: fl
     at = found = feasible(at)
     bound, status, iterations = 0.0, "none", 0
     for iterations in range(1, _MAX_ITERATIONS + 1):
-        before = program.volume(found) - bound
+        previous_gap = program.volume(found) - bound
         answer = _solve(program, low, at, drillable, max(_TOLERANCE, _TOLERANCE_FRACTION * gap))
         if answer is None:
             break
-        status, former, at = answer.status, at, feasible(answer.solidity)
+        status, previous, at = answer.status, at, feasible(answer.solidity)
         found = min(found, at, key=program.volume)
         bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.multipliers, program.volume(found)))
-        gap_now = program.volume(found) - bound
-        if gap_now <= _GAP_FRACTION * gap * bound:
+        absolute_gap = program.volume(found) - bound
+        if absolute_gap <= _GAP_FRACTION * gap * bound:
             break
-        if iterations > 1 and before - gap_now <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
+        if iterations > 1 and previous_gap - absolute_gap <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
             break
         # The model's error in the volume is of second order in the distance from its expansion point.
-        if float(np.abs(at - former).max()) ** 2 <= _GAP_FRACTION * gap:
+        if float(np.abs(at - previous).max()) ** 2 <= _GAP_FRACTION * gap:
             break
     return ShapeResult(
         found, program.volume(found), partial(float, bound),

@@ -135,15 +135,12 @@ def _contacts(half: Program, direction: int, r: float, c: float, margin: float) 
     clearance = clearance_at(x, half_bar(half).bore)
     near = clearance.min(axis=1) <= clearance.min() * (1.0 + _CLEARANCE)
     x, clearance, row = x[near], clearance[near], np.arange(np.count_nonzero(near))
-    known, refined_program = clearance.min(axis=1), x
+    known, samples = clearance.min(axis=1), x
     for _ in range(_ZOOMS):
         k = np.argmin(clearance, axis=1)
-        low, high = (
-            refined_program[row, np.maximum(k - 1, 0)],
-            refined_program[row, np.minimum(k + 1, clearance.shape[1] - 1)],
-        )
-        refined_program = low[:, None] + (high - low)[:, None] * _SAMPLES
-        walls = least_walls_at(half.scene, half.criterion, half.floor, refined_program.ravel())
-        clearance = clearance_at(refined_program, 1.0 - walls)
+        low, high = samples[row, np.maximum(k - 1, 0)], samples[row, np.minimum(k + 1, clearance.shape[1] - 1)]
+        samples = low[:, None] + (high - low)[:, None] * _SAMPLES
+        walls = least_walls_at(half.scene, half.criterion, half.floor, samples.ravel())
+        clearance = clearance_at(samples, 1.0 - walls)
     lower = clearance.min(axis=1) < known * (1.0 - margin)
-    return tuple(refined_program[row, np.argmin(clearance, axis=1)][lower].tolist())
+    return tuple(samples[row, np.argmin(clearance, axis=1)][lower].tolist())

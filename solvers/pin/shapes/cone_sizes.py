@@ -91,15 +91,15 @@ def corner_table(half: Program, least_tolerance: float, best: tuple[float, ...])
     edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
     bore = bores(edges)
     while True:
-        wide = np.diff(edges)
-        bend = np.abs(np.diff(np.diff(bore) / wide))
-        above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-        away = np.min([np.maximum(edges[:-1] - c, c - edges[1:]) for c in best], axis=0, initial=1.0).clip(0.0)
-        tolerance = least_tolerance + np.minimum(_CORNER_RISE * away * away, _COARSE_CORNER)
-        cut = np.flatnonzero((above > tolerance) & (wide > 2.0 * _MIN_CELL_WIDTH))
+        width = np.diff(edges)
+        bend = np.abs(np.diff(np.diff(bore) / width))
+        above = 0.5 * width * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
+        distance = np.min([np.maximum(edges[:-1] - c, c - edges[1:]) for c in best], axis=0, initial=1.0).clip(0.0)
+        tolerance = least_tolerance + np.minimum(_CORNER_RISE * distance * distance, _COARSE_CORNER)
+        cut = np.flatnonzero((above > tolerance) & (width > 2.0 * _MIN_CELL_WIDTH))
         if not cut.size:
             return np.stack([edges, bore, np.append(above, 0.0)])
-        middles = edges[cut] + 0.5 * wide[cut]
+        middles = edges[cut] + 0.5 * width[cut]
         edges, bore = np.insert(edges, cut + 1, middles), np.insert(bore, cut + 1, bores(middles))
 
 
@@ -127,10 +127,8 @@ def corner_range(bar: HalfBar, c0: float, c1: float) -> tuple[float, float, floa
             at = bore[k] + slope * (middle - edges[k])
     if not least > 0.0:
         return most, np.inf, 0.0, 0.0
-    least_slope, greatest_slope = (
-        least_slope / (most if least_slope > 0.0 else least),
-        greatest_slope / (least if greatest_slope > 0.0 else most),
-    )
+    least_slope /= most if least_slope > 0.0 else least
+    greatest_slope /= least if greatest_slope > 0.0 else most
     return most, math.log(at) + max_excess / least, least_slope, greatest_slope
 
 
@@ -145,11 +143,11 @@ def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) ->
     """
     count = 0
     for first in range(0, bar.x.size, NODES):
-        begin, wide = bar.x[first], bar.x[first + NODES - 1] - bar.x[first]
+        begin, width = bar.x[first], bar.x[first + NODES - 1] - bar.x[first]
         loaded = False
         for j in range(first, first + NODES):
             loaded = loaded or bar.bend[j] != 0.0 or bar.shear[j] != 0.0
-        if not loaded or not (begin < first_end < begin + wide or begin < last_end < begin + wide):
+        if not loaded or not (begin < first_end < begin + width or begin < last_end < begin + width):
             for j in range(first, first + NODES):
                 out[0, count], out[1, count], out[2, count], out[3, count] = (
                     bar.x[j], bar.weight[j], bar.bend[j], bar.shear[j],
@@ -159,7 +157,7 @@ def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) ->
         low = 0.0
         for k in range(3):
             end = first_end if k == 0 else last_end
-            high = min(max((end - begin) / wide, low), 1.0) if k < 2 else 1.0
+            high = min(max((end - begin) / width, low), 1.0) if k < 2 else 1.0
             if high <= low:
                 continue
             for j in range(NODES):
@@ -174,7 +172,7 @@ def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) ->
                     whole += factor
                     bent += factor * bar.bend[first + i]
                     sheared += factor * bar.shear[first + i]
-                out[0, count], out[1, count] = begin + wide * t, (high - low) * bar.weight[first + j]
+                out[0, count], out[1, count] = begin + width * t, (high - low) * bar.weight[first + j]
                 out[2, count], out[3, count] = max(bent / whole, 0.0), max(sheared / whole, 0.0)
                 count += 1
             low = high

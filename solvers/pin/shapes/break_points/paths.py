@@ -240,10 +240,10 @@ def maximise_dual(
     path = np.empty(soft.shape)
     for _ in range(_MAX_TRIALS):
         work += forward(lam, layers, costs)
-        own = costs.cost_to_come[layers.starts[-1] - 1, 0] - lam
+        dual_value = costs.cost_to_come[layers.starts[-1] - 1, 0] - lam
         slope = trace(lam, layers, costs, path) - 1.0
-        if own > value:
-            best, value = lam, own
+        if dual_value > value:
+            best, value = lam, dual_value
         to_soft = slope > 0.0
         for i in range(2):
             for k in range(path.shape[1]):
@@ -252,9 +252,9 @@ def maximise_dual(
                 if not to_soft or high == np.inf:
                     stiff[i, k] = path[i, k]
         if to_soft:
-            low, low_value, low_slope = lam, own, slope
+            low, low_value, low_slope = lam, dual_value, slope
         else:
-            high, high_value, high_slope = lam, own, slope
+            high, high_value, high_slope = lam, dual_value, slope
         if value >= target or abs(slope) * lam <= tolerance:
             break
         if low == 0.0 or high == np.inf:

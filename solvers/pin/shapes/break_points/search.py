@@ -45,7 +45,7 @@ _MOST_WORK = 4_000_000
 """Maximum work per step, about 30 ms, in cost evaluations (one that requires a minimisation counts as ten). Of 150
 random problems, all that closed their gap did so within this limit; ten times as much hardly narrowed the others'
 gaps."""
-_WEIGHING_WORK = 100_000
+_WALLS_WORK = 100_000
 """Work, in cost evaluations, of computing the walls of one path."""
 _DUAL_TOLERANCE, _EXPECTED_PROGRESS = 0.05, 0.1
 """Tolerance of the dual maximum as a fraction of the requested gap or of the next expected gap, and the latter as a
@@ -129,11 +129,11 @@ class _Search:
         count = max(_INITIAL_CELLS[self.limited] * min(GAP / self.gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
         edges = self.half.edges(math.ceil(count))
         first = _undominated(cells(self.half, edges[:-1], np.diff(edges)))
-        whole = _Node(
+        root = _Node(
             [first] * (self.steps - 1), (0.0,) * self.steps, (1.0 if self._capped else math.inf,) * self.steps,
             0.5 if self.limited else 0.0,
         )  # fmt: skip
-        queue, final_bound, count, width = [(known_bound, 0, whole)], math.inf, 0, whole.width
+        queue, final_bound, count, width = [(known_bound, 0, root)], math.inf, 0, root.width
         while queue:
             bound, _, node = heapq.heappop(queue)
             if self.walls is not None and (self._is_closed(bound) or self.work > _MOST_WORK * self.steps):
@@ -154,13 +154,13 @@ class _Search:
             if not branches:
                 # Too many cells: this node's bound is final.
                 final_bound = min(final_bound, bound)
-            for smaller in branches:
-                if not all(layer.t.size for layer in smaller.layers):
+            for child in branches:
+                if not all(layer.t.size for layer in child.layers):
                     # The remaining cells of a break point are dominated by others, which have their own bounds.
                     continue
                 count += 1
-                width = min(width, smaller.width)
-                heapq.heappush(queue, (bound, count, smaller))
+                width = min(width, child.width)
+                heapq.heappush(queue, (bound, count, child))
         self._polish(width, _BREAK_POINT_TOLERANCE * math.sqrt(self.gap))
         bound = min([final_bound, self.walls.volume, *(entry[0] for entry in queue)])
         return Steps(self.places, self.walls, bound, count + 1, self.work)
@@ -206,7 +206,7 @@ class _Search:
 
     def _try(self, places: Array) -> None:
         """Compute the walls of steps, and keep them as incumbent if they are the lightest so far."""
-        self.work += _WEIGHING_WORK
+        self.work += _WALLS_WORK
         walls = self.half.lightest_walls(places)
         if walls is not None and (self.walls is None or walls.volume < self.walls.volume):
             self.places, self.walls = places, walls
@@ -227,13 +227,13 @@ class _Search:
     def _branch_at_gap(self, node: _Node, dual_bound: DualBound) -> list[_Node]:
         """Branch where a path's walls wrongly decrease most; otherwise between the soft and the stiff path, in a wall
         or in a break point. Empty if the paths differ by no more than the cells' width."""
-        fall, step, middle = max(
+        decrease, step, middle = max(
             (path[1, k] - path[1, k + 1], k, 0.5 * (path[1, k] + path[1, k + 1]))
             for path in (dual_bound.soft, dual_bound.stiff)
             for k in range(self.steps - 1)
         )
         places, walls = np.abs(dual_bound.stiff - dual_bound.soft)
-        if fall > 0.5 * max(places.max(), walls.max(), COINCIDENT):
+        if decrease > 0.5 * max(places.max(), walls.max(), COINCIDENT):
             return self._branch_at_wall(node, step, middle)
         walls[np.maximum(dual_bound.stiff[1], dual_bound.soft[1]) <= self._concave_from] = 0.0
         thin, at = int(np.argmax(walls)), int(np.argmax(places))

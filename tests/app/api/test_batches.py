@@ -69,8 +69,9 @@ def test_lines_of_json_become_items_and_items_are_runs(client: TestClient) -> No
         assert {**run["spec"], "name": ""} == {**single["spec"], "name": ""}
         assert run["verdict"]["holds"] == row["holds"] == single["verdict"]["holds"]
         assert run["result"]["mass_g"] == row["mass_g"] == pytest.approx(single["result"]["mass_g"], rel=1e-12)
-    # An equal one was solved once.
-    assert [client.get(f"/api/v1/runs/{row['run_id']}").json()["cached"] for row in rows] == [False, False, True]
+    # Of two equal ones, which may be in chunks of their own, one was solved.
+    cached = [client.get(f"/api/v1/runs/{row['run_id']}").json()["cached"] for row in rows]
+    assert sorted((cached[0], cached[2])) == [False, True] and not cached[1]
     # Its curves were not stored, and are made again for its pictures and its page.
     first = client.get(f"/api/v1/runs/{rows[0]['run_id']}").json()
     assert "profile" not in first["result"]

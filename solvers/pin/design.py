@@ -182,7 +182,7 @@ def _result_error(program: Program, best: ShapeResult) -> Array:
         return np.zeros(program.stations.left.size)
     walls = program.variable.wall_of(best.solidity)
     error_estimate, utilisations = deflection_error(program, walls), program.utilisations(walls)
-    # The design never uses more than the full strength.
+    # The design's utilisation is at most 1.
     return np.maximum(error_estimate, maximum_excess(program.stations, utilisations, most=1.0))
 
 

@@ -67,7 +67,7 @@ def write_deflection_coefficients(
     x: Array, residual: Array, panel_start: Array, left: float, right: float, right_residual: float, moment: Array,
     shear: Array, length: float, bending_stiffness: float, shear_stiffness: float, bending: Array, sheared: Array,
 ) -> None:  # fmt: skip
-    """Write M m length/stiff into ``bending`` and Q q length/stiff_in_shear into ``sheared`` [m] at the stations.
+    """Write M m length/bending_stiffness into ``bending`` and Q q length/shear_stiffness into ``sheared`` [m].
 
     m and q are moment and shear of a unit force at the midpoint, (x - left)/2 and 1/2 up to the middle, then mirrored.
     The result is 0 outside the span, and where a load lifts the middle. A station at an end of the span counts as

@@ -106,7 +106,7 @@ def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
     now = worst(own)
     if now == 0.0:
         return 0.0
-    # Utilisation falls at least with 1/D, at most with 1/D^3.
+    # The utilisation decreases at least as 1/D, at most as 1/D^3.
     least, most = sorted((math.log(now) / 3.0, math.log(now)))
     found = brentq(lambda x: math.log(worst(own * math.exp(x))), least - _ROOM, most + _ROOM, xtol=_DIAMETER_TOLERANCE)
     return own * math.exp(found + _DIAMETER_TOLERANCE)

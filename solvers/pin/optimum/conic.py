@@ -144,8 +144,8 @@ def thickened(program: Program, u: Array) -> Array:
 
 
 def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: float) -> ShapeResult | None:
-    """Find the lightest profile under a deflection limit, optionally with a slope limit and without thinning toward
-    the middle."""
+    """Find the lightest profile under a deflection limit, optionally with a slope limit and a wall that does not
+    decrease toward the middle."""
     if program.initial is not None:
         at = np.maximum(program.initial, low)
     else:

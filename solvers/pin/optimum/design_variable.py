@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class DesignVariable(ABC):
-    """The diameter to be found, the other one, ``given`` G [m], being fixed.
+    """Diameter to be designed, for a fixed value ``given`` G [m] of the other diameter.
 
     u, walls and sizes (the unknown diameter [m]) are arrays (n,). Walls are (D - d)/``unit_diameter``, with the unit
     diameter [m] of the strength constraints; ``unit`` is l [m].
@@ -215,11 +215,6 @@ class OuterDiameterVariable(DesignVariable):
 
     def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
         return least_bushing_wall(constraints, self.given, floor, stations)
-
-    @property
-    def thickest(self) -> float:
-        """Wall of the solid section; infinite for a bushing."""
-        return 1.0 if self.kappa < 0.0 else math.inf
 
     def rescaled(self, walls: Array, length: float) -> OuterDiameterVariable:
         return replace(self, unit=self.given or float(walls.max()) or length)

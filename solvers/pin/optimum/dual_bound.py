@@ -231,10 +231,10 @@ def coupled_bound(
 
     Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(c -+ u_i) + sqrt(c -+ u_{i+1}), c =
     (G/l)^2, and u non-decreasing toward the middle; ``volume`` is that of a feasible part. For fixed multipliers the
-    Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p
-    ``linear`` and q ``radical``, each bounded from below over all u that a lighter part may have;
-    the solver's u is not used. Up to the inflection point of a pin's g the function is convex, and is bounded by its
-    tangent at the minimum, located by bisection. Above, on each subinterval, g lies above its chord and f above its
+    Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p ``linear`` and q
+    ``radical``, each bounded from below over all u that a lighter part may have; the solver's u is not used. Up to the
+    inflection point of a pin's g the function is convex, and is bounded by its tangent at the minimum, located by
+    bisection. Above, on each subinterval, g lies above its chord and f above its
     midpoint tangent, and the remainder is minimised in closed form.
     """
     radical, linear = np.zeros_like(low), np.zeros_like(low)

@@ -51,7 +51,7 @@ def minimise_stations(
     """Minimise the Lagrangian at every station for multiplier ``lam``, in place with initial values ``u``.
 
     For a pin the last relative step is at most ``tolerance``, so that the error is about its square. Returns the
-    deflection sum s g and its derivative with respect to lambda, excluding stations that become solid.
+    deflection sum s h, h = bend f + shear g, and its derivative in lambda, excluding stations that become solid.
     ``pooled``: u (and low) non-decreasing along the stations up to ``middle_index``, and again from there on.
     ``thresholds`` (n, 2): ``solid_threshold`` of a pin's stations, unused for a bushing.
     """
@@ -97,7 +97,7 @@ def minimise_stations(
 
 @kernel
 def solid_thresholds(low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
-    """``solid_threshold`` of a pin's stations, (n, 2); empty for a bushing."""
+    """Return ``solid_threshold`` of a pin's stations, (n, 2); empty for a bushing."""
     found = np.empty((low.size if kappa < 0.0 else 0, 2))
     for i in range(found.shape[0]):
         found[i, 0], found[i, 1] = solid_threshold(low[i], bend[i], shear[i], a, b)
@@ -113,7 +113,7 @@ def _copy_to(values: Array, to: Array) -> None:
 
 @kernel
 def _deflection(weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, u: Array) -> float:
-    """Return sum s g over the loaded stations; inf if one of them has no section."""
+    """Return the deflection sum s h over the loaded stations; inf if one of them has no wall."""
     total = 0.0
     for i in range(u.size):
         if bend[i] > 0.0 or shear[i] > 0.0:
@@ -129,7 +129,7 @@ def _find_multiplier(
     weight: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
     monotone: bool, middle_index: int, solid: Array, best: Array, soft: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
-    """Return (multiplier, iterations, deflection relative to its limit) of the minimum volume.
+    """Return (multiplier, iterations, deflection relative to its limit) of the minimum-volume solution.
 
     ``best`` receives its u, ``soft`` the u of the greatest multiplier found too small. The multiplier is NaN if even
     ``solid`` is too soft, and inf if only ``solid`` is stiff enough; a bushing is always feasible.
@@ -190,7 +190,7 @@ def _minimum_volume(
     weight: Array, low: Array, bending: Array, shear: Array, limit: float, kappa: float, a: float, b: float,
     middle_index: int, monotone: bool, best: Array, soft: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
-    """As ``_find_multiplier``, over all stations of a program.
+    """As ``_find_multiplier``, for all stations of a program.
 
     Stations without deflection keep their minimum walls, unless walls must not thin toward the middle; the second
     half is traversed from its end.

@@ -44,7 +44,7 @@ def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations
 
 
 def least_bushing_wall(constraints: Sequence[StrengthConstraint], bore: float, floor: float, stations: int) -> Array:
-    """Return the least t = D - d [m] of a bushing at every station, (n,), at least ``floor``."""
+    """Return the minimum t = D - d [m] of a bushing at every station, (n,), not below ``floor``."""
     out = np.full(stations, floor)
     for c in constraints:
         _raise_bushing_walls(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, out)

@@ -72,8 +72,8 @@ class Stepped:
             solution = minimum_volume(program, monotone_majorant(program.lower, program.middle_index), True)
         if solution is None or not math.isinf(solution.multiplier):
             return lightest_steps(Half(program), self.steps, known, gap)
-        # Only a solid pin between the reference points satisfies the limit: the steps outside are constrained by
-        # strength alone.
+        # Only a pin that is solid between the reference points satisfies the limit: the steps outside are constrained
+        # by strength alone.
         start, x = program.scene.reference.left * (1.0 + _SOLID_TOLERANCE), program.stations.x
         span = (x > start) & (program.scene.geometry.length - x > start)
         constrained = replace(program, limit=None, lower=np.where(span, 1.0, program.lower))

@@ -1,6 +1,7 @@
 """Minimum-cost steps over cells of break points by dynamic programming, for a given deflection multiplier.
 
-A step from t0 to t1 costs, with B and S the cumulative deflection coefficients,
+The cost of a step from t0 to t1 is, with f(t) the lower bound of u, B and S the cumulative deflection coefficients,
+and beta and phi the flexibilities in bending and shear,
 
     psi(t0, t1) = min over u >= f(t1) of u (t1 - t0) + lambda ((B(t1) - B(t0)) beta(u) + (S(t1) - S(t0)) phi(u)).
 
@@ -10,7 +11,7 @@ steps on both sides of a break point: with B' for B, the sum over all steps chan
 
     lambda sum (B'(t_k) - B(t_k)) (beta(u_k) - beta(u_{k+1})) <= 0
 
-where u increases, and by little where neighbouring walls differ little. f is replaced by a linear lower bound L: for
+where u increases, and only slightly where neighbouring walls are similar. f is replaced by a linear lower bound L: for
 u that increases with L, the curvature of psi in t1 is at most
 
     k = 2 L' + lambda L'^2 (B beta'' + S phi''),
@@ -20,9 +21,9 @@ minimum of L apply). If no wall at the ends lies on L or has jumped to the solid
 loss is zero. Dynamic programming over the ends of cells, minus these losses, therefore bounds all break points in
 the cells.
 
-The greatest such bound over lambda is concave: two multipliers on either side of it, and the slopes there, which
-are the cheapest steps' deflections less the limit, enclose it between the better value and the meeting of two
-tangents.
+The bound is concave in lambda, with the derivative (cheapest steps' deflection - limit)/limit. So its values and
+slopes at two multipliers on either side of the maximum enclose the maximum between the larger value and the
+intersection of the two tangents.
 """
 
 from __future__ import annotations
@@ -51,8 +52,8 @@ _WIDE = 4.0
 class Layers(NamedTuple):
     """Layers of cells in one ``table`` (total, COLUMNS), the first and the last being single points.
 
-    ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): where the costs of the steps between
-    two layers begin; equal numbers: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law``: kappa and
+    ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): first index of the costs of the
+    steps between two layers; equal indices: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law``: kappa and
     Cowper's constants.
     """
 

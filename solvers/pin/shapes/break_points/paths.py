@@ -52,9 +52,9 @@ _WIDE = 4.0
 class Layers(NamedTuple):
     """Layers of cells in one ``table`` (total, COLUMNS), the first and the last being single points.
 
-    ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): first index of the costs of the
-    steps between two layers; equal indices: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law``: kappa and
-    Cowper's constants.
+    ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): first index of the costs of the steps
+    between two layers; equal indices: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law``: kappa
+    and Cowper's constants.
     """
 
     table: Array

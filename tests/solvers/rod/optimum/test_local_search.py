@@ -1,4 +1,4 @@
-"""A local search beside the ends of others."""
+"""A local search beside the results of others."""
 
 from __future__ import annotations
 
@@ -24,18 +24,18 @@ THICKER_AND_LONGER = np.array([0.0, 0.025, 0.03])
 
 @pytest.fixture(scope="module")
 def search():
-    """A search from a start, beside the ends of others."""
+    """A search from a start, beside the results of others."""
     limits = ASKED.requirements.limits(ASKED.scene)
     composition = compose(choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2))
     wanted = required_results(ASKED.objective, limits)
     model = FullModel(ASKED.scene, composition, serensen(ASKED.scene.material), CLOSED, 1e-2, 1e-6, wanted)
     task = Task(ASKED.objective, ASKED.requirements, limits, 1e-8, 1e-7)
-    return lambda start, ends=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, ends=ends)
+    return lambda start, results=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, results=results)
 
 
 def test_a_search_that_leads_to_the_end_of_another_is_over(search):
     end = search(START)
-    assert end.found is not None and end.gain <= 1e-7
+    assert end.feasible_best is not None and end.predicted_gain <= 1e-7
     beside = end.best.x + THICKER_AND_LONGER
     again = search(beside)
     assert np.max(np.abs(again.best.x - end.best.x)) < 1e-4
@@ -46,10 +46,10 @@ def test_ends_that_tell_nothing_of_a_search_do_not_stop_it(search):
     end = search(START)
     beside = end.best.x + THICKER_AND_LONGER
     dearer = replace(end, best=replace(end.best, log_cost=end.best.log_cost + 0.03))
-    unfinished = replace(end, gain=1e-3)
-    assert search(beside, [dearer]).found is not None
-    assert search(beside, [unfinished]).found is not None
+    unfinished = replace(end, predicted_gain=1e-3)
+    assert search(beside, [dearer]).feasible_best is not None
+    assert search(beside, [unfinished]).feasible_best is not None
     # The same valley within other bounds may have its bottom elsewhere.
     length = float(np.exp(end.best.x[2]))
     longer = replace(ASKED.bounds, l=(1.001 * length, ASKED.bounds.l[1]))
-    assert search(beside, [end], longer).found is not None
+    assert search(beside, [end], longer).feasible_best is not None

@@ -51,8 +51,8 @@ _MARGIN, _MIN_GAIN = 0.05, 0.1
 _COARSE_GAP, _GAP_SHARE = 1e-3, 0.1
 """Gap of the core's first search, and of its last one as a share of the influence of effects beyond the core."""
 _CORRECTIONS = 6
-_MAX_RESOLVABLE_GAIN = 1e-3
-"""Maximum of the gain below which steps are not resolved."""
+_MAX_CHECK_ERROR = 1e-3
+"""Maximum error of a check that counts in the minimum resolvable gain."""
 _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_SEARCHED_EXCESS = 0.05
@@ -85,10 +85,10 @@ def design(
     continues.
     """
     start = time.perf_counter()
-    run = _Design(problem, effects, effect_tolerance, accuracy, criterion or serensen(problem.scene.material))
+    design_run = _Design(problem, effects, effect_tolerance, accuracy, criterion or serensen(problem.scene.material))
     if time_budget is not None:
-        run.watch = Watch(time_budget)
-    outcome = run.run()
+        design_run.watch = Watch(time_budget)
+    outcome = design_run.run()
     return replace(outcome, timing={"solve_s": time.perf_counter() - start})
 
 
@@ -187,13 +187,13 @@ class _Design:
             for report in self.choice_at(strip).manifest
         )
 
-    def resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
+    def min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
         """The gain below which a step is not resolved: the error of a check beyond the accuracy if corners of the load
         excite vibration, otherwise 0."""
         if not model.is_excited_by_corners or not is_stable(Cycle(self.problem.scene, strip, model.composition)):
             return 0.0
         accuracy = model.check(strip).accuracy
-        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MAX_RESOLVABLE_GAIN)
+        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MAX_CHECK_ERROR)
 
     def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem
@@ -205,7 +205,7 @@ class _Design:
             p.scene, composition, self.criterion, fixed, self.effect_tolerance, self.accuracy, required, self.sizes.free
         )
         margin = _MARGIN * self.accuracy
-        min_gain = max(_MIN_GAIN * self.accuracy, self.resolvable_gain(model, strip))
+        min_gain = max(_MIN_GAIN * self.accuracy, self.min_resolvable_gain(model, strip))
         task = Task(p.objective, p.requirements, self.limits, margin, min_gain)
         context = Context(p, self.cycle, model, task, self.sizes)
 

@@ -1,4 +1,4 @@
-"""Contribution of the corrections to a strip's rows, as a polynomial in the dimensions fitted to solved strips.
+"""Contribution of the corrections to a strip's rows, as a polynomial from finite differences.
 
 The strip's inertia and large displacements cost far more than the rest of the physics. Their contribution to every row
 is expanded about the centre of a stencil in y = U (x - centre), x = ln(b, h, l), with orthonormal directions U (rows):
@@ -48,8 +48,8 @@ RATIO_CURVATURE: Pairs = ((0, 0),)
 
 @dataclass(frozen=True)
 class Stencil:
-    """A strip and its neighbours at distance ``step`` along ``directions`` (3, 3) in ln b, ln h, ln l, solved on first
-    use and stored in ``solved`` by y, with the discretisation of the centre.
+    """Finite-difference stencil: a strip and its neighbours at distance ``step`` along ``directions`` (3, 3) in ln b,
+    ln h, ln l, solved on first use and stored in ``solved`` by y, with the discretisation of the centre.
 
     ``curvature_pairs`` are the pairs of directions with a curvature term; ``free`` are the indices of directions that
     change only continuous sizes.

@@ -45,20 +45,20 @@ class RowsAtPeaks:
     def __call__(self, strip: FullStrip) -> Array:
         """All rows of a strip, shape (rows,)."""
         states = strip.cycle.states(self._angles)
-        out = self._stability(strip, states)
+        out = self._stability_rows(strip, states)
         self._set_load_rows(strip, states, out)
         return out
 
     def corrections(self, strip: FullStrip) -> Array:
         """Contribution of its corrections to the rows of a strip, (rows,); zero if it buckles."""
         states = strip.cycle.states(self._angles)
-        uncorrected = self._stability(strip, states)
+        uncorrected = self._stability_rows(strip, states)
         out = uncorrected.copy()
         self._set_load_rows(FullStrip(strip.cycle.without_corrections()), states, uncorrected)
         self._set_load_rows(strip, states, out)
         return out - uncorrected
 
-    def _stability(self, strip: FullStrip, states: Array) -> Array:
+    def _stability_rows(self, strip: FullStrip, states: Array) -> Array:
         """The rows, with those of dimensions and stability set."""
         out, d = np.zeros(self.layout.size), strip.dimensions
         out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)

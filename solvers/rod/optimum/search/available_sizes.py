@@ -108,7 +108,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
         if start is None:
             break
         result = _search_slice(context, start, tried)
-        while result is not None and result is context.best() and _improves_on(context, result, result, tried):
+        while result is not None and result is context.best() and _search_neighbours(context, result, result, tried):
             result = context.best()
 
 
@@ -132,14 +132,14 @@ def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
         for strip in promising_lengths(context, best.best):
             best = context.best()
             result = _search_slice(context, strip, tried)
-            if context.best() is not best or (result is not None and _improves_on(context, best, result, tried)):
+            if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
                 _improve_repeatedly(context, tried)
 
 
 def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None:
     """Move to better neighbouring sizes until there are none."""
     best = context.best()
-    while best is not None and _improves_on(context, best, best, tried):
+    while best is not None and _search_neighbours(context, best, best, tried):
         best = context.best()
 
 
@@ -173,12 +173,12 @@ def _search_near_continuous_optimum(context: Context, start: LocalResult, tried:
     """Search sizes near the optimum of continuous sizes, which single steps would reach slowly."""
     free = local_search(context.model, context.task, context.bounds, start.best.x)
     if free is not None and free.feasible_best is not None:
-        _improves_on(context, context.best(), free, tried)
+        _search_neighbours(context, context.best(), free, tried)
 
 
-def _improves_on(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
-    """Whether a neighbouring size of ``centre`` is better than ``best``; they are searched in the order of the
-    corrected core's predictions."""
+def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
+    """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
+    better than ``best``; returns whether one is."""
     check = centre.best.outcome.value
     limits = context.corrected_core_limits(check.dimensions, check)
     incumbent = best.best.log_cost if best.feasible_best is not None else math.inf

@@ -118,13 +118,9 @@ class Context:
         return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
 
     def search_from(
-        self,
-        start: Dimensions,
-        bounds: Bounds,
-        radius: float = 0.15,
-        max_iterations: int = MAX_ITERATIONS,
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int = MAX_ITERATIONS,
         incumbent: float = math.inf,
-    ) -> LocalResult | None:
+    ) -> LocalResult | None:  # fmt: skip
         """Run a local search and store its result; it is abandoned if it is not expected to improve on the ln objective
         ``incumbent``."""
         self.start_points.append(logarithms(start))

@@ -70,9 +70,11 @@ class PathPoint(NamedTuple):
 class Gaps:
     """Possible starts of searches in other gaps.
 
-    min_distance    minimum distance of a start from all tried ratios, in Omega candidates      points that have not
-    been tried tried_ratios    Omega of the starts and results of searches path_points     Omega and x of all points of
-    the paths origins         iterates through which paths have been followed
+    min_distance    minimum distance of a start from all tried ratios, in Omega
+    candidates      points that have not been tried
+    tried_ratios    Omega of the starts and results of searches
+    path_points     Omega and x of all points of the paths
+    origins         iterates through which paths have been followed
     """
 
     task: Task
@@ -117,9 +119,9 @@ class Gaps:
         if all(np.max(np.abs(strip.x - origin.x)) > _SAME_BRANCH for origin in self.origins):
             self._add_path(strip)
 
-    def exclude(self, end: Iterate) -> float:
+    def exclude(self, iterate: Iterate) -> float:
         """Exclude starts near the result of a search; returns the ln Omega there."""
-        ratio = log_frequency_ratio(end.memory.active.base_cycle)
+        ratio = log_frequency_ratio(iterate.memory.active.base_cycle)
         self.tried_ratios.append(math.exp(ratio))
         return ratio
 

@@ -170,7 +170,8 @@ def evaluate_iterate(
 ) -> Iterate | None:
     """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles.
 
-    The check is exact except far from feasibility, which is tested if that is likely (``likely_far``).
+    A strip that is likely to be far from feasibility (``likely_far``) is checked at low accuracy, and exactly only if
+    it is close after all.
     """
     outcome, x = model.check(d, max(_COARSE_ACCURACY, model.accuracy) if likely_far else None), logarithms(d)
     if outcome.value.stresses is None:
@@ -229,7 +230,7 @@ def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array
 def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radius: float) -> tuple[Array, float]:
     """The model's optimum within the trust region, and the predicted reduction of the merit function.
 
-    Far from feasibility the model's violation is minimised first; the result is the step if it is still infeasible.
+    Far from feasibility the model's violation is minimised first; if the minimum is still infeasible, it is the step.
     """
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
     layout, values = current.memory.active.layout, current.memory.values(current.x)

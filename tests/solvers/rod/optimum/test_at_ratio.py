@@ -1,4 +1,4 @@
-"""The least cost at one frequency ratio, against a simplex method."""
+"""The minimum cost at one frequency ratio, against a simplex method."""
 
 from __future__ import annotations
 

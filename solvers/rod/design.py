@@ -120,13 +120,13 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen, result = self.with_selected_effects()
+        chosen, result = self.result_with_selected_effects()
         return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
 
-    def with_selected_effects(self) -> tuple[frozenset[str], _SearchResult]:
+    def result_with_selected_effects(self) -> tuple[frozenset[str], _SearchResult]:
         """The result with all effects that are selected at its own strip, and these effects."""
         chosen, proof, excess, strip = self.core_optimum(frozenset())
-        result = self.with_effects(chosen, proof, excess, strip)
+        result = self.result_with_effects(chosen, proof, excess, strip)
         for _ in range(_MAX_SELECTIONS - 1):
             further = self.chosen_at(result.strip) - chosen
             if not further or self.out_of_time:
@@ -134,7 +134,7 @@ class _Design:
             chosen, strip = chosen | further, result.strip
             if _INERTIA in further:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
-            result = self.with_effects(chosen, proof, excess, strip)
+            result = self.result_with_effects(chosen, proof, excess, strip)
         return chosen, result
 
     def core_optimum(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
@@ -220,7 +220,9 @@ class _Design:
         model.watch = watch
         return context
 
-    def with_effects(self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions) -> _SearchResult:
+    def result_with_effects(
+        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
+    ) -> _SearchResult:
         """The result with given effects."""
         context = self.context(chosen, strip)
         beyond = _beyond(chosen)
@@ -331,7 +333,7 @@ class _Design:
         except OutOfTime:
             return None
         accuracy = max(self.accuracy, _COARSE_ACCURACY)
-        _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).with_selected_effects()
+        _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()

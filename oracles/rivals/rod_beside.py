@@ -17,7 +17,7 @@ from solvers.errors import InvalidInput
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import RodEffect, choose_for, compose
-from solvers.rod.optimum.full_model.corrections import stands
+from solvers.rod.optimum.full_model.corrections import is_stable
 
 _NEAR = 0.1
 """Maximum distance, in the logarithms of the sizes, at which another strip's resolution is accurate enough for a
@@ -58,7 +58,7 @@ class Beside:
         """The strip's revolution, solved at the resolution of the nearest known strip if that is applicable."""
         d, x = rod.Dimensions(*map(float, sizes)), np.log(sizes)
         sought = Cycle(self.scene, d, compose(self.choice), tolerance_of(self.accuracy))
-        if not sought.composition.corrections or not stands(sought):
+        if not sought.composition.corrections or not is_stable(sought):
             return sought
         near = min(self._known, key=lambda known: np.abs(x - known[0]).max(), default=None)
         if near is not None and np.abs(x - near[0]).max() < _NEAR:

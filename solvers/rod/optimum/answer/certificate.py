@@ -16,7 +16,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.search.full_optimum import BOXES, Optimum
+from solvers.rod.optimum.search.full_optimum import MAX_BOXES, Optimum
 from solvers.rod.problem import Objective
 from solvers.rod.scene import Dimensions
 
@@ -95,15 +95,15 @@ def full_certificate(
         evidence["free_directions"] = len(optimum.conditions.tangent)
     if optimum.second_order is not None and optimum.second_order.curvature is not None:
         evidence["least_curvature"] = optimum.second_order.curvature
-    evidence |= {"local_searches": optimum.starts, "local_optima": optimum.ends}
-    if optimum.followed is not None:
-        low, high = optimum.followed
+    evidence |= {"local_searches": optimum.searches, "local_optima": optimum.local_optima}
+    if optimum.ratio_range is not None:
+        low, high = optimum.ratio_range
         evidence["optimality"] = (
             f"local: the best of the valleys found between resonances, at frequency ratios from {low:.3g} to "
             f"{high:.3g}; another may be deeper, which accuracy.estimated does not count"
         )
-    if math.isfinite(optimum.local.gain):
-        evidence["gain_still_promised"] = optimum.local.gain
+    if math.isfinite(optimum.local.predicted_gain):
+        evidence["gain_still_promised"] = optimum.local.predicted_gain
     bound, gap = _bound(objective, value, relaxed, objective_value)
     return Certificate(FULL_METHOD, bound, gap, evidence)
 
@@ -126,7 +126,7 @@ def relaxed_bound(
         relaxed_limits = {row: limit + width for row, limit in limits.items()}
         if relaxed_limits[rows.STABILITY] >= -1e-9:
             return None, greatest
-        proof = search(cycle, objective, relaxed_limits, sizes, _GAP, BOXES, proof)
+        proof = search(cycle, objective, relaxed_limits, sizes, _GAP, MAX_BOXES, proof)
         lower = proof.log_bound - (0.0 if objective.per_density else width)
         at_optimum = influence(proof.best.dimensions) if proof.best is not None else 0.0
         if at_optimum <= greatest:

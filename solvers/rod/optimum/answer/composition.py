@@ -18,8 +18,8 @@ from solvers.rod.optimum.core.optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
-from solvers.rod.optimum.search.costly_limits import error_of
-from solvers.rod.optimum.search.full_optimum import BOXES, Context, Optimum
+from solvers.rod.optimum.search.costly_limits import objective_error
+from solvers.rod.optimum.search.full_optimum import MAX_BOXES, Context, Optimum
 from solvers.rod.optimum.sensitivities import stationarity
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
@@ -97,9 +97,9 @@ class Answers:
         statement = certificate.full_certificate(
             p.objective, p.objective.read(result), proof, relaxed, influence, beyond, optimum, density
         )
-        estimated = error_of(context, optimum)
+        estimated = objective_error(context, optimum)
         at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
-        if context.model.ripples and not at_vertex:
+        if context.model.is_lightly_damped and not at_vertex:
             # A neighbouring narrow valley may be deeper.
             estimated = math.inf
         if not math.isfinite(estimated):
@@ -115,13 +115,13 @@ class Answers:
         limits, excess = self.limits, math.inf
         if nearest is not None:
             check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
-            limits = context.core_limits_at(strip, check)
+            limits = context.corrected_core_limits(strip, check)
         influence = self.influence(strip, beyond)
         core = CoreOptima(
             self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
         )
         entries, error = diagnose(core, limits, attainable, context.model, influence)
-        statement = certificate.infeasible_certificate(proof, beyond, context.starts, excess)
+        statement = certificate.infeasible_certificate(proof, beyond, context.search_count, excess)
         accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
         return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=statement, diagnosis=entries)
 
@@ -145,6 +145,6 @@ class Answers:
             Status.SUCCEEDED,
             RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
             (),
-            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": BOXES}),
+            Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": MAX_BOXES}),
             certificate=statement,
         )

@@ -1,1 +1,1 @@
-"""What a search sees of the full model: rows at peaks, what corrections add, exact checks."""
+"""The full model as the search evaluates it: rows at peaks, contributions of corrections, exact checks."""

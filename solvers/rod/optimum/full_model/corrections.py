@@ -1,16 +1,16 @@
-"""What corrections add to a strip's results, as a function of the strip: a polynomial through solved strips.
+"""Contribution of the corrections to a strip's rows, as a polynomial from finite differences.
 
-The strip's inertia and large displacements cost far more than the rest of the physics. What they add to every row is
-expanded about the centre of a stencil, in y = U (x - centre), x = ln(b, h, l), with orthonormal directions U:
+The strip's inertia and large displacements cost far more than the rest of the physics. Their contribution to every row
+is expanded about the centre of a stencil in y = U (x - centre), x = ln(b, h, l), with orthonormal directions U (rows):
 
-    added(x) = added(centre) + slopes . y + y' curvatures y/2
+    c(x) = c(centre) + slopes . y + y' curvatures y/2
 
-Near a resonance it is the frequency ratio Omega = omega_1/omega that matters, so y_0 is the direction in which ln Omega
-changes, and curvatures mixed with the others are small. Where nothing rings, and where a first admissible strip is
-looked for, no curvature is needed, and all differences are to one side, along the axes. Where sizes come in steps, the
-first directions are of those that may be chosen at will, and strips aside of them are solved only if they are asked
-for. A stencil serves all strips close to its centre: at the one in question the polynomial is shifted to what was
-solved there. All its strips have the centre's resolution.
+Near a resonance the contribution depends mainly on the frequency ratio Omega = omega_1/omega. Therefore y_0 is the
+direction of the gradient of ln Omega, and mixed curvatures are small. Without resonances, and in the search for a first
+feasible strip, curvatures are omitted and all differences are one-sided, along the axes. If some sizes are discrete,
+the first directions span the continuous sizes, and strips off these directions are solved only when required. A stencil
+covers all strips close to its centre: the polynomial is shifted to agree with the solved strip in question. All strips
+of a stencil are solved with the discretisation of its centre.
 """
 
 from __future__ import annotations
@@ -31,93 +31,97 @@ from solvers.rod.vibration.natural_frequencies import natural_frequency
 Array = NDArray[np.float64]
 
 _FREQUENCY_STEP = 1e-4
-"""Of differences of ln Omega, in ln b, ln h, ln l."""
-_MEAN = 2.0 * math.pi * np.arange(128) / 128
-"""Angles of the mean axial force."""
+"""Step of the differences of ln Omega, in ln b, ln h, ln l."""
+_ANGLES = 2.0 * math.pi * np.arange(128) / 128
+"""Crank angles [rad] at which the axial force is sampled for its mean and minimum."""
 _CENTRE = (0.0, 0.0, 0.0)
-AddedTo = Callable[[FullStrip], Array]
-"""What a strip's corrections add to its rows, (rows,)."""
+CorrectionsOf = Callable[[FullStrip], Array]
+"""Function that returns the contribution of a strip's corrections to its rows, (rows,)."""
 _ROUNDING = 1e-13
-"""Of places y: what is less is nought, for the directions that a strip has not been moved in."""
+"""Coordinates y below this are rounding errors and are set to zero."""
 Pairs = tuple[tuple[int, int], ...]
-FLAT: Pairs = ()
-CURVED: Pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-CURVED_ACROSS: Pairs = ((0, 0),)
-"""Pairs of directions whose curvatures are looked at: none, all, and that across resonances."""
+NO_CURVATURES: Pairs = ()
+ALL_CURVATURES: Pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+RATIO_CURVATURE: Pairs = ((0, 0),)
+"""Pairs of directions with a curvature term: none, all, and only that along the gradient of ln Omega."""
 
 
 @dataclass(frozen=True)
 class Stencil:
-    """A strip and those ``step`` away from it in some ``directions`` (3, 3) of ln b, ln h, ln l, solved on first use
-    and kept; ``bends`` are the pairs of directions whose curvatures are looked at. Of the directions those of indices
-    in ``free`` are of sizes that may be chosen at will. Strips were ``solved``, by y, at the resolution that the centre
-    asked for."""
+    """Finite-difference stencil: a strip and its neighbours at distance ``step`` along ``directions`` (3, 3) in ln b,
+    ln h, ln l, solved on first use and stored in ``solved`` by y, with the discretisation of the centre.
+
+    ``curvature_pairs`` are the pairs of directions with a curvature term; ``free`` are the indices of directions that
+    change only continuous sizes.
+    """
 
     centre: FullStrip
     step: float
     directions: Array
-    bends: Pairs
+    curvature_pairs: Pairs
     free: tuple[int, ...]
     watch: Callable[[], None]
     solved: dict[tuple[float, ...], FullStrip] = field(default_factory=dict)
 
     @staticmethod
     def around(
-        centre: FullStrip, step: float, bends: Pairs, free: tuple[int, ...], watch: Callable[[], None]
+        centre: FullStrip, step: float, curvature_pairs: Pairs, free: tuple[int, ...], watch: Callable[[], None]
     ) -> Stencil:
-        """The stencil of a strip, which has been solved, where sizes of indices ``free`` may be chosen at will;
-        ``watch`` is called before others are solved."""
-        if not bends:
-            return Stencil(centre, step, np.eye(3), bends, free, watch)
-        return Stencil(centre, step, _frequency_first(centre.cycle, free), bends, tuple(range(len(free))), watch)
+        """The stencil of a solved strip, if the sizes of indices ``free`` are continuous; ``watch`` is called before
+        other strips are solved."""
+        if not curvature_pairs:
+            return Stencil(centre, step, np.eye(3), curvature_pairs, free, watch)
+        return Stencil(
+            centre, step, _directions_by_frequency(centre.cycle, free), curvature_pairs, tuple(range(len(free))), watch
+        )
 
-    def serves(self, d: Dimensions) -> bool:
-        """Whether the polynomial holds near a strip."""
-        apart = float(np.max(np.abs(logarithms(d) - self.origin)))
-        return apart <= (self.step if self.bends else 0.0)
+    def covers(self, d: Dimensions) -> bool:
+        """Whether the polynomial is valid near a strip."""
+        distance = float(np.max(np.abs(logarithms(d) - self.origin)))
+        return distance <= (self.step if self.curvature_pairs else 0.0)
 
     @property
     def origin(self) -> Array:
         """ln(b, h, l) of the centre."""
         return logarithms(self.centre.dimensions)
 
-    def place(self, x: Array) -> Array:
-        """y of ln(b, h, l)."""
+    def coordinates(self, x: Array) -> Array:
+        """y of x = ln(b, h, l)."""
         y = self.directions @ (x - self.origin)
         return np.where(np.abs(y) > _ROUNDING, y, 0.0)
 
     def solve(self, y: tuple[float, ...]) -> None:
-        """Have the strip at y among those ``solved``, and with it those that will be asked for, too."""
+        """Ensure that the strip at y is in ``solved``, together with the strips that will be required next."""
         if y not in self.solved:
-            aside = np.flatnonzero(y)
-            places = [y] if not aside.size else [y, *self._together(np.isin(aside, self.free).all())]
-            self._solve([place for place in dict.fromkeys(places) if place not in self.solved])
+            nonzero = np.flatnonzero(y)
+            points = [y] if not nonzero.size else [y, *self._companions(np.isin(nonzero, self.free).all())]
+            self._solve([point for point in dict.fromkeys(points) if point not in self.solved])
 
-    def _solve(self, places: list[tuple[float, ...]]) -> None:
-        """Solve strips, all those that do not buckle at the same time."""
+    def _solve(self, points: list[tuple[float, ...]]) -> None:
+        """Solve strips; those that do not buckle are solved simultaneously."""
         self.watch()
-        cycles = {place: self._cycle(place) for place in places}
-        beside = [place for place, cycle in cycles.items() if place != _CENTRE and stands(cycle)]
-        together = self.centre.cycle.neighbours([cycles[place].dimensions for place in beside])
-        cycles.update((place, own) for place, own in zip(beside, together, strict=True) if own is not None)
-        for place, cycle in cycles.items():
-            self.solved[place] = FullStrip(cycle)
+        cycles = {point: self._cycle(point) for point in points}
+        stable = [point for point, cycle in cycles.items() if point != _CENTRE and is_stable(cycle)]
+        neighbours = self.centre.cycle.neighbours([cycles[point].dimensions for point in stable])
+        cycles.update((point, own) for point, own in zip(stable, neighbours, strict=True) if own is not None)
+        for point, cycle in cycles.items():
+            self.solved[point] = FullStrip(cycle)
 
     def _cycle(self, y: tuple[float, ...]) -> Cycle:
-        """The strip at y, its resolution to be sought."""
+        """The cycle of the strip at y, without a discretisation."""
         centre = self.centre.cycle
         return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
 
-    def _together(self, free: bool) -> list[tuple[float, ...]]:
-        """Places of which all are asked for, if any is: those of all slopes and curvatures, in the directions of sizes
-        that may be chosen at will or in all."""
-        one, among = self.step * np.eye(3), self.free if free else range(3)
-        places = [one[v] for v in among]
-        places += [-one[v] if v == w else one[v] + one[w] for v, w in self.bends if v in among and w in among]
-        return [place for place in (tuple(y.tolist()) for y in places) if not self.ends(place)]
+    def _companions(self, free: bool) -> list[tuple[float, ...]]:
+        """Points required together: those of all slopes and curvatures, in the ``free`` directions or in all."""
+        offsets, indices = self.step * np.eye(3), self.free if free else range(3)
+        points = [offsets[v] for v in indices]
+        pairs = [(v, w) for v, w in self.curvature_pairs if v in indices and w in indices]
+        points += [-offsets[v] if v == w else offsets[v] + offsets[w] for v, w in pairs]
+        return [point for point in (tuple(y.tolist()) for y in points) if not self.exceeds_rod(point)]
 
-    def ends(self, y: tuple[float, ...]) -> bool:
-        """Whether a strip there would be longer than the rod."""
+    def exceeds_rod(self, y: tuple[float, ...]) -> bool:
+        """Whether the strip at y would be longer than the rod."""
         return (self.origin + np.array(y) @ self.directions)[2] > math.log(self.centre.cycle.scene.mechanism.rod_length)
 
     def _dimensions(self, y: tuple[float, ...]) -> Dimensions:
@@ -125,117 +129,119 @@ class Stencil:
 
 
 @dataclass(frozen=True)
-class Added:
-    """What the corrections add to the rows of strips near ``home``, shape (rows,) at each, as ``added_to`` reads it."""
+class CorrectionPolynomial:
+    """Contribution of the corrections to the rows of strips near ``base``, (rows,), as returned by ``corrections_of``;
+    at ``base`` it is ``at_base``."""
 
     stencil: Stencil
-    added_to: AddedTo
-    home: FullStrip
-    at_home: Array
+    corrections_of: CorrectionsOf
+    base: FullStrip
+    at_base: Array
     _slopes: dict[int, Array] = field(default_factory=dict)
-    _beside: dict[tuple[float, ...], Array] = field(default_factory=dict)
-    _bends: dict[tuple[int, int], Array] = field(default_factory=dict)
+    _values: dict[tuple[float, ...], Array] = field(default_factory=dict)
+    _curvatures: dict[tuple[int, int], Array] = field(default_factory=dict)
 
     @staticmethod
-    def near(home: FullStrip, stencil: Stencil, added_to: AddedTo) -> Added:
+    def near(base: FullStrip, stencil: Stencil, corrections_of: CorrectionsOf) -> CorrectionPolynomial:
         """The polynomial near a strip that was solved with its corrections."""
-        return Added(stencil, added_to, home, added_to(home))
+        return CorrectionPolynomial(stencil, corrections_of, base, corrections_of(base))
 
     def at(self, x: Array) -> Array:
-        """At ln(b, h, l): the polynomial, shifted to what was solved at home."""
+        """Value at x = ln(b, h, l): the polynomial, shifted to agree with the solution at ``base``."""
         s = self.stencil
-        old, new = s.place(logarithms(self.home.dimensions)), s.place(x)
-        out = self.at_home.copy()
-        for k in np.flatnonzero(new - old).tolist():
-            out += (new[k] - old[k]) * self._slope(k)
-        for v, w in s.bends:
-            change = new[v] * new[w] - old[v] * old[w]
+        y_base, y = s.coordinates(logarithms(self.base.dimensions)), s.coordinates(x)
+        out = self.at_base.copy()
+        for k in np.flatnonzero(y - y_base).tolist():
+            out += (y[k] - y_base[k]) * self._slope(k)
+        for v, w in s.curvature_pairs:
+            change = y[v] * y[w] - y_base[v] * y_base[w]
             if change != 0.0:
-                out += (0.5 if v == w else 1.0) * change * self._bend(v, w)
+                out += (0.5 if v == w else 1.0) * change * self._curvature(v, w)
         return out
 
     def slopes(self, x: Array, free: NDArray[np.intp]) -> Array:
-        """Its derivatives by ln b, ln h, ln l, (rows, 3), of sizes of indices ``free`` if of these alone."""
-        s, out = self.stencil, np.zeros((self.at_home.size, 3))
-        y = s.place(x)
+        """Derivatives with respect to ln b, ln h, ln l, (rows, 3); only those of sizes of indices ``free`` are
+        complete."""
+        s, out = self.stencil, np.zeros((self.at_base.size, 3))
+        y = s.coordinates(x)
         for k in np.flatnonzero(np.any(np.abs(s.directions[:, free]) > _ROUNDING, axis=1)).tolist():
             slope = self._slope(k).copy()
-            for v, w in s.bends:
-                along = y[w] * (v == k) + y[v] * (w == k and v != w)
-                if along != 0.0:
-                    slope += along * self._bend(v, w)
+            for v, w in s.curvature_pairs:
+                factor = y[w] * (v == k) + y[v] * (w == k and v != w)
+                if factor != 0.0:
+                    slope += factor * self._curvature(v, w)
             out += np.outer(slope, s.directions[k])
         return out
 
     @cached_property
-    def slopes_at_ratio(self) -> Array:
-        """Derivatives by ln(b, h, l) at the centre and at a constant frequency ratio, (rows, 3): nothing across it."""
+    def jacobian_at_ratio(self) -> Array:
+        """Derivatives with respect to ln(b, h, l) at the centre, projected onto constant frequency ratio, (rows, 3)."""
         slopes = self.slopes(self.stencil.origin, np.arange(3))
-        steepest = frequency_slopes(self.stencil.centre.cycle)
+        steepest = log_frequency_ratio_gradient(self.stencil.centre.cycle)
         return slopes - np.outer(slopes @ steepest, steepest) / (steepest @ steepest)
 
     def _slope(self, k: int) -> Array:
-        """The derivative by y_k at the centre; to one side at the rod's end."""
+        """Derivative with respect to y_k at the centre; one-sided at the maximum length."""
         if k not in self._slopes:
-            ahead, behind = self._step(k, 1.0), self._step(k, -1.0)
-            ended = self.stencil.ends(ahead), self.stencil.ends(behind)
-            if (k, k) in self.stencil.bends and not any(ended):
-                slope = 0.5 * (self._around(ahead) - self._around(behind))
+            ahead, behind = self._offset(k, 1.0), self._offset(k, -1.0)
+            outside = self.stencil.exceeds_rod(ahead), self.stencil.exceeds_rod(behind)
+            if (k, k) in self.stencil.curvature_pairs and not any(outside):
+                slope = 0.5 * (self._value(ahead) - self._value(behind))
             else:
-                side = -1.0 if ended[0] else 1.0
-                slope = side * (self._around(behind if ended[0] else ahead) - self._around(_CENTRE))
+                side = -1.0 if outside[0] else 1.0
+                slope = side * (self._value(behind if outside[0] else ahead) - self._value(_CENTRE))
             self._slopes[k] = slope / self.stencil.step
         return self._slopes[k]
 
-    def _bend(self, v: int, w: int) -> Array:
-        """The second derivative by y_v and y_w at the centre; zero at the rod's end."""
-        if (v, w) not in self._bends:
-            first, second = self._step(v, 1.0), self._step(w, -1.0 if v == w else 1.0)
-            both = _CENTRE if v == w else tuple(np.add(first, second).tolist())
-            if any(self.stencil.ends(y) for y in (first, second, both)):
-                bend = np.zeros_like(self.at_home)
+    def _curvature(self, v: int, w: int) -> Array:
+        """Second derivative with respect to y_v and y_w at the centre; zero at the maximum length."""
+        if (v, w) not in self._curvatures:
+            first, second = self._offset(v, 1.0), self._offset(w, -1.0 if v == w else 1.0)
+            opposite = _CENTRE if v == w else tuple(np.add(first, second).tolist())
+            if any(self.stencil.exceeds_rod(y) for y in (first, second, opposite)):
+                curvature = np.zeros_like(self.at_base)
             else:
-                bend = self._around(both) + self._around(_CENTRE) - self._around(first) - self._around(second)
-            self._bends[v, w] = (-bend if v == w else bend) / self.stencil.step**2
-        return self._bends[v, w]
+                curvature = self._value(opposite) + self._value(_CENTRE) - self._value(first) - self._value(second)
+            self._curvatures[v, w] = (-curvature if v == w else curvature) / self.stencil.step**2
+        return self._curvatures[v, w]
 
-    def _step(self, k: int, side: float) -> tuple[float, ...]:
+    def _offset(self, k: int, side: float) -> tuple[float, ...]:
         return tuple((side * self.stencil.step * np.eye(3)[k]).tolist())
 
-    def _around(self, y: tuple[float, ...]) -> Array:
-        if y not in self._beside:
+    def _value(self, y: tuple[float, ...]) -> Array:
+        if y not in self._values:
             self.stencil.solve(y)
-            self._beside[y] = self.added_to(self.stencil.solved[y])
-        return self._beside[y]
+            self._values[y] = self.corrections_of(self.stencil.solved[y])
+        return self._values[y]
 
 
-def stands(cycle: Cycle) -> bool:
+def is_stable(cycle: Cycle) -> bool:
     """Whether a strip does not buckle."""
-    return -float(np.min(cycle.axial_force(_MEAN))) < min(FullStrip(cycle).critical)
+    return -float(np.min(cycle.axial_force(_ANGLES))) < min(FullStrip(cycle).critical)
 
 
 def log_frequency_ratio(cycle: Cycle) -> float:
-    """ln(omega_1/omega) of a strip under the mean of its axial force."""
-    mean = float(np.mean(cycle.axial_force(_MEAN)))
+    """ln Omega = ln(omega_1/omega) of a strip under its mean axial force."""
+    mean = float(np.mean(cycle.axial_force(_ANGLES)))
     return math.log(natural_frequency(cycle.scene, cycle.dimensions, mean) / cycle.scene.mechanism.speed)
 
 
-def frequency_slopes(cycle: Cycle) -> Array:
-    """The derivatives of ``log_frequency_ratio`` by ln(b, h, l) under the same mean force."""
-    scene, x, mean = cycle.scene, logarithms(cycle.dimensions), float(np.mean(cycle.axial_force(_MEAN)))
-    places = [x, *(x - _FREQUENCY_STEP * unit for unit in np.eye(3))]
-    logs = [math.log(natural_frequency(scene, dimensions_of(place, scene), mean)) for place in places]
-    return (logs[0] - np.array(logs[1:])) / _FREQUENCY_STEP
+def log_frequency_ratio_gradient(cycle: Cycle) -> Array:
+    """Derivatives of ``log_frequency_ratio`` with respect to ln(b, h, l) at the same mean force, (3,)."""
+    scene, x, mean = cycle.scene, logarithms(cycle.dimensions), float(np.mean(cycle.axial_force(_ANGLES)))
+    points = [x, *(x - _FREQUENCY_STEP * unit for unit in np.eye(3))]
+    values = [math.log(natural_frequency(scene, dimensions_of(point, scene), mean)) for point in points]
+    return (values[0] - np.array(values[1:])) / _FREQUENCY_STEP
 
 
-def _frequency_first(cycle: Cycle, free: tuple[int, ...]) -> Array:
-    """Orthonormal directions, rows: those of sizes of indices ``free`` first, and of all these first the one in which
-    the frequency ratio changes most."""
+def _directions_by_frequency(cycle: Cycle, free: tuple[int, ...]) -> Array:
+    """Orthonormal directions (rows): first those of the sizes of indices ``free``, and of these first the gradient of
+    ln Omega."""
     axes = np.eye(3)[list(free or range(3))]
-    steepest = axes.T @ (axes @ frequency_slopes(cycle))
+    steepest = axes.T @ (axes @ log_frequency_ratio_gradient(cycle))
     first = steepest / np.linalg.norm(steepest)
     others = axes if len(axes) > 1 else np.eye(3)
-    beside = others - np.outer(others @ first, first)
-    lengths = np.linalg.norm(beside, axis=1)
-    second = beside[np.argmax(lengths)] / np.max(lengths)
+    orthogonal = others - np.outer(others @ first, first)
+    lengths = np.linalg.norm(orthogonal, axis=1)
+    second = orthogonal[np.argmax(lengths)] / np.max(lengths)
     return np.array([first, second, np.cross(first, second)])

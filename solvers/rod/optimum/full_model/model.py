@@ -1,6 +1,6 @@
-"""The full model of a strip as the search sees it: peaks, rows near them, and the exact check.
+"""The full model of a strip for the search: peaks, rows near them, and the exact check.
 
-Everything that a design asks of effects beyond the core's physics goes through ``FullModel``.
+A design evaluates all effects beyond the core's physics through ``FullModel``.
 """
 
 from __future__ import annotations
@@ -19,7 +19,14 @@ from solvers.rod import rows
 from solvers.rod.check import RodCheck, check_chosen, tolerance_of
 from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
-from solvers.rod.optimum.full_model.corrections import CURVED, CURVED_ACROSS, FLAT, Added, Stencil, stands
+from solvers.rod.optimum.full_model.corrections import (
+    ALL_CURVATURES,
+    NO_CURVATURES,
+    RATIO_CURVATURE,
+    CorrectionPolynomial,
+    Stencil,
+    is_stable,
+)
 from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
 from solvers.rod.optimum.full_model.smooth_parts import Parts
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
@@ -30,24 +37,24 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
 
 _STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4
-"""Of differences in ln b, ln h, ln l: of closed forms, of corrections, whose time meshes change between strips, and of
-these where the last digits count: long ones lead past small valleys, short ones to the bottom of one."""
-_CHECKED, _CLOSEST_CHECK = 0.7, 1e-12
-"""Share of the accuracy that is asked of a check, as the rest is for what a search leaves; the least that may be."""
-_LOOSER = 5.0
-"""Times the accuracy of checks: the rows of a strip, which its check corrects."""
-_FINE_LOOSER = 0.5
-"""The same where the last digits count."""
-_BESIDE = 0.1
-"""In ln b, ln h, ln l: so near strips the same resolution is enough, roughly."""
-_DAMPED = 0.003
-"""Loss factor from which on results are smooth between resonances."""
+"""Steps of differences in ln b, ln h, ln l: of closed forms; of corrections, whose time meshes vary between strips; and
+of corrections in the fine model: long steps smooth out narrow minima, short ones resolve them."""
+_CHECK_SHARE, _MIN_CHECK_ACCURACY = 0.7, 1e-12
+"""Share of the accuracy that is requested of a check, the rest being left to the search; and the smallest accuracy
+requested."""
+_ROWS_TOLERANCE = 5.0
+"""Tolerance of the corrections in a strip's rows, which are shifted to the check, relative to its accuracy."""
+_FINE_ROWS_TOLERANCE = 0.5
+"""The same for the fine model."""
+_SAME_RESOLUTION = 0.1
+"""Distance in ln b, ln h, ln l within which strips need about the same discretisation."""
+_SMOOTH_LOSS_FACTOR = 0.003
+"""Loss factor above which results vary smoothly between resonances."""
 _FINE_ANGLE_STEP = 1e-3
-_SMOOTH, _RINGING, _FINE = 1e-7, 5e-4, 1e-5
-"""Radii that no trust is left in: where results are smooth, between resonances, and there where the last digits
-count."""
-_KEPT, _STENCILS = 64, 3
-"""Strips and stencils that are remembered."""
+_MIN_RADIUS, _MIN_RADIUS_RESONANT, _MIN_RADIUS_FINE = 1e-7, 5e-4, 1e-5
+"""Trust-region radii at which a search ends: without resonances, with them, and with them in the fine model."""
+_MAX_STRIPS, _MAX_STENCILS = 64, 3
+"""Numbers of strips and stencils that are stored."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
 
@@ -55,19 +62,23 @@ Watch = Callable[[], None]
 
 
 def no_watch() -> None:
-    """No limit on the time."""
+    """No time limit."""
 
 
 @dataclass
 class FullModel:
-    """The physics chosen for a scene, its criterion, what is looked at, and the accuracy of all that.
+    """The physics selected for a scene, with fatigue criterion, required results and accuracy.
 
-    ``effects`` are those that run, settled, ``free`` the indices of the sizes that may be chosen at will. ``strips``
-    counts the strips evaluated by rows, ``checks`` the exact ones. Corrections are taken as linear in ln b, ln h, ln l,
-    as quadratic where the model is ``curved``: so resonances are followed closely, with rows as good as checks where it
-    is ``fine``; what they change beside a strip is that of strips of a ``coarse`` model, if there is one: differences
-    between strips of one resolution are as good. ``watch`` is called before each strip and check and may raise
-    OutOfTime.
+    effects         the active effects, fixed
+    free            indices of the continuous sizes
+    strip_count     number of strips evaluated by rows
+    check_count     number of exact checks
+    fine            short difference steps and peak stencils, rows as accurate as checks
+    quadratic       corrections are expanded to second order in ln b, ln h, ln l, which follows resonances closely;
+                    otherwise to first order
+    coarse          a less accurate model whose strips supply the differences of corrections between strips, if any:
+                    differences between strips of one discretisation are equally accurate
+    watch           is called before each strip and check and may raise OutOfTime
     """
 
     scene: Scene
@@ -76,73 +87,72 @@ class FullModel:
     effects: EffectSelection
     effect_tolerance: float
     accuracy: float
-    wanted: RequiredResults
+    required: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
-    curved: bool = False
+    quadratic: bool = False
     coarse: FullModel | None = None
-    strips: int = 0
-    checks: int = 0
+    strip_count: int = 0
+    check_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
     _stencils: list[Stencil] = field(default_factory=list)
-    _sought: list[Cycle] = field(default_factory=list)
-    """Of which resolutions have been found."""
+    _resolved: list[Cycle] = field(default_factory=list)
+    """Cycles whose discretisation has been determined."""
 
     @property
-    def rings(self) -> bool:
-        """Whether the strip's inertia rings, so that there are optima close to each other."""
+    def has_resonances(self) -> bool:
+        """Whether the strip's inertia is modelled by its vibration, which leads to local optima close to each other."""
         return any(isinstance(part, RodInertia) for part in self.composition.corrections)
 
     @property
-    def textured(self) -> bool:
-        """Whether a table's points set the strip ringing: to follow that takes long, and noise limits what may be known
-        of it."""
-        return self.rings and self.scene.load.corners().size > FEW_CORNERS
+    def is_excited_by_corners(self) -> bool:
+        """Whether the many corners of a tabulated load excite vibration: it is expensive to resolve, and noise limits
+        the attainable accuracy."""
+        return self.has_resonances and self.scene.load.corners().size > FEW_CORNERS
 
     @property
-    def ripples(self) -> bool:
-        """Whether hardly anything damps what rings, so that narrow valleys lie side by side between resonances."""
-        return self.rings and self.scene.material.loss_factor < _DAMPED
+    def is_lightly_damped(self) -> bool:
+        """Whether vibration is hardly damped, so that narrow minima lie close to each other between resonances."""
+        return self.has_resonances and self.scene.material.loss_factor < _SMOOTH_LOSS_FACTOR
 
     @property
-    def least_radius(self) -> float:
-        """A trust region smaller than that, in ln b, ln h, ln l, is not worth a step."""
-        if not self.rings:
-            return _SMOOTH
-        return _FINE if self.fine else _RINGING
+    def min_radius(self) -> float:
+        """Trust-region radius in ln b, ln h, ln l below which a step is not worth its cost."""
+        if not self.has_resonances:
+            return _MIN_RADIUS
+        return _MIN_RADIUS_FINE if self.fine else _MIN_RADIUS_RESONANT
 
     @property
     def correction_step(self) -> float:
-        """Of differences of corrections, in ln b, ln h, ln l."""
+        """Step of differences of corrections, in ln b, ln h, ln l."""
         return _FINE_STEP if self.fine else _CORRECTION_STEP
 
     @property
     def angle_step(self) -> float:
-        """Between the three angles through which a peak is followed [rad]: close ones, where friction's corners lie
-        beside peaks and the last digits count."""
+        """Spacing [rad] of the three angles whose parabola represents a peak; small in the fine model, where corners of
+        the friction force may lie close to peaks."""
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def at_accuracy(self, accuracy: float) -> FullModel:
-        """The same at another accuracy; its checks are its own."""
-        return replace(self._anew(), accuracy=accuracy, _checks={})
+        """This model at another accuracy, with its own checks."""
+        return replace(self._without_cache(), accuracy=accuracy, _checks={})
 
-    def rougher(self, accuracy: float) -> FullModel:
-        """The same, less accurate, with corrections to second order; its checks are its own, without contact and
-        friction power where nobody looks at them: to resolve these takes twice the time of the rest."""
-        looks, chosen = self.wanted.reactions or self.wanted.power, self.effects
-        effects = chosen if looks else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, curved=True)
+    def coarser(self, accuracy: float) -> FullModel:
+        """This model at a lower accuracy, with corrections to second order and its own checks. They omit contact and
+        friction power if these are not required: resolving them takes twice the time of the rest."""
+        needs_contact, chosen = self.required.reactions or self.required.power, self.effects
+        effects = chosen if needs_contact else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
+        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, quadratic=True)
 
     def finer(self, coarse: FullModel | None = None) -> FullModel:
-        """The same with corrections to second order over short steps and rows as good as checks; its checks are the
-        same."""
-        return replace(self._anew(), fine=True, curved=True, coarse=coarse)
+        """The fine version of this model, with corrections to second order; it shares the checks."""
+        return replace(self._without_cache(), fine=True, quadratic=True, coarse=coarse)
 
-    def _anew(self) -> FullModel:
-        """The same without its strips."""
-        return replace(self, strips=0, checks=0, _strips={}, _stencils=[], _sought=[])
+    def _without_cache(self) -> FullModel:
+        """This model without its stored strips."""
+        return replace(self, strip_count=0, check_count=0, _strips={}, _stencils=[], _resolved=[])
 
     @property
     def corrected(self) -> bool:
@@ -150,186 +160,190 @@ class FullModel:
         return bool(self.composition.corrections)
 
     def strip(self, d: Dimensions, corrected: bool = True) -> FullStrip:
-        """One strip at any angles and sections, with its corrections or without; the last few with are kept."""
+        """One strip at any angles and sections, with or without its corrections; the last ones with corrections are
+        stored."""
         if not (corrected and self.corrected):
-            return self._new(Cycle(self.scene, d, self.composition.linear, self._tolerance))
+            return self._counted_strip(Cycle(self.scene, d, self.composition.linear, self._tolerance))
         if d not in self._strips:
-            self._keep(self._new(self._cycle(d, self._tolerance)))
+            self._keep(self._counted_strip(self._resolved_cycle(d, self._tolerance)))
         return self._strips[d]
 
-    def _new(self, cycle: Cycle) -> FullStrip:
+    def _counted_strip(self, cycle: Cycle) -> FullStrip:
         self.watch()
-        self.strips += 1
+        self.strip_count += 1
         return FullStrip(cycle)
 
-    def _cycle(self, d: Dimensions, tolerance: float) -> Cycle:
-        """The turn of a strip, its corrections roughly at the resolution that was found for one near it, if there is
-        one: what that leaves unknown is hardly more."""
-        within = tolerance_of(max(_CHECKED * self.accuracy, _CLOSEST_CHECK))
-        sought = Cycle(self.scene, d, self.composition, min(tolerance, within))
-        if self.fine or not self.rings or not stands(sought):
-            return sought
+    def _resolved_cycle(self, d: Dimensions, tolerance: float) -> Cycle:
+        """The cycle of a strip with the discretisation found for a strip near it, if there is one: in coarse models its
+        error is hardly larger."""
+        check_accuracy = tolerance_of(max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY))
+        cycle = Cycle(self.scene, d, self.composition, min(tolerance, check_accuracy))
+        if self.fine or not self.has_resonances or not is_stable(cycle):
+            return cycle
         x = logarithms(d)
-        for known in self._sought:
-            near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _BESIDE
-            beside = known.neighbours([d])[0] if near else None
-            if beside is not None:
-                return beside
-        self._sought = [sought, *self._sought[: _KEPT - 1]]
-        return sought
+        for known in self._resolved:
+            near = known.tolerance <= tolerance and np.max(np.abs(logarithms(known.dimensions) - x)) <= _SAME_RESOLUTION
+            neighbour = known.neighbours([d])[0] if near else None
+            if neighbour is not None:
+                return neighbour
+        self._resolved = [cycle, *self._resolved[: _MAX_STRIPS - 1]]
+        return cycle
 
     @property
     def _tolerance(self) -> float:
-        """Of the corrections of strips."""
-        return self.accuracy * (_FINE_LOOSER if self.fine else 1.0 if self.curved else _LOOSER)
+        """Tolerance of the corrections of strips."""
+        return self.accuracy * (_FINE_ROWS_TOLERANCE if self.fine else 1.0 if self.quadratic else _ROWS_TOLERANCE)
 
     def _keep(self, strip: FullStrip) -> None:
-        while len(self._strips) >= _KEPT:
+        while len(self._strips) >= _MAX_STRIPS:
             del self._strips[next(iter(self._strips))]
         self._strips[strip.dimensions] = strip
 
     def check(self, d: Dimensions, accuracy: float | None = None) -> Outcome[RodCheck]:
-        """The exact check of a strip; to a lesser accuracy if that is all that is asked for."""
+        """The exact check of a strip; to a lower ``accuracy`` if one is given."""
         if d in self._checks:
             return self._checks[d]
         self.watch()
-        self.checks += 1
-        within = accuracy or max(_CHECKED * self.accuracy, _CLOSEST_CHECK)
+        self.check_count += 1
+        check_accuracy = accuracy or max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
         choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
         known = self._strips.get(d)
-        solved = known is not None and known.cycle.tolerance <= tolerance_of(within)
-        cycle = known.cycle if solved else self._cycle(d, tolerance_of(within))
-        found = check_chosen(cycle, choice, within, self.criterion)
+        is_resolved = known is not None and known.cycle.tolerance <= tolerance_of(check_accuracy)
+        cycle = known.cycle if is_resolved else self._resolved_cycle(d, tolerance_of(check_accuracy))
+        found = check_chosen(cycle, choice, check_accuracy, self.criterion)
         if cycle.tolerance <= self._tolerance:
             self._keep(FullStrip(cycle))
         if accuracy is None or accuracy <= self.accuracy:
             self._checks[d] = found
         return found
 
-    def checked(self) -> Iterable[Outcome[RodCheck]]:
+    def all_checks(self) -> Iterable[Outcome[RodCheck]]:
         """All checks so far."""
         return self._checks.values()
 
     def peaks(self, d: Dimensions) -> Peaks:
-        """Where a strip's results peak; it must not buckle."""
+        """Locations of the peaks of a strip's results; the strip must not buckle."""
         strip = self.strip(d)
-        pushed = compression_peaks(strip.cycle.axial_force)
-        peaks = find_peaks(strip, self.criterion.diagram(), self.wanted)._replace(compressions=pushed)
+        compressions = compression_peaks(strip.cycle.axial_force)
+        peaks = find_peaks(strip, self.criterion.diagram(), self.required)._replace(compressions=compressions)
         return peaks.split_at_jumps(self.scene.load.jumps(), self.angle_step)
 
     def rows_near(self, peaks: Peaks, d: Dimensions) -> FullRows:
-        """The rows of strips near this one, which has these peaks, maybe with those of others."""
+        """The rows of strips near this one at the given peaks, which are its own and possibly those of other strips."""
         stresses = self.strip(d).stresses(peaks.stencils(self.angle_step), peaks.stations())
-        parts = Parts.near_the_worst(stresses, peaks.angles, self.criterion.diagram())
+        parts = Parts.near_maximum(stresses, peaks.angles, self.criterion.diagram())
         return FullRows(self, peaks, parts, d, self._stencil_for(d) if self.corrected else None)
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
-        """One that serves a strip: one of the last, or a new one around it."""
-        if self.coarse is not None and self.textured:
+        """A stored stencil that covers a strip, or a new one around it."""
+        if self.coarse is not None and self.is_excited_by_corners:
             return self.coarse._stencil_for(d)
         for stencil in self._stencils:
-            if stencil.serves(d):
+            if stencil.covers(d):
                 return stencil
-        # Beside what noise makes of a strip the other curvatures are not worth the time of six motions.
-        bends = (CURVED_ACROSS if self.textured else CURVED) if self.curved else FLAT
+        # Under a noisy load the other curvatures are not worth the time of six solutions.
+        second_order = RATIO_CURVATURE if self.is_excited_by_corners else ALL_CURVATURES
+        curvature_pairs = second_order if self.quadratic else NO_CURVATURES
         centre = (self.coarse or self).strip(d)
-        stencil = Stencil.around(centre, self.correction_step, bends, self.free, self.watch)
-        self._stencils = [stencil, *self._stencils[: _STENCILS - 1]]
+        stencil = Stencil.around(centre, self.correction_step, curvature_pairs, self.free, self.watch)
+        self._stencils = [stencil, *self._stencils[: _MAX_STENCILS - 1]]
         return stencil
 
 
 @dataclass(frozen=True)
 class FullRows:
-    """All rows of strips near one whose peaks are known, as functions of x = ln(b, h, l).
+    """All rows of strips near one with known peaks, as functions of x = ln(b, h, l).
 
-    Of strips away from ``home`` the physics without corrections is evaluated anew; what the corrections add to its rows
-    is a polynomial in x (``corrections``). So a local search does not pay for them at every strip that it looks at.
+    At strips other than ``base`` the physics without corrections is evaluated exactly, and the contribution of the
+    corrections is a polynomial in x (``corrections``), so that a local search solves them at few strips only.
     """
 
     model: FullModel
     peaks: Peaks
     parts: Parts
-    home: Dimensions
+    base: Dimensions
     stencil: Stencil | None
-    """What slopes of corrections are taken from; None where there are none."""
+    """Stencil for the derivatives of corrections; None without corrections."""
 
-    _plain: dict[bytes, Array] = field(default_factory=dict)
-    """Rows without corrections that have been asked for."""
-
-    @cached_property
-    def _added(self) -> Added | None:
-        home = self.model.strip(self.home)
-        return None if self.stencil is None else Added.near(home, self.stencil, self._read.added)
+    _uncorrected: dict[bytes, Array] = field(default_factory=dict)
+    """Rows without corrections evaluated so far."""
 
     @cached_property
-    def _read(self) -> RowsAtPeaks:
+    def _corrections(self) -> CorrectionPolynomial | None:
+        base = self.model.strip(self.base)
+        return None if self.stencil is None else CorrectionPolynomial.near(base, self.stencil, self._rows.corrections)
+
+    @cached_property
+    def _rows(self) -> RowsAtPeaks:
         m = self.model
-        return RowsAtPeaks(m.scene, m.criterion.diagram(), self.peaks, self.parts, m.angle_step, m.wanted.power)
+        return RowsAtPeaks(m.scene, m.criterion.diagram(), self.peaks, self.parts, m.angle_step, m.required.power)
 
     @property
-    def home_cycle(self) -> Cycle:
-        """The turn of the strip at home, without corrections."""
-        return self.model.strip(self.home, corrected=False).cycle
+    def base_cycle(self) -> Cycle:
+        """The cycle of the strip ``base``, without corrections."""
+        return self.model.strip(self.base, corrected=False).cycle
 
     @property
     def layout(self) -> Layout:
-        return self._read.layout
+        return self._rows.layout
 
     def values(self, x: Array) -> Array:
         """All rows, shape (rows,)."""
-        own, at_home = self.plain_values(x), self._dimensions(x) is self.home
-        if self._added is None or not (own[rows.STABILITY] < 0.0 or at_home):
-            return own
-        return own + (self._added.at_home if at_home else self._added.at(x))
+        uncorrected, at_base = self.uncorrected_values(x), self._dimensions(x) is self.base
+        if self._corrections is None or not (uncorrected[rows.STABILITY] < 0.0 or at_base):
+            return uncorrected
+        return uncorrected + (self._corrections.at_base if at_base else self._corrections.at(x))
 
-    def plain_values(self, x: Array) -> Array:
-        """The rows without corrections."""
+    def uncorrected_values(self, x: Array) -> Array:
+        """All rows without corrections."""
         key = x.tobytes()
-        if key not in self._plain:
-            self._plain[key] = self._read(self.model.strip(self._dimensions(x), corrected=False))
-        return self._plain[key]
+        if key not in self._uncorrected:
+            self._uncorrected[key] = self._rows(self.model.strip(self._dimensions(x), corrected=False))
+        return self._uncorrected[key]
 
     def corrected_values(self, x: Array) -> Array:
-        """All rows with the corrections evaluated anew."""
-        return self._read(self.model.strip(self._dimensions(x)))
+        """All rows with the corrections solved at x."""
+        return self._rows(self.model.strip(self._dimensions(x)))
 
-    def taken_apart(self, x: Array) -> tuple[Array, Array]:
-        """All rows without corrections, and what the corrections, evaluated anew, add to them."""
-        return self.plain_values(x), self._read.added(self.model.strip(self._dimensions(x)))
+    def split_values(self, x: Array) -> tuple[Array, Array]:
+        """All rows without corrections, and the contribution of the corrections solved at x."""
+        return self.uncorrected_values(x), self._rows.corrections(self.model.strip(self._dimensions(x)))
 
     def jacobian(self, x: Array, free: Array = ALL) -> Array:
-        """Derivatives of all rows by x, shape (rows, 3), by differences to one side; those with other indices are
-        zero."""
-        plain = self.plain_slopes(x, free)
-        if self._added is None or not self.plain_values(x)[rows.STABILITY] < 0.0:
-            return plain
-        return plain + self._added.slopes(x, free)
+        """Derivatives of all rows with respect to x, shape (rows, 3), by one-sided differences; columns not in ``free``
+        are zero."""
+        slopes = self.uncorrected_jacobian(x, free)
+        if self._corrections is None or not self.uncorrected_values(x)[rows.STABILITY] < 0.0:
+            return slopes
+        return slopes + self._corrections.slopes(x, free)
 
-    def slopes_at_ratio(self, x: Array) -> Array:
-        """The same with what corrections add at a constant frequency ratio: nothing across it."""
-        return self.plain_slopes(x) + (0.0 if self._added is None else self._added.slopes_at_ratio)
+    def jacobian_at_ratio(self, x: Array) -> Array:
+        """The same, with the derivatives of corrections projected onto constant frequency ratio."""
+        return self.uncorrected_jacobian(x) + (
+            0.0 if self._corrections is None else self._corrections.jacobian_at_ratio
+        )
 
-    def plain_slopes(self, x: Array, free: Array = ALL) -> Array:
-        """The same of the rows without corrections."""
-        here, out = self.plain_values(x), np.zeros((self.layout.size, 3))
+    def uncorrected_jacobian(self, x: Array, free: Array = ALL) -> Array:
+        """Derivatives of the rows without corrections."""
+        here, out = self.uncorrected_values(x), np.zeros((self.layout.size, 3))
         for v in free:
             step = _STEP * np.eye(3)[v]
-            # Beside buckling only the other side has strips.
-            for side in (-1.0,) if v == 2 and self._ends(x + step) else (1.0, -1.0):
-                values = self.plain_values(x + side * step)
+            # At the maximum length, or where the neighbour buckles, the difference is taken to the other side.
+            for side in (-1.0,) if v == 2 and self._exceeds_rod(x + step) else (1.0, -1.0):
+                values = self.uncorrected_values(x + side * step)
                 if values[rows.UTILISATION] != rows.BUCKLED:
                     out[:, v] = (values - here) / (side * _STEP)
                     break
         return out
 
     def _dimensions(self, x: Array) -> Dimensions:
-        """The strip of the logarithms x; the one that the rows are of has its sizes to the last place."""
-        return self.home if x.tobytes() == self._at else dimensions_of(x, self.model.scene)
+        """The strip at x; exactly ``base`` at its logarithms."""
+        return self.base if x.tobytes() == self._base_key else dimensions_of(x, self.model.scene)
 
     @cached_property
-    def _at(self) -> bytes:
-        return logarithms(self.home).tobytes()
+    def _base_key(self) -> bytes:
+        return logarithms(self.base).tobytes()
 
-    def _ends(self, x: Array) -> bool:
+    def _exceeds_rod(self, x: Array) -> bool:
         """Whether a strip would be longer than the rod."""
         return x[2] > math.log(self.model.scene.mechanism.rod_length)

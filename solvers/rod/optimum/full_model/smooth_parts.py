@@ -1,9 +1,9 @@
-"""A fatigue utilisation, or a greatest stress, taken apart into smooth functions that it is the greatest of.
+"""Decomposition of a fatigue utilisation, or of a maximum stress, into smooth functions whose maximum it is.
 
-The utilisation of a fibre at a section is the greatest, over the humps of its stress over the turn, over its dips, and
-over the pieces of the fatigue diagram, of a smooth function of one hump's height and one dip's depth. So every such
-combination that comes near the worst is a part of its own, and where two of them are equal there is a corner between
-smooth constraints and no kink in one of them. A greatest stress has single humps and dips for parts.
+The utilisation of a fibre at a section is the maximum, over the local maxima of its stress over the revolution, over
+the local minima, and over the pieces of the fatigue diagram, of a smooth function of one maximum and one minimum. Each
+such combination close to the largest is therefore a separate part: where two are equal, two smooth constraints
+intersect, and no constraint has a kink. The parts of a maximum stress are single local maxima and minima.
 """
 
 from __future__ import annotations
@@ -21,18 +21,21 @@ from solvers.rod.optimum.core.peak_model import peak_height
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 
-_NEAR = 0.85
-"""Parts below this share of the worst are left out."""
-_SAME_HUMP = 0.02
-"""Angles [rad] closer than this belong to one hump."""
+_MIN_SHARE = 0.85
+"""Parts below this share of the largest are omitted."""
+_CLUSTER_GAP = 0.02
+"""Angles [rad] closer than this belong to the same cluster, i.e. to one local extremum."""
 
 
 @dataclass(frozen=True)
 class Parts:
-    """Combinations that come near the worst. ``order`` sorts the angles, and humps begin at ``starts`` in that order.
+    """Combinations close to the largest.
 
-    Of every utilisation: fibre, group of sections, hump, dip, and the piece of the diagram, of which the last is the
-    parabola; of stresses: fibre, group, hump, whether it is a dip. (5, utilisations) and (4, stresses).
+    order           sorts the angles
+    starts          index of the first angle of every cluster, in that order
+    utilisations    fibre, group of sections, clusters of the maximum and of the minimum, piece of the diagram, the
+                    last of which is the parabola (5, utilisations)
+    stresses        fibre, group of sections, cluster, 1 for a minimum or 0 for a maximum (4, stresses)
     """
 
     order: Index
@@ -41,20 +44,21 @@ class Parts:
     stresses: Index
 
     @staticmethod
-    def near_the_worst(stress: Array, angles: Array, diagram: Diagram) -> Parts:
-        """The parts of a strip's stresses [Pa] (2, sections, 3 angles) that come near the worst.
+    def near_maximum(stress: Array, angles: Array, diagram: Diagram) -> Parts:
+        """The parts of a strip's stresses [Pa] (2, sections, 3 angles) that are close to the largest.
 
-        ``angles`` are those in the middle of the stencils; sections are the first alone, then stencils.
+        ``angles`` are the middle angles of the stencils; sections are the clamp, then stencils of three.
         """
         order = np.argsort(angles)
-        apart = np.diff(angles[order], prepend=angles[order[0]] - 2.0 * _SAME_HUMP) > _SAME_HUMP
-        starts, groups = np.flatnonzero(apart), 1 + (stress.shape[1] - 1) // 3
+        begins = np.diff(angles[order], prepend=angles[order[0]] - 2.0 * _CLUSTER_GAP) > _CLUSTER_GAP
+        starts, groups = np.flatnonzero(begins), 1 + (stress.shape[1] - 1) // 3
         count, pieces = starts.size, diagram.lines.shape[0] + 1
-        every = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
+        combinations = np.indices((2, groups, count, count, pieces)).reshape(5, -1)
         all_stresses = np.indices((2, groups, count, 2)).reshape(4, -1)
-        used, strained = part_values(stress, order, starts, every, all_stresses, *diagram)
-        every = np.compress(used >= _NEAR * used.max(), every, axis=1)
-        return Parts(order, starts, every, np.compress(strained >= _NEAR * strained.max(), all_stresses, axis=1))
+        part_utilisations, part_stresses = part_values(stress, order, starts, combinations, all_stresses, *diagram)
+        combinations = np.compress(part_utilisations >= _MIN_SHARE * part_utilisations.max(), combinations, axis=1)
+        all_stresses = np.compress(part_stresses >= _MIN_SHARE * part_stresses.max(), all_stresses, axis=1)
+        return Parts(order, starts, combinations, all_stresses)
 
 
 @kernel
@@ -63,42 +67,45 @@ def part_values(
 ) -> tuple[Array, Array]:
     """Utilisations, and stresses [Pa], of the parts of a strip's stresses (2, sections, 3 angles); the other arguments
     as in ``Parts`` and ``Diagram``."""
-    high, low = _extremes(stress, order, starts)
-    used, strained, three = np.empty(utilisations.shape[1]), np.empty(stresses.shape[1]), np.empty(3)
-    for n in range(used.size):
+    maxima, minima = _extremes(stress, order, starts)
+    part_utilisations, part_stresses = np.empty(utilisations.shape[1]), np.empty(stresses.shape[1])
+    samples = np.empty(3)
+    for n in range(part_utilisations.size):
         fibre, group, piece = utilisations[0, n], utilisations[1, n], utilisations[4, n]
         for k in range(3 if group > 0 else 1):
             j = 3 * group - 2 + k if group > 0 else 0
-            top, bottom = high[fibre, j, utilisations[2, n]], low[fibre, j, utilisations[3, n]]
-            amplitude, mean = 0.5 * (top - bottom), 0.5 * (top + bottom)
+            maximum, minimum = maxima[fibre, j, utilisations[2, n]], minima[fibre, j, utilisations[3, n]]
+            amplitude, mean = 0.5 * (maximum - minimum), 0.5 * (maximum + minimum)
             if piece < lines.shape[0]:
-                three[k] = np.inf
+                samples[k] = np.inf
                 for line in range(lines.shape[1]):
-                    three[k] = min(three[k], lines[piece, line, 0] * amplitude + lines[piece, line, 1] * mean)
+                    samples[k] = min(samples[k], lines[piece, line, 0] * amplitude + lines[piece, line, 1] * mean)
             else:
                 a, m = parabola[0] * amplitude, 2.0 * parabola[1] * max(mean, 0.0)
-                three[k] = 0.5 * (a + math.sqrt(a * a + m * m))
-        used[n] = peak_height(three[0], three[1], three[2]) if group > 0 else three[0]
-    for n in range(strained.size):
-        fibre, group, hump, dips = stresses[0, n], stresses[1, n], stresses[2, n], stresses[3, n]
+                samples[k] = 0.5 * (a + math.sqrt(a * a + m * m))
+        part_utilisations[n] = peak_height(samples[0], samples[1], samples[2]) if group > 0 else samples[0]
+    for n in range(part_stresses.size):
+        fibre, group, cluster, is_minimum = stresses[0, n], stresses[1, n], stresses[2, n], stresses[3, n]
         for k in range(3 if group > 0 else 1):
             j = 3 * group - 2 + k if group > 0 else 0
-            three[k] = -low[fibre, j, hump] if dips > 0 else high[fibre, j, hump]
-        strained[n] = peak_height(three[0], three[1], three[2]) if group > 0 else three[0]
-    return used, strained
+            samples[k] = -minima[fibre, j, cluster] if is_minimum > 0 else maxima[fibre, j, cluster]
+        part_stresses[n] = peak_height(samples[0], samples[1], samples[2]) if group > 0 else samples[0]
+    return part_utilisations, part_stresses
 
 
 @kernel
 def _extremes(stress: Array, order: Index, starts: Index) -> tuple[Array, Array]:
-    """The height and the depth of every hump, (2, sections, humps) each."""
-    sections, humps = stress.shape[1], starts.size
-    high, low = np.full((2, sections, humps), -np.inf), np.full((2, sections, humps), np.inf)
+    """Maximum and minimum stress of every cluster [Pa], (2, sections, clusters) each."""
+    sections, clusters = stress.shape[1], starts.size
+    maxima, minima = np.full((2, sections, clusters), -np.inf), np.full((2, sections, clusters), np.inf)
     for fibre in range(2):
         for j in range(sections):
-            own = stress[fibre, j]
-            for hump in range(humps):
-                for n in range(starts[hump], starts[hump + 1] if hump + 1 < humps else order.size):
+            samples = stress[fibre, j]
+            for cluster in range(clusters):
+                for n in range(starts[cluster], starts[cluster + 1] if cluster + 1 < clusters else order.size):
                     i = 3 * order[n]
-                    high[fibre, j, hump] = max(high[fibre, j, hump], peak_height(own[i], own[i + 1], own[i + 2]))
-                    low[fibre, j, hump] = min(low[fibre, j, hump], -peak_height(-own[i], -own[i + 1], -own[i + 2]))
-    return high, low
+                    maximum = peak_height(samples[i], samples[i + 1], samples[i + 2])
+                    minimum = -peak_height(-samples[i], -samples[i + 1], -samples[i + 2])
+                    maxima[fibre, j, cluster] = max(maxima[fibre, j, cluster], maximum)
+                    minima[fibre, j, cluster] = min(minima[fibre, j, cluster], minimum)
+    return maxima, minima

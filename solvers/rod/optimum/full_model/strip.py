@@ -17,8 +17,9 @@ from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
 
-_WHOLE = periodic.grid(256)
-"""Angles of the mean of friction power: what they miss, strips near each other miss alike, and exact checks tell."""
+_POWER_ANGLES = periodic.grid(256)
+"""Angles of the mean of friction power: its quadrature error is nearly equal for neighbouring strips, and exact checks
+correct it."""
 
 
 @dataclass(frozen=True)
@@ -42,28 +43,28 @@ class FullStrip:
         return np.array([np.abs(side), np.abs(side) + couple])
 
     def friction_power(self) -> float:
-        """The mean over equal steps of the turn [W]."""
-        now = self.cycle.at(_WHOLE)
-        power = power_at(self.cycle.scene, _WHOLE, now.shape.side_force(), now.shape.clamp_moment())
+        """Mean friction power over equidistant angles of the revolution [W]."""
+        state = self.cycle.at(_POWER_ANGLES)
+        power = power_at(self.cycle.scene, _POWER_ANGLES, state.shape.side_force(), state.shape.clamp_moment())
         return float(np.mean(power))
 
     @cached_property
     def critical(self) -> tuple[float, float]:
-        """Critical forces in the crank's plane, with shear where that runs, and out of it [N]."""
+        """Critical forces in the crank's plane, with shear deformation if that is active, and out of that plane [N]."""
         d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
-        stiffness, plain = bending_stiffness(scene, d), buckling.coupling_of(d.l, length)
-        inside = plain
+        stiffness, out_of_plane = bending_stiffness(scene, d), buckling.coupling_of(d.l, length)
+        in_plane = out_of_plane
         if self.cycle.composition.beam.shears:
-            inside = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
-        return -stiffness * inside, -stiffness * plain * (d.b / d.h) ** 2
+            in_plane = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
+        return -stiffness * in_plane, -stiffness * out_of_plane * (d.b / d.h) ** 2
 
 
 def logarithms(d: Dimensions) -> Array:
-    """ln of b, h, l [m]."""
+    """x = ln(b, h, l), sizes in m."""
     return np.log([d.b, d.h, d.l])
 
 
 def dimensions_of(x: Array, scene: Scene) -> Dimensions:
-    """The strip of the logarithms x of b, h, l."""
+    """The strip with x = ln(b, h, l)."""
     b, h, l = np.exp(x).tolist()
     return Dimensions(b, h, min(l, scene.mechanism.rod_length))

@@ -1,1 +1,1 @@
-"""Local searches on the full model, and where they start."""
+"""Local searches on the full model and their starting points."""

@@ -1,7 +1,8 @@
-"""The least cost of strips of one frequency ratio, from rows that are linear in ln b, ln h, ln l.
+"""The minimum cost of strips of one frequency ratio, from rows that are linear in ln b, ln h, ln l.
 
-At most two directions leave ln Omega as it is. Cost and penalty are convex in them, piecewise linear: a grid closes in
-on the least, with no more arithmetic than a general method's bookkeeping takes, and it cannot fail.
+At most two directions leave ln Omega unchanged. Cost and penalty are convex and piecewise linear in them, so that
+successively finer grids converge to the minimum, with no more arithmetic than the overhead of a general method, and
+without failures.
 """
 
 from __future__ import annotations
@@ -16,28 +17,29 @@ from solvers.rod.optimum.sqp import Program
 
 Array = NDArray[np.float64]
 
-_GRID, _ZOOMS, _CLOSER = np.linspace(-1.0, 1.0, 13), 12, 0.5
-"""In each direction; so many times, each about the least of the one before and smaller by so much."""
+_GRID, _ZOOMS, _CONTRACTION = np.linspace(-1.0, 1.0, 13), 12, 0.5
+"""Points per direction, number of grids, and contraction of each grid about the minimum of the one before."""
 PENALTY = 10.0
-"""Of a violation against the cost. Rows to first order may miss a limit that a search from there meets: what is missed
-is not to count for as much as where it is known."""
-_WALL = 100.0
-"""The penalty for sizes out of bounds: what rows change by is less."""
+"""Weight of a violation against the cost. It is moderate because rows to first order may violate a limit that a search
+from there satisfies."""
+_BOUND_PENALTY = 100.0
+"""Penalty for sizes out of bounds: larger than any change of the rows."""
 
 
 @dataclass(frozen=True)
 class AtRatio:
-    """A programme at a given change of ln Omega, to first order: ``up`` (3,) is the least step for a unit of it, and
-    ``within`` (up to 2, 3) are the directions that leave it alone."""
+    """The programme at a given change of ln Omega, to first order: ``ratio_step`` (3,) is the shortest step per unit
+    change, ``tangents`` (up to 2, 3) are the directions of constant ln Omega."""
 
     program: Program
     box: Array
-    up: Array
-    within: Array
+    ratio_step: Array
+    tangents: Array
 
     @staticmethod
     def of(p: Program, box: Array, slope: Array) -> AtRatio | None:
-        """Within bounds (3, 2) of ln(b, h, l), from the slope of ln Omega; None where no size changes it."""
+        """The programme within bounds ``box`` (3, 2) of ln(b, h, l), from the gradient ``slope`` of ln Omega; None if
+        no free size changes Omega."""
         free = box[:, 1] > box[:, 0]
         slope = np.where(free, slope, 0.0)
         square = float(slope @ slope)
@@ -47,73 +49,73 @@ class AtRatio:
         _, lengths, directions = np.linalg.svd(axes - np.outer(axes @ slope, slope) / square)
         return AtRatio(p, box, slope / square, directions[: np.count_nonzero(lengths > 1e-9)])
 
-    def __call__(self, here: Array, slopes: Array, x: Array, change: float, reach: float) -> tuple[Array, float]:
-        """Where the cost is least for a change of ln Omega from x, of rows ``here`` with ``slopes`` (rows, 3), and what
-        it is there with the penalty for limits that are missed."""
-        p, start = self.program, x + change * self.up
+    def __call__(self, values: Array, slopes: Array, x: Array, change: float, radius: float) -> tuple[Array, float]:
+        """Minimiser and minimum of the cost, with the penalty for violated limits, at a given change of ln Omega from
+        x, for rows ``values`` with derivatives ``slopes`` (rows, 3), within ``radius`` along the tangents."""
+        p, start = self.program, x + change * self.ratio_step
         rows = np.array([row for row, _ in p.linear], dtype=np.intp)
         weights = np.array([weight for _, weight in p.linear])
         linear, steps = slopes[rows], start - x
-        cost = float(weights @ (here[rows] + linear @ steps))
-        top = here[p.max_rows] - p.max_offset + slopes[p.max_rows] @ steps
-        limited = here[p.limited] - p.limit + slopes[p.limited] @ steps
-        way = np.ascontiguousarray(self.within.T)
-        at, least = _least(
-            cost, weights @ linear @ way, p.max_weight, top, slopes[p.max_rows] @ way, limited, slopes[p.limited] @ way,
-            start, way, self.box, reach,
+        cost = float(weights @ (values[rows] + linear @ steps))
+        max_values = values[p.max_rows] - p.max_offset + slopes[p.max_rows] @ steps
+        limited = values[p.limited] - p.limit + slopes[p.limited] @ steps
+        directions = np.ascontiguousarray(self.tangents.T)
+        minimiser, minimum = _minimise(
+            cost, weights @ linear @ directions, p.max_weight, max_values, slopes[p.max_rows] @ directions, limited,
+            slopes[p.limited] @ directions, start, directions, self.box, radius,
         )  # fmt: skip
-        return np.clip(at, self.box[:, 0], self.box[:, 1]), least
+        return np.clip(minimiser, self.box[:, 0], self.box[:, 1]), minimum
 
 
 @kernel
-def _least(
-    cost: float, towards: Array, top_weight: float, top: Array, top_slopes: Array, limited: Array,
-    limited_slopes: Array, start: Array, way: Array, box: Array, reach: float,
+def _minimise(
+    cost: float, slopes: Array, top_weight: float, max_values: Array, top_slopes: Array, limited: Array,
+    limited_slopes: Array, start: Array, directions: Array, box: Array, radius: float,
 ) -> tuple[Array, float]:  # fmt: skip
-    """The place start + way y (3,), and its cost, of least cost + towards y + top_weight max(top + top_slopes y) with
-    the penalties for max(limited + limited_slopes y) > 0 and for what lies out of bounds."""
-    free = way.shape[1]
-    centre, y, best, at, place = np.zeros(free), np.zeros(free), np.zeros(free), start.copy(), np.empty(3)
-    wide, most, least = reach, _GRID.size**free, np.inf
+    """Minimiser start + directions y (3,) and minimum of cost + slopes y + top_weight max(max_values + top_slopes y),
+    plus penalties for max(limited + limited_slopes y) > 0 and for points out of bounds."""
+    free = directions.shape[1]
+    centre, y, best, minimiser, point = np.zeros(free), np.zeros(free), np.zeros(free), start.copy(), np.empty(3)
+    half_width, count, minimum = radius, _GRID.size**free, np.inf
     for _ in range(_ZOOMS):
-        for n in range(most):
-            rest, value, outside, missed, greatest = n, cost, 0.0, 0.0, -np.inf
+        for n in range(count):
+            index, value, bound_violation, violation, largest = n, cost, 0.0, 0.0, -np.inf
             for k in range(free - 1, -1, -1):
-                y[k] = centre[k] + wide * _GRID[rest % _GRID.size]
-                rest //= _GRID.size
-                value += towards[k] * y[k]
+                y[k] = centre[k] + half_width * _GRID[index % _GRID.size]
+                index //= _GRID.size
+                value += slopes[k] * y[k]
             for v in range(3):
-                place[v] = start[v]
+                point[v] = start[v]
                 for k in range(free):
-                    place[v] += way[v, k] * y[k]
-                outside = max(outside, max(box[v, 0] - place[v], place[v] - box[v, 1]))
-            value += _WALL * outside
-            # A place is left as soon as it is known to be dearer than the least so far.
-            for i in range(top.size):
-                height = top[i]
+                    point[v] += directions[v, k] * y[k]
+                bound_violation = max(bound_violation, max(box[v, 0] - point[v], point[v] - box[v, 1]))
+            value += _BOUND_PENALTY * bound_violation
+            # A point is abandoned as soon as its cost exceeds the minimum so far.
+            for i in range(max_values.size):
+                height = max_values[i]
                 for k in range(free):
                     height += top_slopes[i, k] * y[k]
-                greatest = max(greatest, height)
-                if value + top_weight * greatest >= least:
+                largest = max(largest, height)
+                if value + top_weight * largest >= minimum:
                     break
-            value += top_weight * greatest if top.size > 0 else 0.0
-            if value >= least:
+            value += top_weight * largest if max_values.size > 0 else 0.0
+            if value >= minimum:
                 continue
             for i in range(limited.size):
                 excess = limited[i]
                 for k in range(free):
                     excess += limited_slopes[i, k] * y[k]
-                missed = max(missed, excess)
-                if value + PENALTY * missed >= least:
+                violation = max(violation, excess)
+                if value + PENALTY * violation >= minimum:
                     break
-            value += PENALTY * missed
-            if value < least:
-                least = value
+            value += PENALTY * violation
+            if value < minimum:
+                minimum = value
                 for k in range(free):
                     best[k] = y[k]
                 for v in range(3):
-                    at[v] = place[v]
+                    minimiser[v] = point[v]
         for k in range(free):
             centre[k] = best[k]
-        wide *= _CLOSER
-    return at, least
+        half_width *= _CONTRACTION
+    return minimiser, minimum

@@ -1,13 +1,13 @@
-"""The optimum on the full model among sizes that come in steps or from a stock.
+"""The optimum on the full model with discrete sizes: multiples of steps, or thicknesses from a stock.
 
-The core's search is exhaustive over such sizes too. Its limits are shifted by what the full model changes at the strip
-found, and it is done again until its strip is one that the full model has been asked about: so far the full model's
-change is taken to be the same for all strips. Then the sizes next to the best strip are looked through one by one: what
-the core, corrected at that strip, believes to be better by more than it may be wrong, or nearly admissible, is checked
-on the full model - with the sizes that may be chosen at will searched anew, if there are any - the most promising
-first, and again around every better strip. Where the strip rings, other gaps between resonances are looked into: by
-paths of sizes chosen at will if the thickness may be (``gaps``), by rows of lengths if it comes from a stock
-(``lengths_over_gaps``).
+The core's branch and bound covers discrete sizes exhaustively. Its limits are shifted by the difference between full
+model and core at the strip found, and it is repeated until it returns a strip that the full model has evaluated. This
+assumes the same difference for all strips. The neighbouring sizes of the best strip are therefore enumerated: those
+that the core, corrected at that strip, predicts to be better or nearly feasible within its error are searched on the
+full model (with the continuous sizes free, if any), the most promising first, and again around every better strip. With
+resonances, other gaps between them are searched: along paths of continuous sizes if the thickness is continuous
+(``gaps``), otherwise along rows of lengths (``lengths_over_gaps``). A slice is the set of strips with the same discrete
+sizes.
 """
 
 from __future__ import annotations
@@ -20,213 +20,225 @@ import numpy as np
 
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.optimum import dimensions_within, polish
-from solvers.rod.optimum.full_model.corrections import frequency_slopes
+from solvers.rod.optimum.full_model.corrections import log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.search.full_optimum import Context, Optimum, at_full_accuracy, conditions_at, search_other_gaps
+from solvers.rod.optimum.search.full_optimum import (
+    Context,
+    Optimum,
+    first_order_conditions,
+    refined_best,
+    search_other_gaps,
+)
 from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
-from solvers.rod.optimum.search.local_search import Iterate, Local, local_search
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult, local_search
 from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 _SHIFTS = 5
-_MOST_LOOKED_AT = 40
-"""Sizes looked at on the full model around one strip."""
-_WRONG = 0.3
-"""Of the distance in logarithms: what the corrected core may be wrong by, per unit of distance."""
-_SLICES, _ROWS = 4, 6
-"""In other gaps, that are looked at; rows of lengths of a width and a thickness."""
-_ELSEWHERE = 0.02
-"""In ln b, ln h, ln l: a slice is searched once more from a strip that far from others."""
-_STEPS = 2
-"""So many steps to each side are next to a strip."""
+_MAX_NEIGHBOURS = 40
+"""Maximum number of slices searched on the full model around one strip."""
+_MODEL_ERROR_RATE = 0.3
+"""Error of the corrected core in logarithms, per unit of distance in logarithms."""
+_MAX_SLICES, _MAX_ROWS = 4, 6
+"""Maximum number of slices searched in other gaps, and of rows of lengths."""
+_MIN_DISTANCE = 0.02
+"""Distance in ln b, ln h, ln l from all other points at which a slice is searched again."""
+_NEIGHBOUR_STEPS = 2
+"""Number of steps to each side that count as neighbouring sizes."""
 
 
 def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
-    """The best strip of available sizes; its iterate may be inadmissible, if none is found."""
-    explored = context.explored(starts[0])
-    # The search for any admissible strip may have ended at sizes that are not to be had.
-    explored.ends = [end for end in explored.ends if context.available(end.best.outcome.value.dimensions)]
-    optimum = _optimum(explored, starts)
-    if explored is context or optimum is None:
+    """The best strip of available sizes; its iterate is infeasible if no feasible strip is found."""
+    exploratory = context.exploratory(starts[0])
+    # The search for a first feasible strip may have ended at sizes that are not available.
+    exploratory.results = [r for r in exploratory.results if context.available(r.best.outcome.value.dimensions)]
+    optimum = _optimum(exploratory, starts)
+    if exploratory is context or optimum is None:
         return optimum
-    context.ends = []
-    local = at_full_accuracy(context, explored.ends, lambda d: _within(context, d))
+    context.results = []
+    local = refined_best(context, exploratory.results, lambda d: _slice_bounds(context, d))
     if local is None:
         return None
-    conditions = None if local.found is None else _conditions(context, local)
-    return Optimum(local, conditions, None, context.starts, len(explored.ends), optimum.left, optimum.followed)
+    conditions = None if local.feasible_best is None else _conditions(context, local)
+    searches, count = context.search_count, len(exploratory.results)
+    return Optimum(local, conditions, None, searches, count, optimum.remaining_gain, optimum.ratio_range)
 
 
 def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     tried: set[tuple[float, ...]] = set()
     strip, *others = starts
     for other in others:
-        _at(context, other, tried)
+        _search_slice(context, other, tried)
     for _ in range(_SHIFTS):
-        found = _at(context, strip, tried)
-        if found is None:
+        result = _search_slice(context, strip, tried)
+        if result is None:
             break
-        limits = context.core_limits_at(found.best.outcome.value.dimensions, found.best.outcome.value)
+        limits = context.corrected_core_limits(result.best.outcome.value.dimensions, result.best.outcome.value)
         proof = context.shifted_core(limits)
         if proof.best is None:
-            _from_any_sizes(context, found, tried)
+            _search_near_continuous_optimum(context, result, tried)
             break
         strip = proof.best.dimensions
-        if _key(context, strip) in tried:
+        if _slice_key(context, strip) in tried:
             break
-    _settle(context, tried)
+    _improve_repeatedly(context, tried)
     best = context.best()
     if best is None:
         return None
-    if best.found is None:
-        return Optimum(best, starts=context.starts, ends=len(context.ends))
-    left, followed = 0.0, None
-    if context.model.rings:
+    if best.feasible_best is None:
+        return Optimum(best, searches=context.search_count, local_optima=len(context.results))
+    gain, ratio_range = 0.0, None
+    if context.model.has_resonances:
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
-        left, followed = search_other_gaps(context, _within(context, context.best().best.outcome.value.dimensions))
+        strip = context.best().best.outcome.value.dimensions
+        gain, ratio_range = search_other_gaps(context, _slice_bounds(context, strip))
     best = context.best()
-    ends = len(context.ends)
-    return Optimum(best, _conditions(context, best), None, context.starts, ends, left, followed)
+    local_optima = len(context.results)
+    return Optimum(best, _conditions(context, best), None, context.search_count, local_optima, gain, ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:
-    """Slices of strips on paths over other gaps than the best strip's, and next to one that is better."""
-    gaps = Gaps(context.task, context.bounds, apart=0.0)
-    for _ in range(_SLICES):
+    """Search slices on paths over gaps other than the best strip's, and the neighbours of better strips."""
+    gaps = Gaps(context.task, context.bounds, min_distance=0.0)
+    for _ in range(_MAX_SLICES):
         best = context.best()
-        start = gaps.next(best.best, lambda d: _new(context, d, tried))
+        start = gaps.next_start(best.best, lambda d: _is_new_slice(context, d, tried))
         if start is None:
             break
-        found = _at(context, start, tried)
-        while found is not None and found is context.best() and _improved(context, found, found, tried):
-            found = context.best()
+        result = _search_slice(context, start, tried)
+        while result is not None and result is context.best() and _search_neighbours(context, result, result, tried):
+            result = context.best()
 
 
-def _new(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
-    """Whether the slice that a strip lies in has not been tried, or from none as far between resonances."""
-    x = logarithms(dimensions_within(_within(context, d), logarithms(d)))
-    known = [*context.started, *(end.best.x for end in context.ends)]
-    return _key(context, d) not in tried or all(np.max(np.abs(x - other)) > _ELSEWHERE for other in known)
+def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
+    """Whether the slice of a strip has not been searched, or only from points far from it."""
+    x = logarithms(dimensions_within(_slice_bounds(context, d), logarithms(d)))
+    points = [*context.start_points, *(result.best.x for result in context.results)]
+    return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
 
 def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
-    """Sizes next to lengths in other gaps that are about as good as the best strip; again from a better one of another
-    width or thickness."""
-    looked: set[tuple[float, float]] = set()
-    for _ in range(_ROWS):
+    """Search sizes near lengths in other gaps that are about as good as the best strip; repeat from a better strip of
+    another width or thickness."""
+    searched: set[tuple[float, float]] = set()
+    for _ in range(_MAX_ROWS):
         best = context.best()
         d = best.best.outcome.value.dimensions
-        if (d.b, d.h) in looked:
+        if (d.b, d.h) in searched:
             return
-        looked.add((d.b, d.h))
+        searched.add((d.b, d.h))
         for strip in promising_lengths(context, best.best):
             best = context.best()
-            found = _at(context, strip, tried)
-            if context.best() is not best or (found is not None and _improved(context, best, found, tried)):
-                _settle(context, tried)
+            result = _search_slice(context, strip, tried)
+            if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
+                _improve_repeatedly(context, tried)
 
 
-def _settle(context: Context, tried: set[tuple[float, ...]]) -> None:
-    """Steps from the best strip on, as long as they better it."""
+def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Move to better neighbouring sizes until there are none."""
     best = context.best()
-    while best is not None and _improved(context, best, best, tried):
+    while best is not None and _search_neighbours(context, best, best, tried):
         best = context.best()
 
 
-def _conditions(context: Context, best: Local) -> Stationarity:
-    narrow = context.sizes.around(best.best.outcome.value.dimensions)
-    return conditions_at(context, best.best, context.bounds, narrow)
+def _conditions(context: Context, best: LocalResult) -> Stationarity:
+    slice_bounds = context.sizes.around(best.best.outcome.value.dimensions)
+    return first_order_conditions(context, best.best, context.bounds, slice_bounds)
 
 
-def _key(context: Context, d: Dimensions) -> tuple[float, ...]:
-    """The sizes that are to be had, of the slice that a strip lies in."""
-    near = context.sizes.around(d)
-    return tuple(round(math.log(low), 9) if low == high else 0.0 for low, high in (near.b, near.h, near.l))
+def _slice_key(context: Context, d: Dimensions) -> tuple[float, ...]:
+    """The discrete sizes of a strip's slice."""
+    nearest = context.sizes.around(d)
+    limits = (nearest.b, nearest.h, nearest.l)
+    return tuple(round(math.log(low), 9) if low == high else 0.0 for low, high in limits)
 
 
-def _at(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> Local | None:
-    """The end of a local search over what is free where a strip's other sizes are held."""
-    tried.add(_key(context, strip))
+def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, ...]]) -> LocalResult | None:
+    """Result of a local search over the continuous sizes in the slice of a strip."""
+    tried.add(_slice_key(context, strip))
     best = context.best()
-    known = best.best.log_cost if context.model.rings and best is not None and best.found is not None else math.inf
-    return context.search_from(strip, _within(context, strip), known=known)
+    has_incumbent = context.model.has_resonances and best is not None and best.feasible_best is not None
+    incumbent = best.best.log_cost if has_incumbent else math.inf
+    return context.search_from(strip, _slice_bounds(context, strip), incumbent=incumbent)
 
 
-def _within(context: Context, strip: Dimensions) -> Bounds:
-    near = context.sizes.around(strip)
-    return Bounds(near.b, near.h, (near.l[0], min(near.l[1], context.cycle.rod_length)))
+def _slice_bounds(context: Context, strip: Dimensions) -> Bounds:
+    nearest = context.sizes.around(strip)
+    return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], context.cycle.rod_length)))
 
 
-def _from_any_sizes(context: Context, start: Local, tried: set[tuple[float, ...]]) -> None:
-    """Sizes next to the best strip of sizes chosen at will: the way there would take many single steps."""
+def _search_near_continuous_optimum(context: Context, start: LocalResult, tried: set[tuple[float, ...]]) -> None:
+    """Search sizes near the optimum of continuous sizes, which single steps would reach slowly."""
     free = local_search(context.model, context.task, context.bounds, start.best.x)
-    if free is not None and free.found is not None:
-        _improved(context, context.best(), free, tried)
+    if free is not None and free.feasible_best is not None:
+        _search_neighbours(context, context.best(), free, tried)
 
 
-def _improved(context: Context, best: Local, around: Local, tried: set[tuple[float, ...]]) -> bool:
-    """Whether sizes next to a strip's are better than the best; in the order of what the corrected core says."""
-    check = around.best.outcome.value
-    limits = context.core_limits_at(check.dimensions, check)
-    own, shift = best.best.log_cost if best.found is not None else math.inf, context.beyond_core(check.dimensions)
+def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
+    """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
+    better than ``best``; returns whether one is."""
+    check = centre.best.outcome.value
+    limits = context.corrected_core_limits(check.dimensions, check)
+    incumbent = best.best.log_cost if best.feasible_best is not None else math.inf
+    shift = context.objective_correction(check.dimensions)
     promising = []
     for strip in _neighbours(context, check.dimensions):
-        if _key(context, strip) in tried:
+        if _slice_key(context, strip) in tried:
             continue
-        expected = _expected(context, strip, check.dimensions, limits, shift)
-        if expected is not None and expected[0] < own:
-            promising.append(expected)
-    promising.sort(key=lambda one: one[0])
-    for _, strip in promising[:_MOST_LOOKED_AT]:
-        _at(context, _between_same_resonances(context, strip, around.best), tried)
+        predicted = _predicted_cost(context, strip, check.dimensions, limits, shift)
+        if predicted is not None and predicted[0] < incumbent:
+            promising.append(predicted)
+    promising.sort(key=lambda candidate: candidate[0])
+    for _, strip in promising[:_MAX_NEIGHBOURS]:
+        _search_slice(context, _at_same_frequency_ratio(context, strip, centre.best), tried)
         if context.best() is not best:
             return True
     return False
 
 
-def _between_same_resonances(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
-    """The strip of a slice with another's frequency ratio, to first order, as the core knows no resonances; itself
-    where nothing rings or no size is free."""
-    near = _within(context, strip)
-    free = [high > low for low, high in (near.b, near.h, near.l)]
-    if not context.model.rings or not any(free):
+def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
+    """The strip of a slice with the frequency ratio of another strip, to first order, because the core contains no
+    resonances; the strip itself without resonances or continuous sizes."""
+    slice_bounds = _slice_bounds(context, strip)
+    free = [high > low for low, high in (slice_bounds.b, slice_bounds.h, slice_bounds.l)]
+    if not context.model.has_resonances or not any(free):
         return strip
-    x, slope = logarithms(strip), frequency_slopes(other.memory.active.home_cycle)
-    way = np.where(free, slope, 0.0)
-    return dimensions_within(near, x - way * float(slope @ (x - other.x)) / float(way @ way))
+    x, slope = logarithms(strip), log_frequency_ratio_gradient(other.memory.active.base_cycle)
+    direction = np.where(free, slope, 0.0)
+    return dimensions_within(slice_bounds, x - direction * float(slope @ (x - other.x)) / float(direction @ direction))
 
 
-def _expected(
-    context: Context, strip: Dimensions, around: Dimensions, limits: Limits, cost_shift: float
+def _predicted_cost(
+    context: Context, strip: Dimensions, centre: Dimensions, limits: Limits, cost_shift: float
 ) -> tuple[float, Dimensions] | None:
-    """The least ln objective that sizes may have by the corrected core, and its strip; None if inadmissible."""
-    doubt = _WRONG * float(np.max(np.abs(logarithms(strip) - logarithms(around))))
-    loose = {row: limit + doubt for row, limit in limits.items()}
-    found = polish(context.cycle.coarse, context.problem.objective, loose, _within(context, strip), strip)
-    if found is None:
+    """Lower estimate of ln objective in a strip's slice by the corrected core, and its strip; None if infeasible."""
+    error = _MODEL_ERROR_RATE * float(np.max(np.abs(logarithms(strip) - logarithms(centre))))
+    relaxed = {row: limit + error for row, limit in limits.items()}
+    result = polish(context.cycle.coarse, context.problem.objective, relaxed, _slice_bounds(context, strip), strip)
+    if result is None:
         return None
-    shift = 0.0 if context.problem.objective.per_density else doubt
-    return found.log_cost - shift + cost_shift, found.dimensions
+    shift = 0.0 if context.problem.objective.per_density else error
+    return result.log_cost - shift + cost_shift, result.dimensions
 
 
 def _neighbours(context: Context, d: Dimensions) -> Iterator[Dimensions]:
-    """Strips whose sizes are a few steps away from a strip's, within the bounds."""
+    """Strips with sizes a few steps away from a strip's, within the bounds."""
     sizes, b = context.sizes, context.bounds
     lengths = _steps(d.l, sizes.step_l, b.l)
-    for height in sizes.stock_near(d.h, _STEPS):
-        # As wide as this one, or as stiff.
+    for height in sizes.stock_near(d.h, _NEIGHBOUR_STEPS):
+        # Of the same width, or of the same bending stiffness.
         stiff = min(max(d.b * (d.h / height) ** 3, b.b[0]), b.b[1])
         widths = {*_steps(d.b, sizes.step_b, b.b), *_steps(stiff, sizes.step_b, b.b)}
         for width, length in product(sorted(widths), lengths):
             yield Dimensions(width, height, length)
 
 
-def _steps(size: float, step: float | None, within: tuple[float, float]) -> list[float]:
+def _steps(size: float, step: float | None, limits: tuple[float, float]) -> list[float]:
     if step is None:
         return [size]
-    middle = round(size / step)
-    sizes = [n * step for n in range(middle - _STEPS, middle + _STEPS + 1)]
-    low, high = within
+    nearest = round(size / step)
+    sizes = [n * step for n in range(nearest - _NEIGHBOUR_STEPS, nearest + _NEIGHBOUR_STEPS + 1)]
+    low, high = limits
     return [min(max(s, low), high) for s in sizes if low * (1 - 1e-12) <= s <= high * (1 + 1e-12)]

@@ -1,4 +1,4 @@
-"""Strips that violate the requirements least, where none is known that meets them all."""
+"""Strips with the least violation of the requirements, if none is known that meets them all."""
 
 from __future__ import annotations
 
@@ -14,104 +14,105 @@ from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.optimum.search.full_optimum import Context
-from solvers.rod.optimum.search.local_search import Iterate, Local, excess_of
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult, max_excess
 from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, required_results, run_slsqp
 from solvers.rod.problem import OBJECTIVES, Bounds
 from solvers.rod.scene import Dimensions
 
-_SPREAD = np.array([[0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 0.75]])
-"""Starts on the core beside the stoutest strip, as fractions of the bounds' logarithms: I. M. Sobol's sequence."""
+_SPREAD_FRACTIONS = np.array([[0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 0.75]])
+"""Further starts on the core, as fractions of the bounds' logarithms: Sobol's sequence."""
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
-_AGREE = 1e-2
-"""Two searches have ended at the same excess."""
-_CLOSE = 10.0
-"""Of the accuracy of rough searches: an excess below that may be none."""
+_SAME_EXCESS = 1e-2
+"""Difference of the excesses below which two searches agree."""
+_POSSIBLY_FEASIBLE = 10.0
+"""Multiple of the accuracy of coarse searches: an excess below that may vanish at full accuracy."""
 
 
 def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[float, Dimensions] | None:
-    """The least excess found by which the core misses every limit at once, in logarithms, and the strip that does.
+    """The minimum over strips of the largest logarithmic excess over the core's limits, and its strip.
 
-    Local searches, stability never beyond buckling, from the stoutest strip and from strips spread over the bounds,
-    until two of them agree. None where every strip tried buckles.
+    Local searches, restricted to strips that do not buckle, from the stiffest strip and from strips spread over the
+    bounds, until two of them agree. None if every strip tried buckles.
     """
     best: tuple[float, Dimensions] | None = None
     for start in _starts(cycle, limits, bounds):
-        one = _least_from(cycle, limits, bounds, start)
-        if one is None:
+        result = _local_minimum(cycle, limits, bounds, start)
+        if result is None:
             continue
-        if best is not None and abs(one[0] - best[0]) < _AGREE:
-            return min(one, best, key=lambda one: one[0])
-        best = one if best is None else min(one, best, key=lambda one: one[0])
+        if best is not None and abs(result[0] - best[0]) < _SAME_EXCESS:
+            return min(result, best, key=lambda result: result[0])
+        best = result if best is None else min(result, best, key=lambda result: result[0])
     return best
 
 
 def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
     yield bounds.stiffest
-    yield from _spread(cycle, limits, bounds)
+    yield from _spread_strips(cycle, limits, bounds)
 
 
-def _least_from(cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions) -> tuple[float, Dimensions] | None:
-    """The end of one local search: its peaks are looked for anew at every end, until it stays."""
-    wanted, box, strip = required_results(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
-    peaks, best = cycle.peaks(strip, wanted), None
+def _local_minimum(
+    cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions
+) -> tuple[float, Dimensions] | None:
+    """Result of one local search; peaks are located again at every iterate until it converges."""
+    required, box, strip = required_results(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
+    peaks, best = cycle.peaks(strip, required), None
     for _ in range(_ROUNDS):
-        memory, x = MemoisedRows(cycle.rows_near(peaks, wanted)), logarithms(strip)
+        memory, x = MemoisedRows(cycle.rows_near(peaks, required)), logarithms(strip)
         p = feasibility_program(limits, memory.active.layout)
         if memory.values(x)[rows.STABILITY] >= 0.0:
             break
-        own = p.cost(memory.values(x))
-        if best is None or own < best[0]:
-            best = own, strip
+        excess = p.cost(memory.values(x))
+        if best is None or excess < best[0]:
+            best = excess, strip
         step = run_slsqp(memory, p, box, x, _TOLERANCE, _ITERATIONS)
         if not step.cost < best[0] - _TOLERANCE:
             break
         strip = dimensions_within(bounds, step.x)
-        peaks = cycle.peaks(strip, wanted).merged_with(peaks)
+        peaks = cycle.peaks(strip, required).merged_with(peaks)
     return best
 
 
-def least_violating(context: Context, start: Dimensions, hopeless: bool = False) -> Local | None:
-    """The end of a local search for an admissible strip on the full model, from ``start``.
+def least_violating(context: Context, start: Dimensions, clearly_infeasible: bool = False) -> LocalResult | None:
+    """The feasible strip with the least cost of all local searches on the full model, or the least violating one.
 
-    The best admissible one of all searches, or the least violating; None where every strip tried buckles. Where it is
-    ``hopeless``, ``start`` is checked and nothing else. Where a table's points set the strip ringing all but the end is
-    done roughly.
+    The search starts at ``start``. None if every strip tried buckles. If ``clearly_infeasible``, ``start`` is only
+    checked. If corners of the load excite vibration, all but the last step is done at low accuracy.
     """
-    if hopeless:
-        at = checked_only(context, start)
-        return None if at is None else Local(at, math.inf, 0)
-    if not context.model.textured:
+    if clearly_infeasible:
+        iterate = checked_without_model(context, start)
+        return None if iterate is None else LocalResult(iterate, math.inf, 0)
+    if not context.model.is_excited_by_corners:
         context.search_from(start, context.bounds)
         return context.best()
-    rough = context.rough or context.explored(start)
-    if not rough.ends:
-        rough.search_from(start, context.bounds)
-    best = rough.best()
-    if best is None or best.found is not None:
+    coarse = context.coarse or context.exploratory(start)
+    if not coarse.results:
+        coarse.search_from(start, context.bounds)
+    best = coarse.best()
+    if best is None or best.feasible_best is not None:
         return best
     strip = best.best.outcome.value.dimensions
-    if best.best.excess < _CLOSE * rough.model.accuracy:
+    if best.best.excess < _POSSIBLY_FEASIBLE * coarse.model.accuracy:
         return context.search_from(strip, context.bounds)
-    at = checked_only(context, strip)
-    return best if at is None else Local(at, math.inf, best.rounds)
+    iterate = checked_without_model(context, strip)
+    return best if iterate is None else LocalResult(iterate, math.inf, best.iterations)
 
 
-def checked_only(context: Context, strip: Dimensions) -> Iterate | None:
-    """A strip with its check and no model around it; None if it buckles."""
+def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None:
+    """The iterate of a strip with its check, without the model of its rows; None if it buckles."""
     outcome, task, scene = context.model.check(strip), context.task, context.model.scene
     if outcome.value.stresses is None:
         return None
     cost = task.objective.log_cost(outcome.value, scene.material.density)
-    return Iterate(logarithms(strip), outcome, cost, excess_of(task, outcome.value, scene), None, task.limits)
+    return Iterate(logarithms(strip), outcome, cost, max_excess(task, outcome.value, scene), None, task.limits)
 
 
-def _spread(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
-    """Strips spread evenly over the bounds, the thickness such that they stand on the core."""
-    nothing = RequiredResults(False, False, False)
+def _spread_strips(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
+    """Strips spread evenly over the bounds, with thicknesses at which they do not buckle on the core."""
+    no_results = RequiredResults(False, False, False)
     low, high = np.log([bounds.b, bounds.h, bounds.l]).T
-    for x in low + (high - low) * _SPREAD:
+    for x in low + (high - low) * _SPREAD_FRACTIONS:
         strip = Dimensions(*np.exp(x).tolist())
-        core = cycle.rows_near(cycle.peaks(strip, nothing), nothing)
-        missing = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
-        thicker = min(strip.h * math.exp(max(missing, 0.0) / 3.0) * 1.01, bounds.h[1])
+        core = cycle.rows_near(cycle.peaks(strip, no_results), no_results)
+        shortfall = core.values(logarithms(strip))[rows.STABILITY] - limits[rows.STABILITY]
+        thicker = min(strip.h * math.exp(max(shortfall, 0.0) / 3.0) * 1.01, bounds.h[1])
         yield Dimensions(strip.b, thicker, strip.l)

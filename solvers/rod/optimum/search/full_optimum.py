@@ -1,10 +1,9 @@
-"""The optimum on the full model: where the local searches start, and which of their ends is the answer.
+"""The optimum on the full model: starting points of the local searches, and selection among their results.
 
-The core's global optimum is the first start. From the strip found there, what the full model changes in every result
-is known; the core is searched globally once more with its limits shifted by that, and where its optimum lies elsewhere
-it is a start too. Where limits do not pin a strip down in every direction, the curvature along them is measured, and a
-Newton step that promises a gain, or one to both sides where the curvature is negative, is a start again. Sizes that
-come in steps: see ``available_sizes``.
+The core's global optimum is the first start. The difference between full model and core at the strip found shifts the
+limits of a second global search on the core, whose optimum is another start if it lies elsewhere. If the active limits
+leave directions free, the curvature of the Lagrangian along them is evaluated; a Newton step with a predicted gain, or
+steps to both sides along negative curvature, give further starts. Discrete sizes: see ``available_sizes``.
 """
 
 from __future__ import annotations
@@ -25,370 +24,386 @@ from solvers.rod.optimum.full_model.model import Array, FullModel, no_watch
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.gaps import Gaps
-from solvers.rod.optimum.search.local_search import CATCHES_UP, ROUNDS, SAME, Iterate, Local, Task, local_search
+from solvers.rod.optimum.search.local_search import (
+    MAX_ITERATIONS,
+    SAME_STRIP,
+    TOTAL_GAIN_RATIO,
+    Iterate,
+    LocalResult,
+    Task,
+    local_search,
+)
 from solvers.rod.optimum.sensitivities import Stationarity, stationarity
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 
-BOXES = 20_000
-_SHIFTED_BOXES, _SHIFTED_GAP = 2000, 1e-3
-_ELSEWHERE, _CLOSE_BY = 0.02, 0.1
-"""In ln b, ln h, ln l: from where on a strip is another start, up to where two are close to each other."""
-_APART = 0.02
-"""To each side of a strip its curvature is measured."""
-_FARTHEST = 0.1
-"""A step along the limits, in ln b, ln h, ln l."""
+MAX_BOXES = 20_000
+_SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
+_MIN_DISTANCE, _MIN_DISTANCE_RESONANT = 0.02, 0.1
+"""Distances in ln b, ln h, ln l from which on a strip is a new start: without resonances, and with them."""
+_CURVATURE_STEP = 0.02
+"""Step of the differences for curvatures, in ln b, ln h, ln l."""
+_MAX_STEP = 0.1
+"""Length of a step along negative curvature, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
 _SHIFTS = 3
-_GAP_STARTS, _GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
-"""Searches from other gaps at most, and in turn without a better strip; their first radius, in ln b, ln h, ln l."""
-_AS_GOOD = 5e-4
-"""In ln objective: up to where an end in another gap is about as good as the best strip, and other gaps are looked for
-from there, too."""
-_ROUGH_ROUNDS = 6
-"""Of the first searches between resonances, which others follow."""
+_MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
+"""Maximum numbers of searches in other gaps, in all and in succession without improvement; their first radius, in ln b,
+ln h, ln l."""
+_TIE = 5e-4
+"""Difference in ln objective within which a result in another gap starts a search path of its own."""
+_COARSE_ITERATIONS = 6
+"""Maximum iterations of the first searches with resonances, which others follow."""
 _FINE_RADIUS = 2e-3
-"""The first radius of searches at full accuracy, in ln b, ln h, ln l."""
-_LAST_SEARCHES = 3
-"""To the bottom of a valley between resonances: further ones where the first has not come to its end."""
-_CONTENDERS = 3
-"""So many ends of rough searches are led on at full accuracy."""
-_ENOUGH = 0.1
-"""Of the accuracy: a gain not worth another step."""
-_ROUGH, _ROUGHEST = 1e-4, 1e-3
-"""The accuracy of searches between resonances but for the last; and where no check has it, at the most."""
+"""First radius of searches at full accuracy, in ln b, ln h, ln l."""
+_MAX_REFINEMENTS = 3
+"""Maximum number of successive searches at full accuracy towards one local optimum."""
+_MAX_CANDIDATES = 3
+"""Maximum number of coarse results that are refined at full accuracy."""
+_MIN_GAIN = 0.1
+"""Share of the accuracy: a smaller gain is not worth another step."""
+_COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
+"""Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
 
 
 @dataclass(frozen=True)
 class SecondOrder:
-    """The least curvature of the Lagrangian along what limits leave free (None: nothing), the gain in ln objective that
-    a quadratic model promises within reach there, and the steps in ln(b, h, l) that promise it."""
+    """The least curvature of the Lagrangian along the directions that limits leave free (None if there are none), the
+    gain in ln objective predicted by a quadratic model within the step bounds, and the predicted steps in ln(b, h, l).
+    """
 
     curvature: float | None
-    gain: float
+    predicted_gain: float
     steps: tuple[Array, ...]
 
 
 @dataclass
 class Optimum:
-    """The best end of all local searches, and what is known of it; ``ends`` is how many different strips the searches
-    ended at."""
+    """The best result of all local searches; ``local_optima`` is the number of different strips found."""
 
-    local: Local
+    local: LocalResult
     conditions: Stationarity | None = None
     second_order: SecondOrder | None = None
-    starts: int = 0
-    ends: int = 0
-    left: float = 0.0
-    """What may be left to gain in other gaps between resonances, in ln objective, where there is no time for all."""
-    followed: tuple[float, float] | None = None
-    """The least and greatest frequency ratio between which other gaps were looked into, if strips ring."""
+    searches: int = 0
+    local_optima: int = 0
+    remaining_gain: float = 0.0
+    """Estimate of the gain in ln objective in other gaps between resonances, if the search there was cut short."""
+    ratio_range: tuple[float, float] | None = None
+    """Minimum and maximum frequency ratio of the gaps searched; None without resonances."""
 
 
 @dataclass
 class Context:
-    """A problem with its core and its full model."""
+    """A problem with its core, its full model, and the searches so far."""
 
     problem: RodProblem
     cycle: CoreCycle
     model: FullModel
     task: Task
     sizes: Sizes
-    ends: list[Local] = field(default_factory=list)
-    started: list[Array] = field(default_factory=list)
-    rough: Context | None = None
-    """The same, less exact: between resonances all searches but the last are made there."""
+    results: list[LocalResult] = field(default_factory=list)
+    start_points: list[Array] = field(default_factory=list)
+    coarse: Context | None = None
+    """The same problem at lower accuracy: with resonances all searches but the last are made there."""
 
     @property
-    def starts(self) -> int:
-        """How many local searches there were."""
-        return len(self.started)
+    def search_count(self) -> int:
+        """Number of local searches."""
+        return len(self.start_points)
 
     @property
     def bounds(self) -> Bounds:
-        """Those of the problem, the length no longer than the rod."""
+        """The bounds of the problem, with the length limited to the rod's."""
         b = self.sizes.bounds
         return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
 
     def search_from(
-        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, rounds: int = ROUNDS, known: float = math.inf
-    ) -> Local | None:
-        """One local search, kept among the ends; it is given up where it is not going to come below a ``known`` ln
-        objective."""
-        self.started.append(logarithms(start))
-        # Where nothing rings there are few searches, and they are to confirm each other's ends.
-        ends = self.ends if self.model.rings else ()
-        local = local_search(self.model, self.task, bounds, logarithms(start), radius, rounds, known, ends)
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int = MAX_ITERATIONS,
+        incumbent: float = math.inf,
+    ) -> LocalResult | None:  # fmt: skip
+        """Run a local search and store its result; it is abandoned if it is not expected to improve on the ln objective
+        ``incumbent``."""
+        self.start_points.append(logarithms(start))
+        # Without resonances there are few searches, which are to confirm each other's results.
+        others, x = self.results if self.model.has_resonances else (), logarithms(start)
+        local = local_search(self.model, self.task, bounds, x, radius, max_iterations, incumbent, others)
         if local is not None:
-            self.ends.append(local)
+            self.results.append(local)
         return local
 
-    def explored(self, start: Dimensions) -> Context:
-        """Where searches from a strip are made: between resonances roughly, as nothing finer is worth its time before
-        the last steps, or as checks have it there."""
-        if not self.model.rings:
+    def exploratory(self, start: Dimensions) -> Context:
+        """The context for searches from a strip: with resonances one of low accuracy, or of the accuracy attainable by
+        checks there, because higher accuracy only pays in the last steps."""
+        if not self.model.has_resonances:
             return self
-        model = self.model.rougher(_ROUGH)
-        known = model.check(dimensions_within(self.bounds, logarithms(start))).accuracy.estimated
-        if known > model.accuracy and not model.textured:
-            model = model.at_accuracy(min(known, _ROUGHEST))
-        looser = model.accuracy / self.model.accuracy
-        # Where more than the accuracy is left unknown, what is enough need not grow with it.
-        enough = max(min(looser * self.task.enough, _ENOUGH * model.accuracy), self.task.enough)
-        task = replace(self.task, guard=looser * self.task.guard, enough=enough)
-        self.rough = replace(self, model=model, task=task, ends=[])
-        return self.rough
+        model = self.model.coarser(_COARSE_ACCURACY)
+        estimated = model.check(dimensions_within(self.bounds, logarithms(start))).accuracy.estimated
+        if estimated > model.accuracy and not model.is_excited_by_corners:
+            model = model.at_accuracy(min(estimated, _MAX_COARSE_ACCURACY))
+        factor = model.accuracy / self.model.accuracy
+        # If the error of checks exceeds the accuracy, the minimum gain already accounts for it.
+        min_gain = max(min(factor * self.task.min_gain, _MIN_GAIN * model.accuracy), self.task.min_gain)
+        task = replace(self.task, margin=factor * self.task.margin, min_gain=min_gain)
+        self.coarse = replace(self, model=model, task=task, results=[])
+        return self.coarse
 
     def finer(self) -> Context:
-        """The same with smaller steps and rows as good as checks. Behind a table's noise strips of short steps have to
-        be as good, too, and where checks leave more unknown than the accuracy, long ones are enough."""
-        exact = self.model.textured and self.task.enough <= self.model.accuracy
-        return replace(self, model=self.model.finer(None if exact else self.rough.model), ends=[])
+        """This context with the fine model. Under a noisy load the strips of its stencils must be exact, too, unless
+        the error of checks exceeds the accuracy."""
+        exact = self.model.is_excited_by_corners and self.task.min_gain <= self.model.accuracy
+        return replace(self, model=self.model.finer(None if exact else self.coarse.model), results=[])
 
-    def best(self) -> Local | None:
-        """The best end: admissible before not, cheaper before dearer."""
+    def best(self) -> LocalResult | None:
+        """The best result: feasible before infeasible, then by cost."""
         key = lambda local: (local.best.excess, local.best.log_cost)  # noqa: E731
-        return min(self.ends, key=key, default=None)
+        return min(self.results, key=key, default=None)
 
-    def known(self) -> list[Outcome[RodCheck]]:
-        """The strips of available sizes that were checked, exactly or else roughly, and meet every requirement."""
+    def feasible_checks(self) -> list[Outcome[RodCheck]]:
+        """Checks of available sizes that meet every requirement: the exact ones, or without any the coarse ones."""
         p = self.problem
-        met = [o for o in self.model.checked() if p.requirements.met_by(o.value) and self.available(o.value.dimensions)]
-        return met if met or self.rough is None else self.rough.known()
+        checks = (o for o in self.model.all_checks() if p.requirements.met_by(o.value))
+        feasible = [o for o in checks if self.available(o.value.dimensions)]
+        return feasible if feasible or self.coarse is None else self.coarse.feasible_checks()
 
     def cost(self, outcome: Outcome[RodCheck]) -> float:
         """The ln objective of a check."""
         return self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
 
     def available(self, d: Dimensions) -> bool:
-        """Whether a strip has sizes that are to be had."""
-        near = self.sizes.around(d)
-        return all(
-            low <= size <= high for size, (low, high) in zip((d.b, d.h, d.l), (near.b, near.h, near.l), strict=True)
-        )
+        """Whether a strip's sizes are available."""
+        nearest = self.sizes.around(d)
+        limits = zip((d.b, d.h, d.l), (nearest.b, nearest.h, nearest.l), strict=True)
+        return all(low <= size <= high for size, (low, high) in limits)
 
-    def best_in_time(self) -> Optimum | None:
-        """The best admissible strip of all that were checked, when the time is over; None where there is none."""
+    def best_within_budget(self) -> Optimum | None:
+        """The best feasible strip checked so far, when the time is over; None if there is none."""
         self.model.watch = no_watch
-        for rough in sorted(self.known(), key=self.cost):
-            d = rough.value.dimensions
+        for known in sorted(self.feasible_checks(), key=self.cost):
+            d = known.value.dimensions
             outcome = self.model.check(d)
             if self.problem.requirements.met_by(outcome.value):
                 at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
-                return Optimum(Local(at, math.inf, 0), starts=self.starts, ends=len(self.ends))
+                return Optimum(LocalResult(at, math.inf, 0), searches=self.search_count, local_optima=len(self.results))
         return None
 
-    def core_limits_at(self, d: Dimensions, check: RodCheck, guard: float = 0.0) -> Limits:
-        """The limits as the core sees them: moved by what its rows differ from the full model's at a strip."""
-        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
-        own = core.values(logarithms(d))
-        own[rows.STABILITY] = max(own[rows.STABILITY], own[rows.SIDEWAYS])
+    def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:
+        """The limits for the core, shifted by the difference of its rows from the full model's at a strip and tightened
+        by ``margin``."""
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
+        values = core.values(logarithms(d))
+        values[rows.STABILITY] = max(values[rows.STABILITY], values[rows.SIDEWAYS])
         limits = dict(self.task.limits)
         for c in CONSTRAINTS:
             if c.row in limits:
                 exact = c.log_value(check, self.model.scene)
-                shift = exact - own[c.row] if math.isfinite(exact) else 0.0
-                limits[c.row] -= shift + guard
+                shift = exact - values[c.row] if math.isfinite(exact) else 0.0
+                limits[c.row] -= shift + margin
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
         return limits
 
-    def beyond_core(self, d: Dimensions) -> float:
-        """What the full model's ln objective exceeds the core's by at a strip."""
+    def objective_correction(self, d: Dimensions) -> float:
+        """Difference of ln objective between full model and core at a strip."""
         objective = self.problem.objective
         if objective.per_density:
             return 0.0
-        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.wanted), self.model.wanted)
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
         values = core.values(logarithms(d))
         exact = self.cost(self.model.check(d))
         return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
 
     def shifted_core(self, limits: Limits) -> Proof:
         """The core's optimum under other limits."""
-        return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_BOXES)
+        return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_MAX_BOXES)
 
 
 def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
-    """The best strip of sizes that may be chosen at will; its best iterate may be inadmissible, if none is found."""
-    explored = context.explored(starts[0])
-    _search_everywhere(explored, starts)
-    local = explored.best()
-    if local is None or local.found is None:
-        return None if local is None else Optimum(local, starts=context.starts, ends=1)
-    if explored is not context:
-        return _among_gaps(context, explored)
+    """The best strip of continuous sizes; its iterate is infeasible if no feasible strip is found."""
+    exploratory = context.exploratory(starts[0])
+    _search_from_all_starts(exploratory, starts)
+    local = exploratory.best()
+    if local is None or local.feasible_best is None:
+        return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
+    if exploratory is not context:
+        return _optimum_over_gaps(context, exploratory)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
-        conditions = conditions_at(context, local.best, context.bounds, context.bounds)
+        conditions = first_order_conditions(context, local.best, context.bounds, context.bounds)
         second = _second_order(local.best, conditions, context.bounds)
-        if second.gain <= context.task.enough:
+        if second.predicted_gain <= context.task.min_gain:
             break
         for step in second.steps:
-            context.search_from(dimensions_of(local.best.x + step, context.model.scene), context.bounds, _APART)
-        if local.best.log_cost - context.best().best.log_cost <= context.task.enough:
-            # Searches from where the promise pointed refute it.
-            second = replace(second, gain=0.0)
+            start = dimensions_of(local.best.x + step, context.model.scene)
+            context.search_from(start, context.bounds, _CURVATURE_STEP)
+        if local.best.log_cost - context.best().best.log_cost <= context.task.min_gain:
+            # Searches from the predicted points refute the prediction.
+            second = replace(second, predicted_gain=0.0)
             break
-    return Optimum(context.best(), conditions, second, context.starts, _different(context.ends))
+    return Optimum(context.best(), conditions, second, context.search_count, _distinct_count(context.results))
 
 
-def _search_everywhere(context: Context, starts: Sequence[Dimensions]) -> None:
-    """From the starts, and from where the core has its optimum with its limits shifted."""
-    rounds = _ROUGH_ROUNDS if context.model.rings else ROUNDS
+def _search_from_all_starts(context: Context, starts: Sequence[Dimensions]) -> None:
+    """Search from the given starts, then from the core's optima with shifted limits."""
+    max_iterations = _COARSE_ITERATIONS if context.model.has_resonances else MAX_ITERATIONS
     for start in starts:
-        context.search_from(start, context.bounds, rounds=rounds)
+        context.search_from(start, context.bounds, max_iterations=max_iterations)
     for _ in range(_SHIFTS):
-        other, known = _other_start(context), len(context.ends)
+        other, count = _shifted_core_start(context), len(context.results)
         if other is None:
             break
-        end = context.search_from(other, context.bounds, rounds=rounds)
-        if end is None or near(end.best.x, context.ends[:known], SAME):
+        result = context.search_from(other, context.bounds, max_iterations=max_iterations)
+        if result is None or is_near(result.best.x, context.results[:count], SAME_STRIP):
             break
 
 
-def _among_gaps(context: Context, explored: Context) -> Optimum | None:
-    """The best of the optima between resonances: of every gap a rough one, of the best an exact one."""
-    left, followed = search_other_gaps(explored, context.bounds)
-    best = at_full_accuracy(context, explored.ends, lambda _: context.bounds)
-    ends = _different(explored.ends)
-    if best is None or best.found is None:
-        return None if best is None else Optimum(best, starts=context.starts, ends=ends)
-    conditions = conditions_at(context, best.best, context.bounds, context.bounds)
-    return Optimum(best, conditions, None, context.starts, ends, left, followed)
+def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
+    """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
+    gain, ratio_range = search_other_gaps(exploratory, context.bounds)
+    best = refined_best(context, exploratory.results, lambda _: context.bounds)
+    local_optima = _distinct_count(exploratory.results)
+    if best is None or best.feasible_best is None:
+        return None if best is None else Optimum(best, searches=context.search_count, local_optima=local_optima)
+    conditions = first_order_conditions(context, best.best, context.bounds, context.bounds)
+    return Optimum(best, conditions, None, context.search_count, local_optima, gain, ratio_range)
 
 
-def at_full_accuracy(context: Context, ends: list[Local], within: Callable[[Dimensions], Bounds]) -> Local | None:
-    """The best of the ends of rough searches, led on within bounds to the bottom of their valleys: of the best and of
-    those that are dearer by less than they, and it, may be wrong or still gain."""
+def refined_best(
+    context: Context, results: list[LocalResult], bounds_of: Callable[[Dimensions], Bounds]
+) -> LocalResult | None:
+    """The best result after refining coarse ones at full accuracy within bounds: the best and those that are worse by
+    less than their errors and possible further gains."""
     finer = context.finer()
-    for end in _contenders(ends, 1.0 if context.model.textured else CATCHES_UP):
-        best, strip = finer.best(), end.best.outcome.value.dimensions
-        known = math.inf if best is None or best.found is None else best.best.log_cost
-        for _ in range(_LAST_SEARCHES):
-            led = finer.search_from(strip, within(strip), _FINE_RADIUS, known=known)
-            if led is None or led.found is None or led.best.log_cost - CATCHES_UP * led.gain > known:
+    for result in _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO):
+        best, strip = finer.best(), result.best.outcome.value.dimensions
+        incumbent = math.inf if best is None or best.feasible_best is None else best.best.log_cost
+        for _ in range(_MAX_REFINEMENTS):
+            result = finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
+            if result is None or result.feasible_best is None:
                 break
-            before, strip = strip, led.best.outcome.value.dimensions
-            if led.gain <= max(context.model.accuracy, context.task.enough) or strip == before:
+            if result.best.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
+                break
+            previous, strip = strip, result.best.outcome.value.dimensions
+            if result.predicted_gain <= max(context.model.accuracy, context.task.min_gain) or strip == previous:
                 break
     return finer.best()
 
 
-def _contenders(ends: list[Local], catches_up: float) -> list[Local]:
-    """The best end, and those of other strips that may be as good if they gain so many times what they promise: behind
-    a table's noise no more than that."""
+def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) -> list[LocalResult]:
+    """The best result, and those of other strips that may be as good if they gain ``total_gain_ratio`` times the
+    predicted gain."""
 
-    def doubt(end: Local) -> float:
-        return end.best.outcome.accuracy.estimated + catches_up * end.gain
+    def uncertainty(result: LocalResult) -> float:
+        return result.best.outcome.accuracy.estimated + total_gain_ratio * result.predicted_gain
 
-    first, *others = sorted(ends, key=lambda end: (end.best.excess, end.best.log_cost))
-    if first.found is None:
+    first, *others = sorted(results, key=lambda result: (result.best.excess, result.best.log_cost))
+    if first.feasible_best is None:
         return [first]
-    most, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
-    for end in others:
-        if end.found is not None and end.best.log_cost - doubt(end) < most and not near(end.best.x, out, SAME):
-            out.append(end)
-    return out[:_CONTENDERS]
+    best_upper, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
+    for result in others:
+        may_be_best = result.feasible_best is not None and result.best.log_cost - uncertainty(result) < best_upper
+        if may_be_best and not is_near(result.best.x, out, SAME_STRIP):
+            out.append(result)
+    return out[:_MAX_CANDIDATES]
 
 
 def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
-    """Searches from other gaps between resonances than the best strip's, until several in turn find nothing
-    better: what may be left to gain in ln objective where there is no time for all, and the least and greatest
-    frequency ratio of what was looked into."""
-    gaps, left, failed = Gaps(context.task, bounds), 0.0, 0
-    untried = lambda d: not near(logarithms(d), context.ends, SAME)  # noqa: E731
-    for _ in range(_GAP_STARTS):
+    """Search other gaps between resonances than the best strip's, until several searches in succession bring no
+    improvement. Returns the estimated gain in ln objective that remains if the search is cut short, and the minimum and
+    maximum frequency ratio searched."""
+    gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
+    is_untried = lambda d: not is_near(logarithms(d), context.results, SAME_STRIP)  # noqa: E731
+    for _ in range(_MAX_GAP_SEARCHES):
         best = context.best()
-        lost = best is None or best.found is None or failed == _GAP_FAILURES
-        start = None if lost else gaps.next(best.best, untried)
+        finished = best is None or best.feasible_best is None or failed == _MAX_GAP_FAILURES
+        start = None if finished else gaps.next_start(best.best, is_untried)
         if start is None:
             return 0.0, gaps.range
-        end = context.search_from(start, bounds, _GAP_RADIUS, known=best.best.log_cost)
-        if end is not None:
-            gaps.leave_out(end.best)
-            as_good = end.best.admissible and end.best.log_cost < best.best.log_cost + _AS_GOOD
-            if as_good and not near(logarithms(start), [end], SAME):
-                gaps.follow(end.best)
-        left = best.best.log_cost - context.best().best.log_cost
-        failed = 0 if left > context.task.enough else failed + 1
-    return left, gaps.range
+        result = context.search_from(start, bounds, _GAP_RADIUS, incumbent=best.best.log_cost)
+        if result is not None:
+            gaps.exclude(result.best)
+            is_tie = result.best.feasible and result.best.log_cost < best.best.log_cost + _TIE
+            if is_tie and not is_near(logarithms(start), [result], SAME_STRIP):
+                gaps.add_path(result.best)
+        gain = best.best.log_cost - context.best().best.log_cost
+        failed = 0 if gain > context.task.min_gain else failed + 1
+    return gain, gaps.range
 
 
-def _other_start(context: Context) -> Dimensions | None:
-    """Where the core has its optimum with limits as the full model shifts them, if that is a new strip."""
+def _shifted_core_start(context: Context) -> Dimensions | None:
+    """The core's optimum with limits shifted by the full model's difference, if that is a new strip."""
     local = context.best()
     if local is None:
         return None
     strip = local.best.outcome.value
-    best = context.shifted_core(context.core_limits_at(strip.dimensions, strip, context.task.guard)).best
+    best = context.shifted_core(context.corrected_core_limits(strip.dimensions, strip, context.task.margin)).best
     if best is None:
         return None
-    rings = context.model.rings
-    x, apart = logarithms(best.dimensions), _CLOSE_BY if rings else _ELSEWHERE
-    known = [end.best.x for end in context.ends] + context.started[0 if rings else 1 :]
-    return None if any(np.max(np.abs(x - other)) < apart for other in known) else best.dimensions
+    resonant = context.model.has_resonances
+    x, distance = logarithms(best.dimensions), _MIN_DISTANCE_RESONANT if resonant else _MIN_DISTANCE
+    points = [result.best.x for result in context.results] + context.start_points[0 if resonant else 1 :]
+    return None if any(np.max(np.abs(x - other)) < distance for other in points) else best.dimensions
 
 
-def near(x: Array, ends: list[Local], within: float) -> bool:
-    """Whether one of the ends lies so close to x."""
-    return any(np.max(np.abs(x - end.best.x)) < within for end in ends)
+def is_near(x: Array, results: list[LocalResult], distance: float) -> bool:
+    """Whether one of the results lies within ``distance`` of x."""
+    return any(np.max(np.abs(x - result.best.x)) < distance for result in results)
 
 
-def conditions_at(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) -> Stationarity:
-    """First-order conditions of the full model at an iterate."""
+def first_order_conditions(context: Context, at: Iterate, bounds: Bounds, sizes: Bounds) -> Stationarity:
+    """First-order optimality conditions of the full model at an iterate."""
     values, slopes = at.memory.values(at.x), at.memory.jacobian(at.x)
-    within = max(1e-6, 10.0 * context.task.guard)
+    tolerance = max(1e-6, 10.0 * context.task.margin)
     return stationarity(
         values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,
-        at.outcome.value.dimensions, within,
+        at.outcome.value.dimensions, tolerance,
     )  # fmt: skip
 
 
 def _second_order(at: Iterate, conditions: Stationarity, bounds: Bounds) -> SecondOrder:
-    """What Newton's method says along the directions that limits leave free.
+    """Newton's method along the directions that limits leave free.
 
-    Curvatures are differences over ``_APART``, so that the noise of a time mesh does not count.
+    Curvatures are differences over ``_CURVATURE_STEP``, large enough for the noise of time meshes to be negligible.
     """
-    ways, slope = conditions.tangent, conditions.tangent @ conditions.residual
-    if not len(ways):
+    directions, slope = conditions.tangent, conditions.tangent @ conditions.residual
+    if not len(directions):
         return SecondOrder(None, 0.0, ())
-    rows_at, lagrangian = at.memory.active, conditions.weights
-    middle = float(lagrangian @ rows_at.corrected_values(at.x))
+    active, lagrangian = at.memory.active, conditions.weights
+    centre = float(lagrangian @ active.corrected_values(at.x))
 
-    def second(way: Array) -> float:
-        ends = [float(lagrangian @ rows_at.corrected_values(at.x + side * _APART * way)) for side in (1.0, -1.0)]
-        return (ends[0] + ends[1] - 2.0 * middle) / _APART**2
+    def second(direction: Array) -> float:
+        ahead, behind = (active.corrected_values(at.x + side * _CURVATURE_STEP * direction) for side in (1.0, -1.0))
+        return (float(lagrangian @ ahead) + float(lagrangian @ behind) - 2.0 * centre) / _CURVATURE_STEP**2
 
-    matrix = np.diag([second(way) for way in ways])
-    for i in range(len(ways)):
+    matrix = np.diag([second(direction) for direction in directions])
+    for i in range(len(directions)):
         for j in range(i):
-            across = second((ways[i] + ways[j]) / math.sqrt(2.0))
-            matrix[i, j] = matrix[j, i] = across - 0.5 * (matrix[i, i] + matrix[j, j])
+            mixed = second((directions[i] + directions[j]) / math.sqrt(2.0))
+            matrix[i, j] = matrix[j, i] = mixed - 0.5 * (matrix[i, i] + matrix[j, j])
     curvatures, axes = np.linalg.eigh(matrix)
-    # The residual is the slope downhill.
-    down = axes.T @ slope
+    # The residual is the negative gradient of the Lagrangian.
+    descent = axes.T @ slope
     if curvatures[0] > 0.0:
-        # Of a flat valley the bottom is far; the search from there says what the model is worth.
-        step = (axes @ (down / curvatures)) @ ways
-        shorter = min(1.0, _room(at.x, step, bounds))
-        gain = shorter * (1.0 - 0.5 * shorter) * float(down @ (down / curvatures))
-        return SecondOrder(float(curvatures[0]), gain, (shorter * step,))
-    both = tuple(side * _FARTHEST * axes[:, 0] @ ways for side in (1.0, -1.0))
-    gain = abs(down[0]) * _FARTHEST - 0.5 * float(curvatures[0]) * _FARTHEST**2
-    return SecondOrder(float(curvatures[0]), gain, both)
+        # A flat minimum may be far away; the search from the predicted point tests the quadratic model.
+        step = (axes @ (descent / curvatures)) @ directions
+        fraction = min(1.0, _max_step_fraction(at.x, step, bounds))
+        predicted_gain = fraction * (1.0 - 0.5 * fraction) * float(descent @ (descent / curvatures))
+        return SecondOrder(float(curvatures[0]), predicted_gain, (fraction * step,))
+    steps = tuple(side * _MAX_STEP * axes[:, 0] @ directions for side in (1.0, -1.0))
+    predicted_gain = abs(descent[0]) * _MAX_STEP - 0.5 * float(curvatures[0]) * _MAX_STEP**2
+    return SecondOrder(float(curvatures[0]), predicted_gain, steps)
 
 
-def _room(x: Array, step: Array, bounds: Bounds) -> float:
-    """The share of a step that stays within the bounds."""
+def _max_step_fraction(x: Array, step: Array, bounds: Bounds) -> float:
+    """The largest fraction of a step that stays within the bounds."""
     lower, upper = np.log([bounds.b, bounds.h, bounds.l]).T
     room = np.where(step > 0.0, upper - x, lower - x)
     moving = np.abs(step) > 1e-12
     return max(float(np.min(room[moving] / step[moving], initial=math.inf)), 0.0)
 
 
-def _different(ends: list[Local]) -> int:
-    """How many of the ends are other strips."""
+def _distinct_count(results: list[LocalResult]) -> int:
+    """Number of different strips among the results."""
     found: list[Array] = []
-    for end in ends:
-        if all(np.max(np.abs(end.best.x - x)) >= SAME for x in found):
-            found.append(end.best.x)
+    for result in results:
+        if all(np.max(np.abs(result.best.x - x)) >= SAME_STRIP for x in found):
+            found.append(result.best.x)
     return len(found)

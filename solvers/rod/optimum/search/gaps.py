@@ -1,20 +1,20 @@
-"""Where damped resonances part strips from others that may be better: the gaps between them on both sides.
+"""Start points in other gaps between damped resonances, where better strips may lie.
 
-The strip's first mode is at a resonance wherever a harmonic of the speed meets the mean over the turn of its natural
-frequency, close to whole Omega = omega_1/omega under the mean axial force. A strip on the way from one gap to the next
-is dearer by what rings, and damping rounds what is between: a share of about the loss factor of Omega. So optima close
-to a strip lie in other gaps.
+A strip's first mode is resonant if the mean over the revolution of its natural frequency meets a harmonic of the speed,
+close to integer Omega = omega_1/omega under the mean axial force. Vibration raises the cost of strips close to a
+resonance; damping rounds the peaks of cost, over a share of about the loss factor in Omega. Local optima similar to a
+strip therefore lie in other gaps.
 
-The least cost of strips of a given Omega is followed over gaps, in steps that resolve them. The path is that of strips
-whose limits corrections add as much to as where it begins; of each strip on it corrections are solved, and the cost of
-holding the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough, and there may be
-several valleys in a gap: so every place on the path is a start of a search, the cheapest first, away from where
-searches have begun or ended. Along a ridge of nearly equal cost strips of the same Omega may be far from each other: an
-end about as good as the best, but elsewhere, has a path of its own.
+The minimum cost of strips of a given Omega is followed over gaps in steps that resolve them. On the path the
+contribution of the corrections to the limits is taken as constant; at each of its strips corrections are then solved,
+and the cost of meeting the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough,
+and a gap may contain several minima: every point of the path is a possible start, the cheapest first, away from starts
+and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other:
+a result about as good as the best, but elsewhere, starts a path of its own.
 
-Width and thickness may be exchanged for each other, b h^3 alike, and the core's forces, deflections and stability stay
-as they are: the least cost may hardly change over dozens of gaps. The strips at the two ends of that exchange, within
-the bounds, are places to start from, too.
+Width and thickness may be exchanged at constant b h^3 without changing the core's forces, deflections and stability, so
+that the minimum cost may hardly change over dozens of gaps. The strips at both ends of that exchange, within the
+bounds, are possible starts, too.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.optimum.full_model.corrections import frequency_slopes, log_frequency_ratio
+from solvers.rod.optimum.full_model.corrections import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.model import Array, FullRows
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.search.at_ratio import PENALTY, AtRatio
@@ -36,49 +36,53 @@ from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-APART = 0.2
-"""In Omega: nearer to where a search has begun or ended no other begins, where sizes may be chosen at will."""
+MIN_DISTANCE = 0.2
+"""Minimum distance in Omega of a start from the starts and results of earlier searches, with continuous sizes."""
 _GAPS, _STEPS = 2, 6
-"""So many gaps are followed to each side, in so many steps each."""
-_FARTHEST, _NEAREST = 0.2, 0.05
-"""In ln b, ln h, ln l: of a path, and of the strip that holds its limits from the one on the path."""
-_BESIDE = 0.03
-"""In ln b, ln h, ln l: farther away from each other strips of the same Omega are others, and have a path each."""
-_PACE = 2.0
-"""In ln b, ln h, ln l: what a strip moves aside for a unit of change of ln Omega, at most."""
-_DEARER, _LOST = 0.008, 0.1
-"""In ln objective: places dearer than the best strip by more are no starts; a path is not followed where a whole gap
-is dearer by more."""
-_UNSTEADY = 2e-3
-"""In ln objective: a strip that plain slopes promise to better by more at its own Omega is held by its corrections."""
-_LEAST_STEP = 0.3
-"""Of a step in ln Omega: where less is made, sizes have come to their bounds."""
+"""Number of gaps followed to each side, and of steps per gap."""
+_MAX_PATH_DISTANCE, _MAX_RESTORATION = 0.2, 0.05
+"""Maximum distances in ln b, ln h, ln l: of a path from its origin, and of a strip that meets the limits from the path.
+"""
+_SAME_BRANCH = 0.03
+"""Distance in ln b, ln h, ln l beyond which strips of the same Omega belong to different paths."""
+_MAX_TANGENT_RATE = 2.0
+"""Maximum change of ln b, ln h, ln l at constant Omega per unit change of ln Omega."""
+_MAX_EXTRA_COST, _ABANDON_COST = 0.008, 0.1
+"""Excess in ln objective over the best strip above which a point is no start; and above which, over a whole gap, a path
+is abandoned."""
+_MAX_PLAIN_GAIN = 2e-3
+"""Gain in ln objective at constant Omega above which derivatives without corrections are not trusted."""
+_MIN_STEP_SHARE = 0.3
+"""Share of a step in ln Omega; if less is achieved, sizes have reached their bounds."""
 
 
-class Place(NamedTuple):
-    """A strip x on the path at Omega = ``ratio``, the one ``held`` within its limits there, to first order, and the ln
-    objective of that one, with a penalty for what it misses them by."""
+class PathPoint(NamedTuple):
+    """A strip x on the path at Omega = ``ratio``, the strip ``restored`` to the limits at that ratio, to first order,
+    and its ln objective with a penalty for the remaining violation."""
 
     ratio: float
     x: Array
-    held: Array
+    restored: Array
     cost: float
 
 
 @dataclass
 class Gaps:
-    """Places of strips where no search has begun, the Omega ``known`` as beginnings and ends of searches, and
-    those at which the least cost has been ``followed``, with the strips there, on the paths through all ``origins``.
+    """Possible starts of searches in other gaps.
 
-    No start lies closer than ``apart`` to a known Omega.
+    min_distance    minimum distance of a start from all tried ratios, in Omega
+    candidates      points that have not been tried
+    tried_ratios    Omega of the starts and results of searches
+    path_points     Omega and x of all points of the paths
+    origins         iterates through which paths have been followed
     """
 
     task: Task
     bounds: Bounds
-    apart: float = APART
-    places: list[Place] = field(default_factory=list)
-    known: list[float] = field(default_factory=list)
-    followed: list[tuple[float, Array]] = field(default_factory=list)
+    min_distance: float = MIN_DISTANCE
+    candidates: list[PathPoint] = field(default_factory=list)
+    tried_ratios: list[float] = field(default_factory=list)
+    path_points: list[tuple[float, Array]] = field(default_factory=list)
     origins: list[Iterate] = field(default_factory=list)
 
     @property
@@ -88,125 +92,130 @@ class Gaps:
 
     @property
     def range(self) -> tuple[float, float] | None:
-        """The least and greatest Omega of what was followed; None if nothing was."""
-        looked = [*self.known, *(ratio for ratio, _ in self.followed)]
-        return (min(looked), max(looked)) if looked else None
+        """Minimum and maximum Omega of the paths and searches; None without any."""
+        ratios = [*self.tried_ratios, *(ratio for ratio, _ in self.path_points)]
+        return (min(ratios), max(ratios)) if ratios else None
 
-    def next(self, best: Iterate, untried: Callable[[Dimensions], bool]) -> Dimensions | None:
-        """The most promising strip of another gap, from where a search may find a better one; None without any."""
+    def next_start(self, best: Iterate, is_untried: Callable[[Dimensions], bool]) -> Dimensions | None:
+        """The most promising start in another gap; None if there is none."""
         active = best.memory.active
         if all(best is not origin for origin in self.origins):
-            ratio, first = self.leave_out(best), not self.origins
-            self._follow(best)
-            self.places += self._exchanged(best, _GAPS * math.exp(-ratio)) if first else []
-        self.places = [p for p in self.places if self._away(p.ratio)]
-        while promising := [p for p in self.places if p.cost < best.log_cost + _DEARER]:
-            place = min(promising, key=lambda place: place.cost)
-            self.places.remove(place)
-            for x in self._starts(best, place):
+            ratio, is_first = self.exclude(best), not self.origins
+            self._add_path(best)
+            self.candidates += self._exchange_candidates(best, _GAPS * math.exp(-ratio)) if is_first else []
+        self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
+        while promising := [p for p in self.candidates if p.cost < best.log_cost + _MAX_EXTRA_COST]:
+            point = min(promising, key=lambda point: point.cost)
+            self.candidates.remove(point)
+            for x in self._start_points(best, point):
                 d = dimensions_of(x, active.model.scene)
-                if untried(d):
-                    self.known.append(place.ratio)
+                if is_untried(d):
+                    self.tried_ratios.append(point.ratio)
                     return d
         return None
 
-    def follow(self, strip: Iterate) -> None:
-        """The places on the path through a strip that is about as good as the best, but elsewhere."""
-        if all(np.max(np.abs(strip.x - origin.x)) > _BESIDE for origin in self.origins):
-            self._follow(strip)
+    def add_path(self, strip: Iterate) -> None:
+        """Follow the path through a strip about as good as the best, unless one passes near it."""
+        if all(np.max(np.abs(strip.x - origin.x)) > _SAME_BRANCH for origin in self.origins):
+            self._add_path(strip)
 
-    def leave_out(self, end: Iterate) -> float:
-        """No search begins close to the end of one; the ln Omega there."""
-        ratio = log_frequency_ratio(end.memory.active.home_cycle)
-        self.known.append(math.exp(ratio))
+    def exclude(self, iterate: Iterate) -> float:
+        """Exclude starts near the result of a search; returns the ln Omega there."""
+        ratio = log_frequency_ratio(iterate.memory.active.base_cycle)
+        self.tried_ratios.append(math.exp(ratio))
         return ratio
 
-    def _follow(self, strip: Iterate) -> None:
+    def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
-        self.places += [*self._path(strip, -1.0), *self._path(strip, 1.0)]
+        self.candidates += [*self._path(strip, -1.0), *self._path(strip, 1.0)]
 
-    def _starts(self, best: Iterate, place: Place) -> list[Array]:
-        """The strip of a place on the path, that which holds its limits, and that by its own peaks and corrections,
-        the best first."""
-        before = best.memory.active
-        d = dimensions_of(place.x, before.model.scene)
-        active = before.model.rows_near(before.model.peaks(d).merged_with(before.peaks), d)
-        p = program(self.task.objective, best.limits, active.layout, self.task.guard)
+    def _start_points(self, best: Iterate, point: PathPoint) -> list[Array]:
+        """The strip on the path, the one restored to the limits, and the one restored by the model at its own peaks and
+        corrections, the best first."""
+        previous = best.memory.active
+        d = dimensions_of(point.x, previous.model.scene)
+        active = previous.model.rows_near(previous.model.peaks(d).merged_with(previous.peaks), d)
+        p = program(self.task.objective, best.limits, active.layout, self.task.margin)
         x = logarithms(d)
-        held = self._at_ratio(best, active)(active.corrected_values(x), active.plain_slopes(x), x, 0.0, _NEAREST)[0]
+        values, jacobian = active.corrected_values(x), active.uncorrected_jacobian(x)
+        restored = self._at_ratio(best, active)(values, jacobian, x, 0.0, _MAX_RESTORATION)[0]
 
         def merit(x: Array) -> float:
             values = active.corrected_values(x)
             return p.cost(values) + PENALTY * max(p.violation(values), 0.0)
 
-        return sorted((place.x, place.held, held), key=merit)
+        return sorted((point.x, point.restored, restored), key=merit)
 
-    def _away(self, ratio: float) -> bool:
-        """Whether no search has begun or ended near an Omega."""
-        return all(abs(ratio - known) > self.apart for known in self.known)
+    def _is_away(self, ratio: float) -> bool:
+        """Whether no search has started or ended near an Omega."""
+        return all(abs(ratio - tried) > self.min_distance for tried in self.tried_ratios)
 
-    def _new(self, ratio: float, x: Array) -> bool:
-        """Whether the cost of strips near x at an Omega is unknown, and asked for."""
-        near = (known for known, other in self.followed if np.max(np.abs(x - other)) < _BESIDE)
-        return self._away(ratio) and all(abs(ratio - known) > 0.5 / _STEPS for known in near)
+    def _is_new(self, ratio: float, x: Array) -> bool:
+        """Whether the cost of strips near x at an Omega is unknown and required."""
+        branch = (other_ratio for other_ratio, other in self.path_points if np.max(np.abs(x - other)) < _SAME_BRANCH)
+        return self._is_away(ratio) and all(abs(ratio - other_ratio) > 0.5 / _STEPS for other_ratio in branch)
 
-    def _path(self, best: Iterate, side: float) -> list[Place]:
-        """The cheapest strips of rising (``side`` 1) or falling Omega where it has not been followed."""
+    def _path(self, best: Iterate, direction: float) -> list[PathPoint]:
+        """The cheapest strips of increasing (``direction`` 1) or decreasing Omega at ratios not followed before."""
         active, x, out = best.memory.active, best.x, []
-        ratio = log_frequency_ratio(active.home_cycle)
-        until, step = ratio + side * _GAPS * math.exp(-ratio), side * math.exp(-ratio) / _STEPS
-        least = self._at_ratio(best, active)
-        if least is None:
+        ratio = log_frequency_ratio(active.base_cycle)
+        last_ratio, step = ratio + direction * _GAPS * math.exp(-ratio), direction * math.exp(-ratio) / _STEPS
+        least_cost = self._at_ratio(best, active)
+        if least_cost is None:
             return out
-        (plain, added), slopes_of = active.taken_apart(x), active.plain_slopes
-        if least(plain + added, slopes_of(x), x, 0.0, _NEAREST)[1] < best.log_cost - _UNSTEADY:
-            slopes_of = active.slopes_at_ratio
-        slopes = slopes_of(x)
-        while side * (until - ratio) > 0.0:
-            x, before = least(plain + added, slopes, x, step, _PACE * abs(step))[0], ratio
+        (uncorrected, corrections), jacobian = active.split_values(x), active.uncorrected_jacobian
+        lowest = least_cost(uncorrected + corrections, jacobian(x), x, 0.0, _MAX_RESTORATION)[1]
+        if lowest < best.log_cost - _MAX_PLAIN_GAIN:
+            jacobian = active.jacobian_at_ratio
+        slopes = jacobian(x)
+        while direction * (last_ratio - ratio) > 0.0:
+            previous, radius = ratio, _MAX_TANGENT_RATE * abs(step)
+            x = least_cost(uncorrected + corrections, slopes, x, step, radius)[0]
             strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
             ratio = log_frequency_ratio(strip.cycle)
-            if side * (ratio - before) < _LEAST_STEP * abs(step) or np.max(np.abs(x - best.x)) > _FARTHEST:
+            blocked = direction * (ratio - previous) < _MIN_STEP_SHARE * abs(step)
+            if blocked or np.max(np.abs(x - best.x)) > _MAX_PATH_DISTANCE:
                 return out
-            plain, slopes = active.plain_values(x), slopes_of(x)
-            if not self._new(math.exp(ratio), x):
+            uncorrected, slopes = active.uncorrected_values(x), jacobian(x)
+            if not self._is_new(math.exp(ratio), x):
                 continue
-            self.followed.append((math.exp(ratio), x))
-            place = _held(active, least, x, ratio, slopes)
-            if place is None:
+            self.path_points.append((math.exp(ratio), x))
+            point = _candidate(active, least_cost, x, ratio, slopes)
+            if point is None:
                 return out
-            out.append(place)
-            if len(out) >= _STEPS and min(place.cost for place in out[-_STEPS:]) > best.log_cost + _LOST:
+            out.append(point)
+            if len(out) >= _STEPS and min(point.cost for point in out[-_STEPS:]) > best.log_cost + _ABANDON_COST:
                 return out
         return out
 
-    def _exchanged(self, best: Iterate, near: float) -> list[Place]:
-        """The strips of the best one's b h^3 and l that are as wide and as narrow as bounds allow, if farther away in
-        ln Omega than paths lead."""
+    def _exchange_candidates(self, best: Iterate, distance: float) -> list[PathPoint]:
+        """The widest and the narrowest strip with the best one's b h^3 and l within the bounds, if farther from it than
+        ``distance`` in ln h."""
         active, (low, high), out = best.memory.active, self.box.T, []
-        least = self._at_ratio(best, active)
-        if least is None:
+        least_cost = self._at_ratio(best, active)
+        if least_cost is None:
             return out
-        for thicker in (
+        for shift in (
             max(low[1] - best.x[1], (best.x[0] - high[0]) / 3.0),
             min(high[1] - best.x[1], (best.x[0] - low[0]) / 3.0),
         ):
-            if abs(thicker) > near:
-                x = best.x + thicker * np.array([-3.0, 1.0, 0.0])
+            if abs(shift) > distance:
+                x = best.x + shift * np.array([-3.0, 1.0, 0.0])
                 strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
-                place = _held(active, least, x, log_frequency_ratio(strip.cycle), active.plain_slopes(x))
-                out += [] if place is None else [place]
+                ratio = log_frequency_ratio(strip.cycle)
+                point = _candidate(active, least_cost, x, ratio, active.uncorrected_jacobian(x))
+                out += [] if point is None else [point]
         return out
 
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
-        """The linear programme for rows, with the limits as the best strip's exact check shifts them."""
-        p = program(self.task.objective, best.limits, active.layout, self.task.guard)
-        return AtRatio.of(p, self.box, frequency_slopes(active.home_cycle))
+        """The linear programme for rows, with limits shifted to the best strip's exact check."""
+        p = program(self.task.objective, best.limits, active.layout, self.task.margin)
+        return AtRatio.of(p, self.box, log_frequency_ratio_gradient(active.base_cycle))
 
 
-def _held(active: FullRows, least: AtRatio, x: Array, ratio: float, slopes: Array) -> Place | None:
-    """The place of a strip of that ln Omega, by its corrections at some strip's peaks; None if it buckles."""
+def _candidate(active: FullRows, least_cost: AtRatio, x: Array, ratio: float, slopes: Array) -> PathPoint | None:
+    """The path point of a strip of ln Omega = ``ratio`` with its corrections, at given peaks; None if it buckles."""
     values = active.corrected_values(x)
-    if rows.BUCKLED in (active.plain_values(x)[rows.UTILISATION], values[rows.UTILISATION]):
+    if rows.BUCKLED in (active.uncorrected_values(x)[rows.UTILISATION], values[rows.UTILISATION]):
         return None
-    return Place(math.exp(ratio), x, *least(values, slopes, x, 0.0, _NEAREST))
+    return PathPoint(math.exp(ratio), x, *least_cost(values, slopes, x, 0.0, _MAX_RESTORATION))

@@ -1,8 +1,8 @@
-"""From a strip to the best one nearby on the full model: trust-region SQP with outer approximation.
+"""Local search on the full model: trust-region SQP with outer approximation.
 
-At every iterate the strip is checked exactly and its peaks are looked for; they join the earlier ones. The active-peak
-model of the full physics, with each limit shifted by what the exact check says of it there, is then solved by SLSQP
-within a trust region. The search ends at a strip that the exact check admits and that the model cannot better.
+At every iterate the strip is checked exactly, and its peaks are located and added to the earlier ones. The active-peak
+model of the full physics, with each limit shifted to agree with the exact check there, is then solved by SLSQP within a
+trust region. The search ends at a strip that is feasible by the exact check and that the model cannot improve.
 """
 
 from __future__ import annotations
@@ -24,50 +24,51 @@ from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, program, 
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
-ROUNDS = 10
-_FIRST_RADIUS, _GREATEST_RADIUS = 0.15, 0.3
-_POOR, _GOOD, _BEST = 0.1, 0.75, 0.9
-SAME = 2e-3
-"""In ln b, ln h, ln l: up to where two ends are one."""
+MAX_ITERATIONS = 10
+_FIRST_RADIUS, _MAX_RADIUS = 0.15, 0.3
+_POOR_RATIO, _GOOD_RATIO, _BEST_RATIO = 0.1, 0.75, 0.9
+SAME_STRIP = 2e-3
+"""Distance in ln b, ln h, ln l within which two results are the same strip."""
 _PENALTY = 100.0
-"""Of a violation against the cost: more than the multipliers of rods are, those of hardly feasible ones included."""
-_FAR, _ROUGH = 1e-2, 1e-3
-"""Beyond this excess a strip is first made admissible; to this share of the excess."""
-_STRAY = 1e-3
-"""Beyond this excess a search that no longer lessens it is over."""
-_LEAST_EXCESS = 1e-16
-_STUCK = 0.05
-"""A promise to lessen the excess by a smaller share is none."""
-CATCHES_UP = 4.0
-_CATCHES_UP_INSIDE = 2.5
-"""Times what a step promises: what all that follow are expected to gain at most; the same of a step that ends within
-the trust region."""
-_KEEPS = 0.8
-"""Of what a step to the end of another search promises: what is counted on."""
+"""Weight of a violation against the cost: larger than the Lagrange multipliers of rods, including hardly feasible ones.
+"""
+_FAR_EXCESS, _COARSE_ACCURACY = 1e-2, 1e-3
+"""Excess above which feasibility is restored first; accuracy of that relative to the excess, and of checks far from
+feasibility."""
+_STALL_EXCESS = 1e-3
+"""Excess above which a search that no longer reduces it is abandoned."""
+_MIN_EXCESS = 1e-16
+_MIN_REDUCTION = 0.05
+"""Share of the excess: a smaller predicted reduction counts as none."""
+TOTAL_GAIN_RATIO = 4.0
+_INTERIOR_GAIN_RATIO = 2.5
+"""Maximum expected total gain of all following steps over the predicted gain of one step: of a step limited by the
+trust region, and of one within it."""
+_RELIABLE_SHARE = 0.8
+"""Share of the predicted gain of a step to the result of another search that is relied upon."""
 _ROUNDING = 1e-9
-"""Of ln b, ln h, ln l."""
-_ITERATIONS = 12
-"""Of the optimizer in one round."""
+"""Rounding error of ln b, ln h, ln l."""
+_SLSQP_ITERATIONS = 12
+"""Maximum iterations of SLSQP in one iteration of the search."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is asked of a strip: ``guard`` is how far to the safe side of limits the search keeps, ``enough`` the gain
-    in ln objective below which it ends."""
+    """Objective and limits of a search: limits are tightened by ``margin``, and the search ends when the predicted gain
+    in ln objective is below ``min_gain``."""
 
     objective: Objective
     requirements: Requirements
     limits: Limits
-    guard: float
-    enough: float
+    margin: float
+    min_gain: float
 
 
 @dataclass(frozen=True)
 class Iterate:
-    """A strip with its exact check, and the model there: all rows, limits shifted by the check.
+    """A strip with its exact check and the model there: all rows, and limits shifted to agree with the check.
 
-    ``excess`` is the greatest by which a limit is missed, in logarithms. There is no model (``memory`` None) where the
-    time was over before.
+    ``excess`` is the largest logarithmic excess over a limit. There is no model (``memory`` None) if the time was over.
     """
 
     x: Array
@@ -78,22 +79,22 @@ class Iterate:
     limits: Limits
 
     @property
-    def admissible(self) -> bool:
+    def feasible(self) -> bool:
         return self.excess <= 0.0
 
 
 @dataclass(frozen=True)
-class Local:
-    """The best admissible iterate or, without one, that of the least excess; ``gain`` is what the model still promises
-    there, in ln objective, ``rounds`` how often it was solved."""
+class LocalResult:
+    """The best feasible iterate or, without one, that of the least excess; ``predicted_gain`` is the gain in ln
+    objective that the model still predicts there, ``iterations`` the number of times it was solved."""
 
     best: Iterate
-    gain: float
-    rounds: int
+    predicted_gain: float
+    iterations: int
 
     @property
-    def found(self) -> Iterate | None:
-        return self.best if self.best.admissible else None
+    def feasible_best(self) -> Iterate | None:
+        return self.best if self.best.feasible else None
 
 
 def local_search(
@@ -102,147 +103,151 @@ def local_search(
     bounds: Bounds,
     start: Array,
     radius: float = _FIRST_RADIUS,
-    rounds: int = ROUNDS,
-    known: float = math.inf,
-    ends: Sequence[Local] = (),
-) -> Local | None:
-    """The best strip near ``start`` = ln(b, h, l) within the bounds; None where no strip near it stands up, or where it
-    leads to one of the ``ends`` of others within them.
+    max_iterations: int = MAX_ITERATIONS,
+    incumbent: float = math.inf,
+    results: Sequence[LocalResult] = (),
+) -> LocalResult | None:
+    """The best strip near ``start`` = ln(b, h, l) within the bounds.
 
-    A search that is not going to come below a ``known`` ln objective is given up.
+    None if no strip near the start is stable against buckling, or if the search converges to one of the ``results`` of
+    other searches. A search that is not expected to improve on the ln objective ``incumbent`` is abandoned.
     """
     box = np.log([bounds.b, bounds.h, bounds.l])
-    at = _standing(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
-    if at is None:
+    current = _first_stable_iterate(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
+    if current is None:
         return None
-    bottoms = [end.best for end in ends if _is_bottom(end, box, task.enough)]
-    best, gain = at, math.inf
-    for turn in range(1, rounds + 1):
-        step, promised = _promised(model, task, box, at, radius)
-        if at is best:
-            gain = max(promised, 0.0) if at.admissible else math.inf
-            if gain <= task.enough:
-                return Local(best, gain, turn)
-        if at.excess > _STRAY and promised < _STUCK * _PENALTY * at.excess:
+    converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
+    best, gain = current, math.inf
+    for iteration in range(1, max_iterations + 1):
+        step, predicted = _model_step(model, task, box, current, radius)
+        if current is best:
+            gain = max(predicted, 0.0) if current.feasible else math.inf
+            if gain <= task.min_gain:
+                return LocalResult(best, gain, iteration)
+        if current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess:
             break
-        expected = at.log_cost - _KEEPS * promised + task.enough
-        if at.admissible and any(_same(step, other.x) and expected > other.log_cost for other in bottoms):
+        expected = current.log_cost - _RELIABLE_SHARE * predicted + task.min_gain
+        if current.feasible and any(_is_same(step, other.x) and expected > other.log_cost for other in converged):
             return None
-        moved = float(np.max(np.abs(step - at.x)))
-        catches_up = CATCHES_UP if moved > 0.95 * radius else _CATCHES_UP_INSIDE
-        if at.admissible and at.log_cost - catches_up * max(promised, task.enough) > known:
+        step_length = float(np.max(np.abs(step - current.x)))
+        total_gain_ratio = TOTAL_GAIN_RATIO if step_length > 0.95 * radius else _INTERIOR_GAIN_RATIO
+        if current.feasible and current.log_cost - total_gain_ratio * max(predicted, task.min_gain) > incumbent:
             break
-        if moved == 0.0 or radius < model.least_radius:
+        if step_length == 0.0 or radius < model.min_radius:
             break
-        trial = iterate(model, task, dimensions_within(bounds, step), at.memory.active, at.excess > _FAR)
-        actual = -math.inf if trial is None else _merit(at) - _merit(trial)
-        if actual < _POOR * promised:
-            radius = 0.25 * min(radius, moved)
-        elif actual > _GOOD * promised and moved > 0.9 * radius:
-            radius = min((4.0 if actual > _BEST * promised else 2.0) * radius, _GREATEST_RADIUS)
+        strip, likely_far = dimensions_within(bounds, step), current.excess > _FAR_EXCESS
+        trial = evaluate_iterate(model, task, strip, current.memory.active, likely_far)
+        actual = -math.inf if trial is None else _merit(current) - _merit(trial)
+        if actual < _POOR_RATIO * predicted:
+            radius = 0.25 * min(radius, step_length)
+        elif actual > _GOOD_RATIO * predicted and step_length > 0.9 * radius:
+            radius = min((4.0 if actual > _BEST_RATIO * predicted else 2.0) * radius, _MAX_RADIUS)
         if trial is None:
             continue
-        if actual > 0.0 or (trial.admissible and not at.admissible):
-            at = trial
+        if actual > 0.0 or (trial.feasible and not current.feasible):
+            current = trial
         else:
-            # What the step ran into is known from now on.
-            at, seeing = _seeing(model, task, at, trial), at
-            best = at if best is seeing else best
-        if _better(trial, best):
+            # The model at the iterate must represent the peaks at the rejected strip, too.
+            current, previous = _with_peaks_of(model, task, current, trial), current
+            best = current if best is previous else best
+        if _is_better(trial, best):
             best = trial
-    return Local(best, gain, rounds)
+    return LocalResult(best, gain, max_iterations)
 
 
-def _is_bottom(end: Local, box: Array, enough: float) -> bool:
-    """Whether another search has come to its end, at a strip within these bounds."""
-    inside = np.all((box[:, 0] - _ROUNDING < end.best.x) & (end.best.x < box[:, 1] + _ROUNDING))
-    return end.best.admissible and end.gain <= enough and bool(inside)
+def _is_converged_within(result: LocalResult, box: Array, min_gain: float) -> bool:
+    """Whether another search has converged, to a strip within these bounds."""
+    inside = np.all((box[:, 0] - _ROUNDING < result.best.x) & (result.best.x < box[:, 1] + _ROUNDING))
+    return result.best.feasible and result.predicted_gain <= min_gain and bool(inside)
 
 
-def _same(x: Array, other: Array) -> bool:
-    return float(np.max(np.abs(x - other))) < SAME
+def _is_same(x: Array, other: Array) -> bool:
+    return float(np.max(np.abs(x - other))) < SAME_STRIP
 
 
-def iterate(
-    model: FullModel, task: Task, d: Dimensions, before: FullRows | None = None, far: bool = False
+def evaluate_iterate(
+    model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None, likely_far: bool = False
 ) -> Iterate | None:
-    """The check and the active-peak model at a strip, which sees the peaks of ``before`` too; None beyond buckling.
+    """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles.
 
-    The check is exact, but where limits are likely to be far (``far``) and are.
+    A strip that is likely to be far from feasibility (``likely_far``) is checked at low accuracy, and exactly only if
+    it is close after all.
     """
-    outcome, x = model.check(d, max(_ROUGH, model.accuracy) if far else None), logarithms(d)
+    outcome, x = model.check(d, max(_COARSE_ACCURACY, model.accuracy) if likely_far else None), logarithms(d)
     if outcome.value.stresses is None:
         return None
-    if far and excess_of(task, outcome.value, model.scene) <= _FAR:
+    if likely_far and max_excess(task, outcome.value, model.scene) <= _FAR_EXCESS:
         outcome = model.check(d)
     check = outcome.value
     if check.stresses is None:
         return None
     peaks = model.peaks(d)
-    memory = MemoisedRows(model.rows_near(peaks if before is None else peaks.merged_with(before.peaks), d))
-    limits = _shifted(model, task, check, memory.values(x))
+    memory = MemoisedRows(model.rows_near(peaks if earlier is None else peaks.merged_with(earlier.peaks), d))
+    limits = _shifted_limits(model, task, check, memory.values(x))
     cost = task.objective.log_cost(check, model.scene.material.density)
-    return Iterate(x, outcome, cost, excess_of(task, check, model.scene), memory, limits)
+    return Iterate(x, outcome, cost, max_excess(task, check, model.scene), memory, limits)
 
 
-def _seeing(model: FullModel, task: Task, at: Iterate, beside: Iterate) -> Iterate:
-    """The same iterate with a model that follows the peaks of another, too."""
-    memory = MemoisedRows(model.rows_near(beside.memory.active.peaks, at.outcome.value.dimensions))
-    return replace(at, memory=memory, limits=_shifted(model, task, at.outcome.value, memory.values(at.x)))
+def _with_peaks_of(model: FullModel, task: Task, current: Iterate, other: Iterate) -> Iterate:
+    """The same iterate with a model that includes the peaks of another."""
+    check = current.outcome.value
+    memory = MemoisedRows(model.rows_near(other.memory.active.peaks, check.dimensions))
+    return replace(current, memory=memory, limits=_shifted_limits(model, task, check, memory.values(current.x)))
 
 
-def _shifted(model: FullModel, task: Task, check: RodCheck, values: Array) -> Limits:
-    """The limits, each by what the exact value of its row exceeds the model's."""
+def _shifted_limits(model: FullModel, task: Task, check: RodCheck, values: Array) -> Limits:
+    """The limits, each shifted by the difference of the exact value of its row from the model's."""
     exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
-    return {row: limit - _shift(exact.get(row), values, row) for row, limit in task.limits.items()}
+    return {row: limit - _model_error(exact.get(row), values, row) for row, limit in task.limits.items()}
 
 
-def excess_of(task: Task, check: RodCheck, scene: Scene) -> float:
-    """The greatest by which a check misses a limit, in logarithms; 0 where it meets every requirement."""
-    # By the very comparison that a user would make, not by logarithms.
+def max_excess(task: Task, check: RodCheck, scene: Scene) -> float:
+    """The largest logarithmic excess of a check over a limit; 0 if it meets every requirement."""
+    # Compared as a user would compare the values, not by logarithms.
     if task.requirements.met_by(check):
         return 0.0
-    missed = (c.log_value(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
-    return max(max(missed, default=0.0), _LEAST_EXCESS)
+    excesses = (c.log_value(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
+    return max(max(excesses, default=0.0), _MIN_EXCESS)
 
 
-def _shift(exact: float | None, values: Array, row: int) -> float:
-    """What the exact value of a row exceeds the model's by."""
-    own = max(values[rows.STABILITY], values[rows.SIDEWAYS]) if row == rows.STABILITY else values[row]
-    return exact - own if exact is not None and math.isfinite(exact) and own > rows.NEVER_COMPRESSED else 0.0
+def _model_error(exact: float | None, values: Array, row: int) -> float:
+    """Difference of the exact value of a row from the model's."""
+    value = max(values[rows.STABILITY], values[rows.SIDEWAYS]) if row == rows.STABILITY else values[row]
+    return exact - value if exact is not None and math.isfinite(exact) and value > rows.NEVER_COMPRESSED else 0.0
 
 
-def _standing(model: FullModel, task: Task, bounds: Bounds, x: Array) -> Iterate | None:
+def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array) -> Iterate | None:
     """The iterate at x, or at the first thicker strip that does not buckle."""
-    for thicker in (0.0, 0.03, 0.1, 0.3):
-        moved = x.copy()
-        moved[1] += thicker
-        at = iterate(model, task, dimensions_within(bounds, moved))
-        if at is not None:
-            return at
+    for thickening in (0.0, 0.03, 0.1, 0.3):
+        thicker = x.copy()
+        thicker[1] += thickening
+        found = evaluate_iterate(model, task, dimensions_within(bounds, thicker))
+        if found is not None:
+            return found
     return None
 
 
-def _promised(model: FullModel, task: Task, box: Array, at: Iterate, radius: float) -> tuple[Array, float]:
-    """Where the model has its optimum within the radius, and what merit it promises to gain there.
+def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radius: float) -> tuple[Array, float]:
+    """The model's optimum within the trust region, and the predicted reduction of the merit function.
 
-    From far outside the limits the model is first led to where it violates them least; there is no optimum where that
-    is still outside.
+    Far from feasibility the model's violation is minimised first; if the minimum is still infeasible, it is the step.
     """
-    near = np.stack([np.maximum(box[:, 0], at.x - radius), np.minimum(box[:, 1], at.x + radius)], axis=1)
-    layout, values = at.memory.active.layout, at.memory.values(at.x)
-    p, x = program(task.objective, at.limits, layout, task.guard), at.x
-    if at.excess > _FAR:
-        towards = feasibility_program({row: limit - task.guard for row, limit in at.limits.items()}, layout)
-        step = run_slsqp(at.memory, towards, near, x, _ROUGH * at.excess, _ITERATIONS)
+    trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
+    layout, values = current.memory.active.layout, current.memory.values(current.x)
+    p, x = program(task.objective, current.limits, layout, task.margin), current.x
+    if current.excess > _FAR_EXCESS:
+        restoration = feasibility_program({row: limit - task.margin for row, limit in current.limits.items()}, layout)
+        step = run_slsqp(
+            current.memory, restoration, trust_box, x, _COARSE_ACCURACY * current.excess, _SLSQP_ITERATIONS
+        )
         x = step.x
         if step.cost > 0.0:
             return x, _PENALTY * (p.violation(values) - step.cost)
-    step = run_slsqp(at.memory, p, near, x, 0.1 * task.enough, _ITERATIONS)
-    if step.violation > 0.1 * task.guard:
-        step = restore_feasibility(at.memory, p, near, step.x, 3)
+    step = run_slsqp(current.memory, p, trust_box, x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
+    if step.violation > 0.1 * task.margin:
+        step = restore_feasibility(current.memory, p, trust_box, step.x, 3)
     gain = p.cost(values) - step.cost
-    if not at.admissible:
+    if not current.feasible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))
     return step.x, gain
 
@@ -251,7 +256,7 @@ def _merit(at: Iterate) -> float:
     return at.log_cost + _PENALTY * at.excess
 
 
-def _better(trial: Iterate, best: Iterate) -> bool:
-    if trial.admissible and best.admissible:
+def _is_better(trial: Iterate, best: Iterate) -> bool:
+    if trial.feasible and best.feasible:
         return trial.log_cost < best.log_cost
     return trial.excess < best.excess

@@ -1,4 +1,4 @@
-"""The least cost at one frequency ratio, against a simplex method."""
+"""The minimum cost at one frequency ratio, against a simplex method."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_the_grid_closes_in_on_the_linear_programme(seed, fixed):
     at, cost = least(here, slopes, x, change, REACH)
 
     # Unknowns: the step, the greatest of the rows that count so, what limits are missed by.
-    inward = np.hstack([least.within, np.zeros((len(least.within), 2))])
+    inward = np.hstack([least.tangents, np.zeros((len(least.tangents), 2))])
     exact = linprog(
         np.concatenate([slopes[0] + 0.3 * slopes[1], [0.7, PENALTY]]),
         A_ub=np.vstack([

@@ -1,4 +1,4 @@
-"""The polynomial of corrections near a strip, against strips solved anew."""
+"""The polynomial of corrections near a strip, against strips solved directly."""
 
 from __future__ import annotations
 
@@ -27,50 +27,50 @@ EFFECTS = EffectSelection(
 @pytest.fixture(scope="module")
 def rows():
     """Rows of a strip between damped resonances, with corrections to second order."""
-    asked = problem(40)
+    reference = problem(40)
     strip = rod.Dimensions(0.0098, 0.00065, 0.0257)
-    composition = compose(choose_for(asked.scene, strip, EFFECTS, 1e-2))
-    criterion = serensen(asked.scene.material)
+    composition = compose(choose_for(reference.scene, strip, EFFECTS, 1e-2))
+    criterion = serensen(reference.scene.material)
     model = FullModel(
-        asked.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False)
+        reference.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False)
     ).finer()
     return model.rows_near(model.peaks(strip), strip)
 
 
-def test_what_corrections_add_is_followed(rows):
-    home, parts = logarithms(rows.home), rows.layout.parts(UTILISATION)
-    added = rows.taken_apart(home)[1]
+def test_the_polynomial_agrees_with_solved_corrections(rows):
+    base, parts = logarithms(rows.base), rows.layout.parts(UTILISATION)
+    corrections = rows.split_values(base)[1]
     for direction in np.vstack([np.eye(3), -np.eye(3), [[0.6, 0.5, -0.6]]]):
-        x = home + 8e-4 * direction
+        x = base + 8e-4 * direction
         exact = rows.corrected_values(x)[parts]
         assert np.max(np.abs(rows.values(x)[parts] - exact)) < 5e-7
         if direction[1]:
-            # Corrections as they are at home are far off.
-            assert np.max(np.abs((rows.plain_values(x) + added)[parts] - exact)) > 2e-6
+            # Corrections constant in x are far off.
+            assert np.max(np.abs((rows.uncorrected_values(x) + corrections)[parts] - exact)) > 2e-6
 
 
-def test_a_stencil_serves_strips_close_to_its_centre(rows):
-    model, near = rows.model, dimensions_of(logarithms(rows.home) + 5e-5, rows.model.scene)
-    beside = model.rows_near(model.peaks(near), near)
-    assert beside.stencil is rows.stencil
+def test_a_stencil_covers_strips_close_to_its_centre(rows):
+    model, near = rows.model, dimensions_of(logarithms(rows.base) + 5e-5, rows.model.scene)
+    neighbour = model.rows_near(model.peaks(near), near)
+    assert neighbour.stencil is rows.stencil
     x = logarithms(near)
-    assert np.allclose(beside.values(x), beside.corrected_values(x), atol=1e-12)
-    far = dimensions_of(logarithms(rows.home) + 5e-3, model.scene)
+    assert np.allclose(neighbour.values(x), neighbour.corrected_values(x), atol=1e-12)
+    far = dimensions_of(logarithms(rows.base) + 5e-3, model.scene)
     assert model.rows_near(model.peaks(far), far).stencil is not rows.stencil
 
 
 def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
-    """On elements that go with the corners, several strips at once; as well as each by itself."""
-    centre = rows.model.strip(rows.home).cycle
+    """Solved simultaneously on elements that move with the corners, they are as accurate as each solved alone."""
+    centre = rows.model.strip(rows.base).cycle
     strips = [
-        dimensions_of(logarithms(rows.home) + moved * np.array([0.3, 1.0, -0.5]), rows.model.scene)
-        for moved in (0.0, 1e-3, -0.03)
+        dimensions_of(logarithms(rows.base) + shift * np.array([0.3, 1.0, -0.5]), rows.model.scene)
+        for shift in (0.0, 1e-3, -0.03)
     ]
     angles = np.linspace(0.0, 2.0 * np.pi, 50)
-    for k, beside in enumerate(centre.neighbours(strips)):
-        found, own = centre.refinements[0], beside.refinements[0]
+    for k, neighbour in enumerate(centre.neighbours(strips)):
+        found, own = centre.refinements[0], neighbour.refinements[0]
         assert own.motion.edges.size == found.motion.edges.size and own.curvature_terms == found.curvature_terms
-        moment = beside.at(angles).shape.clamp_moment()
+        moment = neighbour.at(angles).shape.clamp_moment()
         exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
         assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))
         if k == 0:
@@ -80,38 +80,38 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
 
 
 def test_differences_are_as_good_at_a_rough_resolution(rows):
-    """Strips of one resolution are wrong by nearly the same, even where each is by a hundred times what is wanted."""
-    model, home, parts = rows.model, logarithms(rows.home), rows.layout.parts(UTILISATION)
-    rough = model.rougher(1e-4)
-    finer = model.finer(rough)
-    other = finer.rows_near(rows.peaks, rows.home)
-    assert other.stencil.centre is rough.strip(rows.home)
-    assert rough.strip(rows.home).cycle.tolerance > 50.0 * model.strip(rows.home).cycle.tolerance
-    assert np.array_equal(other.values(home), rows.values(home))
-    exact, found = rows.jacobian(home)[parts], other.jacobian(home)[parts]
-    assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact - rows.plain_slopes(home)[parts]))
+    """Errors of strips with one discretisation nearly cancel, even if each is a hundred times the tolerance."""
+    model, base, parts = rows.model, logarithms(rows.base), rows.layout.parts(UTILISATION)
+    coarse = model.coarser(1e-4)
+    finer = model.finer(coarse)
+    other = finer.rows_near(rows.peaks, rows.base)
+    assert other.stencil.centre is coarse.strip(rows.base)
+    assert coarse.strip(rows.base).cycle.tolerance > 50.0 * model.strip(rows.base).cycle.tolerance
+    assert np.array_equal(other.values(base), rows.values(base))
+    exact, found = rows.jacobian(base)[parts], other.jacobian(base)[parts]
+    assert np.max(np.abs(found - exact)) < 1e-3 * np.max(np.abs(exact - rows.uncorrected_jacobian(base)[parts]))
 
 
-def test_a_strip_that_buckles_has_rows_that_say_so(rows):
-    home = logarithms(rows.home)
-    assert rows.plain_values(home - np.array([0.0, 0.6, 0.0]))[UTILISATION] == BUCKLED
-    assert rows.plain_values(home)[UTILISATION] < BUCKLED
+def test_a_strip_that_buckles_has_the_rows_of_buckling(rows):
+    base = logarithms(rows.base)
+    assert rows.uncorrected_values(base - np.array([0.0, 0.6, 0.0]))[UTILISATION] == BUCKLED
+    assert rows.uncorrected_values(base)[UTILISATION] < BUCKLED
 
 
-def test_where_sizes_come_in_steps_strips_aside_are_solved_only_if_asked_for(rows):
-    """Of which what is read is the same."""
+def test_with_discrete_sizes_other_directions_are_solved_only_if_required(rows):
+    """The rows are the same."""
     model = replace(rows.model, free=(1,), _stencils=[])
-    held = model.rows_near(model.peaks(rows.home), rows.home)
-    home, parts = logarithms(rows.home), rows.layout.parts(UTILISATION)
-    for moved, solved in (([0.0, 8e-4, 0.0], 3), ([4e-4, 8e-4, 0.0], 10)):
-        x = home + np.array(moved)
-        assert held.values(x)[parts] == pytest.approx(rows.values(x)[parts], abs=1e-6)
-        assert len(held.stencil.solved) == solved
+    partial_rows = model.rows_near(model.peaks(rows.base), rows.base)
+    base, parts = logarithms(rows.base), rows.layout.parts(UTILISATION)
+    for shift, solved in (([0.0, 8e-4, 0.0], 3), ([4e-4, 8e-4, 0.0], 10)):
+        x = base + np.array(shift)
+        assert partial_rows.values(x)[parts] == pytest.approx(rows.values(x)[parts], abs=1e-6)
+        assert len(partial_rows.stencil.solved) == solved
 
 
-def test_where_corners_come_or_go_a_resolution_does_not_fit(rows):
-    """Without friction there are none."""
-    centre = rows.model.strip(rows.home).cycle
+def test_a_discretisation_does_not_fit_another_number_of_corners(rows):
+    """Without friction there are no corners."""
+    centre = rows.model.strip(rows.base).cycle
     piston = replace(centre.scene.piston, friction_coefficient=0.0)
     assert replace(centre, scene=replace(centre.scene, piston=piston)).strip.friction == 0.0
     smooth = replace(centre, scene=replace(centre.scene, piston=piston))

@@ -1,4 +1,4 @@
-"""A local search beside the ends of others."""
+"""A local search that converges to the result of another."""
 
 from __future__ import annotations
 
@@ -19,37 +19,37 @@ from tests.solvers.rod.optimum.test_full_model import FALSELY_CERTIFIED as ASKED
 CLOSED = EffectSelection(frozenset({"beam_column"}), frozenset({"rod_inertia", "large_displacement"}), automatic=False)
 START = np.log([0.0115, 0.0003, 0.0095])
 THICKER_AND_LONGER = np.array([0.0, 0.025, 0.03])
-"""To strips that meet all limits of a light one, and are heavier."""
+"""Change of ln(b, h, l) from a light strip to a heavier one that meets all limits."""
 
 
 @pytest.fixture(scope="module")
 def search():
-    """A search from a start, beside the ends of others."""
+    """A local search from a start, given the results of others."""
     limits = ASKED.requirements.limits(ASKED.scene)
     composition = compose(choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2))
     wanted = required_results(ASKED.objective, limits)
     model = FullModel(ASKED.scene, composition, serensen(ASKED.scene.material), CLOSED, 1e-2, 1e-6, wanted)
     task = Task(ASKED.objective, ASKED.requirements, limits, 1e-8, 1e-7)
-    return lambda start, ends=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, ends=ends)
+    return lambda start, results=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, results=results)
 
 
-def test_a_search_that_leads_to_the_end_of_another_is_over(search):
-    end = search(START)
-    assert end.found is not None and end.gain <= 1e-7
-    beside = end.best.x + THICKER_AND_LONGER
-    again = search(beside)
-    assert np.max(np.abs(again.best.x - end.best.x)) < 1e-4
-    assert search(beside, [end]) is None
+def test_a_search_that_converges_to_another_result_is_abandoned(search):
+    result = search(START)
+    assert result.feasible_best is not None and result.predicted_gain <= 1e-7
+    other_start = result.best.x + THICKER_AND_LONGER
+    again = search(other_start)
+    assert np.max(np.abs(again.best.x - result.best.x)) < 1e-4
+    assert search(other_start, [result]) is None
 
 
-def test_ends_that_tell_nothing_of_a_search_do_not_stop_it(search):
-    end = search(START)
-    beside = end.best.x + THICKER_AND_LONGER
-    dearer = replace(end, best=replace(end.best, log_cost=end.best.log_cost + 0.03))
-    unfinished = replace(end, gain=1e-3)
-    assert search(beside, [dearer]).found is not None
-    assert search(beside, [unfinished]).found is not None
-    # The same valley within other bounds may have its bottom elsewhere.
-    length = float(np.exp(end.best.x[2]))
+def test_results_of_other_optima_do_not_stop_a_search(search):
+    result = search(START)
+    other_start = result.best.x + THICKER_AND_LONGER
+    costlier = replace(result, best=replace(result.best, log_cost=result.best.log_cost + 0.03))
+    unfinished = replace(result, predicted_gain=1e-3)
+    assert search(other_start, [costlier]).feasible_best is not None
+    assert search(other_start, [unfinished]).feasible_best is not None
+    # Within other bounds the same basin may have its optimum elsewhere.
+    length = float(np.exp(result.best.x[2]))
     longer = replace(ASKED.bounds, l=(1.001 * length, ASKED.bounds.l[1]))
-    assert search(beside, [end], longer).found is not None
+    assert search(other_start, [result], longer).feasible_best is not None

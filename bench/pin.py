@@ -21,13 +21,13 @@ import numpy as np
 from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.conic import slope_limited_optimum
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import pointwise_bound
-from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program
+from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import NODES, Stations
-from solvers.pin.stations.opening import opening_stations
 
 STATIONS = 1_000
 FORCE, BENDING_LIMIT, LIMIT = 15e3, 6.785153977e-6, 11.22302193e-6
@@ -82,7 +82,7 @@ def by_brentq(x: np.ndarray) -> np.ndarray:
 
 def program_of(stations: int, limit: float, shear: bool) -> Program:
     """The pin's program on about ``count`` stations."""
-    panels = opening_stations(SCENE)
+    panels = initial_stations(SCENE)
     while panels.x.size < stations:
         widest = np.argsort(panels.left - panels.right, kind="stable")[: max(1, (stations - panels.x.size) // NODES)]
         which = np.zeros(panels.left.size, dtype=bool)
@@ -101,11 +101,11 @@ class Modelled:
         self.limit = cp.Parameter(nonneg=True, value=1.0)
         self.u = cp.Variable(program.lower.size)
         pulls = program.bending > 0
-        weight = 0.5 * program.share[pulls] * program.bending[pulls] / program.limit
+        weight = 0.5 * program.weight[pulls] * program.bending[pulls] / program.limit
         inside = self.u[np.flatnonzero(pulls)]
         bent = cp.sum(cp.multiply(weight, cp.inv_pos(inside) + cp.inv_pos(2 - inside)))
         self.problem = cp.Problem(
-            cp.Minimize(program.share @ self.u), [self.u >= program.lower, self.u <= 1, bent <= self.limit]
+            cp.Minimize(program.weight @ self.u), [self.u >= program.lower, self.u <= 1, bent <= self.limit]
         )
 
     def solve(self, limit: float = 1.0) -> np.ndarray:
@@ -116,7 +116,7 @@ class Modelled:
 
 def _above(program: Program, u: np.ndarray) -> float:
     """How far a profile is from the bound of its program, or its deflection from the limit: whichever is more."""
-    found = weigh(program, program.lower, False)
+    found = minimum_volume(program, program.lower, False)
     bound = pointwise_bound(program, program.lower, found.multiplier, found.solidity)
     return max(abs(program.volume(u) / bound - 1.0), program.deflection(np.maximum(u, 1e-300)) / program.limit - 1.0)
 
@@ -138,12 +138,13 @@ def run() -> list[Row]:
     ]  # fmt: skip
     program = program_of(STATIONS, BENDING_LIMIT, shear=False)
     n = program.lower.size
-    found = weigh(program, program.lower, False)
+    found = minimum_volume(program, program.lower, False)
     model = Modelled(program)
     limits = iter(np.tile([1.0, 1.01, 0.99], 100))
     rows += [
         Row("deflection limit", "this: one multiplier",
-            median_time(lambda: weigh(program, program.lower, False), 101), n, _above(program, found.solidity)),
+            median_time(lambda: minimum_volume(program, program.lower, False), 101), n,
+            _above(program, found.solidity)),
         Row("deflection limit", "this, with its bound",
             median_time(lambda: _certified(program), 51), n, _above(program, found.solidity)),
         Row("deflection limit", "cvxpy + Clarabel from nothing",
@@ -152,13 +153,14 @@ def run() -> list[Row]:
             median_time(lambda: model.solve(next(limits)), 7), n, _above(program, model.solve())),
     ]  # fmt: skip
     sheared = program_of(STATIONS, LIMIT, shear=True)
-    full = weigh(sheared, sheared.lower, False)
-    cone = sloped(sheared, sheared.lower, False, 1e-9)
+    full = minimum_volume(sheared, sheared.lower, False)
+    cone = slope_limited_optimum(sheared, sheared.lower, False, 1e-9)
     rows += [
         Row("deflection limit with shear", "this: one multiplier",
-            median_time(lambda: weigh(sheared, sheared.lower, False), 101), n, _above(sheared, full.solidity)),
+            median_time(lambda: minimum_volume(sheared, sheared.lower, False), 101), n, _above(sheared, full.solidity)),
         Row("deflection limit with shear", "this: cone program, a few rounds",
-            median_time(lambda: sloped(sheared, sheared.lower, False, 1e-9), 3), n, _above(sheared, cone.solidity)),
+            median_time(lambda: slope_limited_optimum(sheared, sheared.lower, False, 1e-9), 3), n,
+            _above(sheared, cone.solidity)),
     ]  # fmt: skip
     for steps in (2, 3, 4):
         problem = pin.PinProblem(SCENE, form=pin.Stepped(steps))
@@ -178,7 +180,7 @@ def run() -> list[Row]:
 
 
 def _certified(program: Program) -> float:
-    found = weigh(program, program.lower, False)
+    found = minimum_volume(program, program.lower, False)
     return pointwise_bound(program, program.lower, found.multiplier, found.solidity)
 
 
@@ -197,8 +199,12 @@ def accuracy_rows() -> list[Row]:
     for stations in (25, 50, 100, 200, 400, 800, 1600):
         program = even(stations)
         for name, solve, repeats in (
-            ("multiplier", lambda p: weigh(p, p.lower, False).solidity, 21),
-            ("cone program", lambda p: sloped(p, p.lower, False, 1e-8).solidity, 1 if stations > 400 else 3),
+            ("multiplier", lambda p: minimum_volume(p, p.lower, False).solidity, 21),
+            (
+                "cone program",
+                lambda p: slope_limited_optimum(p, p.lower, False, 1e-8).solidity,
+                1 if stations > 400 else 3,
+            ),
         ):
             if name == "cone program" and stations > 800:
                 continue
@@ -214,10 +220,10 @@ class Midpoints(Stations):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.x = self.side = 0.5 * (self.left + self.right)
-        self.rest, self.share = np.zeros_like(self.x), self.width / self.span
+        self.x = self.panel_start = 0.5 * (self.left + self.right)
+        self.residual, self.weight = np.zeros_like(self.x), self.width / self.span
 
-    def doubt(self, values: np.ndarray) -> np.ndarray:
+    def error_estimate(self, values: np.ndarray) -> np.ndarray:
         return np.zeros_like(values)
 
 
@@ -226,7 +232,7 @@ def even(stations: int) -> Program:
     edges = np.linspace(0.0, 0.04, stations + 1)
     limits = pin.Limits(max_deflection=LIMIT)
     found = assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges))
-    return replace(found, anchor=stations)
+    return replace(found, middle_index=stations)
 
 
 def draw(rows: list[Row]) -> None:

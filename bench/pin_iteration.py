@@ -14,7 +14,7 @@ from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.section.criteria import ShearLaw
 from solvers.pin.section.least_wall import least_wall
 from solvers.pin.section.strength import StrengthConstraint
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.initial_panels import initial_stations
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"
 FORCES = (15e3, 17.12e3, 18.98e3)
@@ -53,8 +53,8 @@ def paths(force: float) -> tuple[list[float], list[float]]:
     """m and q along the paper's pin under a force."""
     material = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)
     scene = pin.Scene(pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3), force, material)
-    stations = opening_stations(scene)
-    forces = forces_at(scene.cases[0], stations.x, stations.side)
+    stations = initial_stations(scene)
+    forces = forces_at(scene.cases[0], stations.x, stations.panel_start)
     m = 32.0 * forces.moment_total / (math.pi * 150e6 * 21.99e-3**3)
     return list(m), list(32.0 * forces.shear_total / (3.0 * math.pi * 150e6 * 21.99e-3**2))
 

@@ -24,9 +24,9 @@ from bench.pin import Midpoints
 from bench.work_precision.curves import Method, Results
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.conic import slope_limited_optimum
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program
 
 TITLE = "The free bore of a piston pin"
@@ -77,7 +77,7 @@ class Model:
     def __init__(self, scene: pin.Scene, x: np.ndarray, h: np.ndarray) -> None:
         g, m, p = scene.geometry, scene.material, scene.force
         a, t = g.boss_length, x - g.boss_length - g.gap
-        self.x, self.share = x, h / h.sum()
+        self.x, self.weight = x, h / h.sum()
         shear = np.where(x < a, p * x**2 / (2 * a * a), np.where(t < 0, p / 2, p / 2 - p * t / g.small_end_length))
         spread = np.where(t > 0, p * t**2 / (2 * g.small_end_length), 0.0)
         moment = np.where(x < a, p * x**3 / (6 * a * a), p * a / 6 + p / 2 * (x - a) - spread)
@@ -103,12 +103,12 @@ class Model:
         return float(np.sum(self.bend[pulls] / (u[pulls] * (2 - u[pulls]))))
 
     def mass(self, u: np.ndarray) -> float:
-        return self.solid_mass * float(self.share @ u)
+        return self.solid_mass * float(self.weight @ u)
 
     def stiff(self, least: np.ndarray, limit: float) -> np.ndarray:
         """Lightest u within the deflection limit: root of the multiplier around bisection for every station."""
         pulls = self.bend > 0
-        floor, weight, bend = least[pulls], self.share[pulls], self.bend[pulls] / limit
+        floor, weight, bend = least[pulls], self.weight[pulls], self.bend[pulls] / limit
 
         def best(price: float) -> np.ndarray:
             low, high = floor.copy(), np.ones_like(floor)
@@ -185,11 +185,11 @@ def _ours(accuracy: float, case: PinCase) -> Results:
 
 
 def _by_multiplier(program: Program) -> np.ndarray:
-    return weigh(program, None, False).solidity
+    return minimum_volume(program, None, False).solidity
 
 
 def _by_cones(program: Program) -> np.ndarray:
-    return sloped(program, program.lower, False, 1e-8).solidity
+    return slope_limited_optimum(program, program.lower, False, 1e-8).solidity
 
 
 def _on_midpoints(tier: Callable[[Program], np.ndarray], count: int, case: PinCase) -> Results:
@@ -219,7 +219,7 @@ def _by_cvxpy(count: int, case: PinCase) -> Results:
     least, pulls = model.least_u, np.flatnonzero(model.bend > 0)
     u = cp.Variable(least.size)
     bent = cp.multiply(0.5 * model.bend[pulls] / case.limit, cp.inv_pos(u[pulls]) + cp.inv_pos(2 - u[pulls]))
-    problem = cp.Problem(cp.Minimize(model.share @ u), [u >= least, u <= 1, cp.sum(bent) <= 1])
+    problem = cp.Problem(cp.Minimize(model.weight @ u), [u >= least, u <= 1, cp.sum(bent) <= 1])
     try:
         problem.solve(solver=cp.CLARABEL)
     except cp.SolverError as failure:
@@ -235,7 +235,7 @@ def _by_slsqp(count: int, case: PinCase) -> Results:
     room = {"type": "ineq", "fun": lambda u: 1.0 - model.deflection(u) / case.limit}
     bounds = [(max(lo, 1e-9), 1.0) for lo in least]
     found = minimize(
-        lambda u: float(model.share @ u), np.ones_like(least), jac=lambda u: model.share, bounds=bounds,
+        lambda u: float(model.weight @ u), np.ones_like(least), jac=lambda u: model.weight, bounds=bounds,
         constraints=[room], method="SLSQP", options={"maxiter": 300, "ftol": 1e-12},
     )  # fmt: skip
     if not found.success:

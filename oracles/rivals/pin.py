@@ -20,7 +20,7 @@ from solvers import pin
 from solvers.effects import EffectSelection
 from solvers.pin.check import halves_alike, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
-from solvers.pin.optimum.sought import sought_in
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring import ovalization
 
 ACCURACY = 1e-8
@@ -100,7 +100,7 @@ class Pin(_Sought):
     def figures(self, profile: pin.Profile) -> Figures:
         scene = self.problem.scene
         g, m = scene.geometry, scene.material
-        whole, sought = profile.along(g.length), sought_in(scene)
+        whole, variable = profile.along(g.length), design_variable_of(scene)
         sizes = np.array(whole.bore)
         if not halves_alike(scene, whole):
             scene = replace(scene, mirrored=False)
@@ -112,8 +112,8 @@ class Pin(_Sought):
                 for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
             )
             oval, stress = widest.ovalization, max(widest.greatest, middle.greatest)
-        mass, use = sought.mass_of(scene, np.array(whole.x), sizes), float(program.uses(wall).max())
-        return Figures(mass, use, program.deflection(program.sought.solidity_of(wall)), oval, stress)
+        mass, use = variable.mass_of(scene, np.array(whole.x), sizes), float(program.utilisations(wall).max())
+        return Figures(mass, use, program.deflection(program.variable.solidity_of(wall)), oval, stress)
 
 
 @dataclass(frozen=True)

@@ -21,9 +21,9 @@ from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.program import Program, refined
-from solvers.pin.optimum.sought import sought_in
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
@@ -32,8 +32,8 @@ from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
-from solvers.pin.stations.between_nodes import risen
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.warnings import warnings_of, where_over
 
 Array = NDArray[np.float64]
@@ -113,17 +113,20 @@ class Prepared:
         return self._outcome(value, ROUNDING, {"sections": len(self.stepped.steps.bores)}, seconds)
 
     def on_stations(self) -> Outcome[PinCheck]:
-        """Return the outcome by quadrature on stations."""
+        """Evaluate the check by quadrature on stations."""
         started = time.perf_counter()
-        sought, whole = sought_in(self.scene), self.whole
-        program, walls, doubt = self._on_profile()
+        variable, whole = design_variable_of(self.scene), self.whole
+        program, walls, error_estimate = self._on_profile()
         value = assess(
-            program, walls, self.limits, sought.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
+            program, walls, self.limits, variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
             partial(lightest_constant_mass, program, self.accuracy), whole.places,
         )  # fmt: skip
         settings = {"stations": int(walls.size)}
         return self._outcome(
-            value, max(doubt, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING, settings, time.perf_counter() - started
+            value,
+            max(error_estimate, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING,
+            settings,
+            time.perf_counter() - started,
         )
 
     def _on_profile(self) -> tuple[Program, Array, float]:
@@ -142,7 +145,7 @@ class Prepared:
 
 def halves_alike(scene: Scene, whole: WholeProfile) -> bool:
     """Return whether a profile is symmetric about the middle, to rounding of its walls."""
-    return whole.is_symmetric(scene.geometry.length, sought_in(scene).thickness(np.array(whole.bore)))
+    return whole.is_symmetric(scene.geometry.length, design_variable_of(scene).thickness(np.array(whole.bore)))
 
 
 def on_profile(
@@ -158,28 +161,28 @@ def on_profile(
     The estimate is the larger of the relative errors of the deflection and the maximum strength utilisation. Panels
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
     """
-    stations = opening_stations(scene, whole.places)
-    points = sought_in(scene).thickness(np.array(whole.bore))
+    stations = initial_stations(scene, whole.places)
+    points = design_variable_of(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
-        walls = whole.between(points, stations.x, stations.side) / program.sought.unit_diameter
-        doubt = deflection_doubt(program, walls)
-        rough = doubt.sum() > 0.1 * accuracy
-        rise = risen(stations, program.uses(walls))
-        if not (rough or rise.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
+        walls = whole.between(points, stations.x, stations.panel_start) / program.variable.unit_diameter
+        error_estimate = deflection_error(program, walls)
+        coarse = error_estimate.sum() > 0.1 * accuracy
+        peak_excess = maximum_excess(stations, program.utilisations(walls))
+        if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
-        excess = doubt * (stations.left.size / (0.05 * accuracy)) if rough else np.zeros_like(doubt)
-        stations = refined(program, np.maximum(excess, rise / (0.1 * accuracy)), walls)
-    return program, walls, max(float(doubt.sum()), float(rise.max()))
+        excess = error_estimate * (stations.left.size / (0.05 * accuracy)) if coarse else np.zeros_like(error_estimate)
+        stations = refined(program, np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
+    return program, walls, max(float(error_estimate.sum()), float(peak_excess.max()))
 
 
-def deflection_doubt(program: Program, walls: Array) -> Array:
+def deflection_error(program: Program, walls: Array) -> Array:
     """Return the relative quadrature error estimate of the deflection, per panel."""
-    density = program.densities(program.sought.solidity_of(walls))
-    total = float(program.share @ density)
+    density = program.densities(program.variable.solidity_of(walls))
+    total = float(program.weight @ density)
     if not math.isfinite(total) or total == 0.0:
         return np.zeros(program.stations.left.size)
-    return program.stations.doubt(density) / total
+    return program.stations.error_estimate(density) / total
 
 
 def assess(
@@ -188,17 +191,17 @@ def assess(
 ) -> PinCheck:  # fmt: skip
     """Return all results for walls at a program's stations; ``mass`` [kg], ``constant`` returns that of the lightest
     uniform diameter."""
-    scene, sought, physics, stations = program.scene, program.sought, program.physics, program.stations
+    scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
     is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
-    uses, allowable_shear = program.uses(walls), scene.material.allowable_shear
-    equivalent, use = scene.material.allowable_stress * uses[0], uses.max(axis=0)
+    utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
+    equivalent, utilisation = scene.material.allowable_stress * utilisations[0], utilisations.max(axis=0)
     forces = program.forces
     greatest = equivalent.max()
-    # If several sections are equally stressed, report the last one; otherwise rounding would choose.
+    # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
     worst = x.size - 1 - int(np.argmax(equivalent[::-1] >= (1.0 - _EQUAL) * greatest))
-    bore, outer = sought.diameters(walls)
-    middle = x.size - 1 if scene.symmetric else program.anchor
-    deflection = program.deflection(sought.solidity_of(walls))
+    bore, outer = variable.diameters(walls)
+    middle = x.size - 1 if scene.symmetric else program.middle_index
+    deflection = program.deflection(variable.solidity_of(walls))
     found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
     return PinCheck(
         mass=mass,
@@ -210,28 +213,30 @@ def assess(
         bore_mid=float(bore[middle]),
         max_outer=float(outer.max()),
         outer_mid=float(outer[middle]),
-        least_wall=0.5 * sought.unit_diameter * float(walls.min()),
+        least_wall=0.5 * variable.unit_diameter * float(walls.min()),
         max_moment=float(forces.moment_total.max()),
         max_shear=float(forces.shear_total.max()),
         equivalent_stress_max=finite(greatest),
         worst_section=float(x[worst]),
-        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * uses[1].max()),
-        strength_utilisation=finite(use.max()),
+        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * utilisations[1].max()),
+        strength_utilisation=finite(utilisation.max()),
         deflection=finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
-        warnings=warnings_of(scene, limits, where_over(x, use), float(use.max()), x, walls, deflection, found_ring),
+        warnings=warnings_of(
+            scene, limits, where_over(x, utilisation), float(utilisation.max()), x, walls, deflection, found_ring
+        ),
     )
 
 
 def _no_capacity() -> None:
-    """The capacity of a bushing: undefined, since its outer diameter is sought."""
+    """Return None, the capacity of a bushing: undefined, since its outer diameter is the unknown."""
 
 
 def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
     """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
     scene, forces = program.scene, program.forces
-    equivalent = scene.material.allowable_stress * program.uses(walls)[0]
-    bore, outer = program.sought.diameters(walls)
+    equivalent = scene.material.allowable_stress * program.utilisations(walls)[0]
+    bore, outer = program.variable.diameters(walls)
     table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)

@@ -13,29 +13,29 @@ from numpy.typing import NDArray
 from solvers.accuracy import LEAST_ACCURACY, require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.check import assess, deflection_doubt, on_profile
+from solvers.pin.check import assess, deflection_error, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
 from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import bound_reduction
-from solvers.pin.optimum.found import Found
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
-from solvers.pin.optimum.sought import sought_in
+from solvers.pin.optimum.shape_result import ShapeResult
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
 from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
-from solvers.pin.stations.between_nodes import risen
+from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
-from solvers.pin.stations.opening import opening_stations
 
 Array = NDArray[np.float64]
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 """Maximum number of stations, and the same if slope and deflection limits couple them in a cone program, whose
-solver noise is not reduced by further stations."""
+solver error does not decrease with further stations."""
 _UTILISATION_OVERSHOOT = 0.5
 """Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
 _MASS_ERROR_FRACTION = 0.5
@@ -47,10 +47,10 @@ _NEGLIGIBLE_GAP = 1e-6
 
 @dataclass(frozen=True)
 class PinDesign:
-    """The optimum, its check, and the masses of other forms under the same limits [kg].
+    """Optimum, its check, and the mass of the free form under the same limits [kg].
 
-    ``corners`` are the vertices of the sought diameter if it is piecewise linear, else None; ``sizes`` that diameter
-    [m] at ``stations``; ``length`` [m] that of the part.
+    ``corners``: vertices of the designed diameter if it is piecewise linear, else None; ``sizes``: that diameter [m] at
+    ``stations``; ``length`` [m] of the part.
     """
 
     check: PinCheck
@@ -63,7 +63,7 @@ class PinDesign:
 
     @cached_property
     def contour(self) -> tuple[Cubic, ...] | None:
-        """The sought diameter as cubics over the whole part; None if it is piecewise linear."""
+        """The designed diameter as cubics over the whole part; None if it is piecewise linear."""
         return None if self.corners else contour(self.stations, self.sizes, self.length)
 
 
@@ -83,7 +83,7 @@ def design(
     choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
     physics = compose(choice)
     found = None
-    if math.isfinite(sought_in(scene).floor(scene, limits)):
+    if math.isfinite(design_variable_of(scene).floor(scene, limits)):
         found = _feasible_design(problem, physics, accuracy)
     if found is None:
         return Outcome(
@@ -95,19 +95,19 @@ def design(
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )
-    (program, best, doubt), (shown, walls, places, made) = found
+    (program, best, error_estimate), (checked, walls, places, evaluation) = found
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
     value = PinDesign(
         check=assess(
-            shown, walls, limits, unit * best.volume, partial(lightest_constant_mass, relaxed, accuracy), places
+            checked, walls, limits, unit * best.volume, partial(lightest_constant_mass, relaxed, accuracy), places
         ),
         form=problem.form.name,
         free_mass=unit * free.volume,
         corners=best.corners,
-        stations=shown.stations,
-        sizes=shown.sought.sizes(walls),
+        stations=checked.stations,
+        sizes=checked.variable.sizes(walls),
         length=scene.geometry.length,
     )
     evidence = dict(best.evidence)
@@ -120,7 +120,7 @@ def design(
         Status.SUCCEEDED,
         _with_gap_warning(value, gap, accuracy),
         choice.manifest,
-        Accuracy(accuracy, max(doubt, made) + ROUNDING, {"stations": int(best.solidity.size)}),
+        Accuracy(accuracy, max(error_estimate, evaluation) + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
@@ -136,34 +136,37 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
 
 def _feasible_design(
     problem: PinProblem, physics: Physics, accuracy: float
-) -> tuple[tuple[Program, Found, float], tuple[Program, Array, tuple[float, ...], float]] | None:
-    """Return the best shape and its evaluation on its own stations.
+) -> tuple[tuple[Program, ShapeResult, float], tuple[Program, Array, tuple[float, ...], float]] | None:
+    """Return the best shape and its evaluation on stations adapted to it.
 
-    A piecewise linear shape is sized at the stations of its search. If its utilisation between them exceeds the
+    A piecewise linear shape is sized at the stations of the search. If its utilisation between them exceeds the
     tolerance, the search is repeated on stations for a tighter accuracy.
     """
     for tighter in (1.0, 1e-2, 1e-4):
         found = _on_refined_stations(problem, physics, max(tighter * accuracy, LEAST_ACCURACY))
         if found is None:
             return None
-        made = _as_made(problem, physics, found[0], found[1], accuracy)
-        shown, walls, _, _ = made
-        if found[1].corners is None or float(shown.uses(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy:
+        evaluation = _evaluated(problem, physics, found[0], found[1], accuracy)
+        checked, walls, _, _ = evaluation
+        if (
+            found[1].corners is None
+            or float(checked.utilisations(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy
+        ):
             break
-    return found, made
+    return found, evaluation
 
 
-def _as_made(
-    problem: PinProblem, physics: Physics, program: Program, best: Found, accuracy: float
+def _evaluated(
+    problem: PinProblem, physics: Physics, program: Program, best: ShapeResult, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...], float]:
     """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
     estimate."""
     if best.corners is None:
-        return program, program.sought.wall_of(best.solidity), (), 0.0
+        return program, program.variable.wall_of(best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
     whole = given.along(problem.scene.geometry.length)
-    shown, walls, doubt = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
-    return shown, walls, whole.places, doubt
+    checked, walls, error_estimate = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
+    return checked, walls, whole.places, error_estimate
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
@@ -172,21 +175,23 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
-def _result_doubt(program: Program, best: Found) -> Array:
+def _result_error(program: Program, best: ShapeResult) -> Array:
     """Return the relative error of deflection and maximum utilisation, per panel; zero for shapes with corners,
     which are evaluated on their own stations."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
-    walls = program.sought.wall_of(best.solidity)
-    doubt, uses = deflection_doubt(program, walls), program.uses(walls)
-    # The design never uses more than the full strength.
-    return np.maximum(doubt, risen(program.stations, uses, most=1.0))
+    walls = program.variable.wall_of(best.solidity)
+    error_estimate, utilisations = deflection_error(program, walls), program.utilisations(walls)
+    # The design's utilisation is at most 1.
+    return np.maximum(error_estimate, maximum_excess(program.stations, utilisations, most=1.0))
 
 
-def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float) -> tuple[Program, Found, float] | None:
+def _on_refined_stations(
+    problem: PinProblem, physics: Physics, accuracy: float
+) -> tuple[Program, ShapeResult, float] | None:
     """Return (program, best profile, error estimate); panels are refined where quadrature or kinks require it."""
     scene = problem.scene
-    stations: Stations = opening_stations(scene)
+    stations: Stations = initial_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
     most = _MAX_COUPLED_STATIONS if coupled else _MAX_STATIONS
     mass_tolerance = _MASS_ERROR_FRACTION * accuracy
@@ -195,32 +200,32 @@ def _on_refined_stations(problem: PinProblem, physics: Physics, accuracy: float)
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         if np.isnan(program.lower).any():
             return None
-        doubt, refinement_values = program.stations.doubt(program.lower), program.lower
+        error_estimate, refinement_values = program.stations.error_estimate(program.lower), program.lower
         volume = program.volume(program.lower)
-        rough = doubt.sum() > mass_tolerance * volume
-        if not rough:
+        coarse = error_estimate.sum() > mass_tolerance * volume
+        if not coarse:
             if coupled and result is not None:
                 former, answer, _ = result
-                program = replace(program, near=np.interp(stations.x, former.stations.x, answer.solidity))
+                program = replace(program, initial=np.interp(stations.x, former.stations.x, answer.solidity))
             best = problem.form.find(program, accuracy)
             if best is None:
                 return None
             volume, refinement_values = best.volume, best.solidity
-            if best.doubt is not None:
-                doubt = np.maximum(doubt, best.doubt)
-            mass_error = float(doubt.sum()) / volume if volume > 0 else 0.0
+            if best.error_estimate is not None:
+                error_estimate = np.maximum(error_estimate, best.error_estimate)
+            mass_error = float(error_estimate.sum()) / volume if volume > 0 else 0.0
             result = (program, best, mass_error)
             if mass_error <= mass_tolerance:
-                figures = _result_doubt(program, best)
-                result = (program, best, max(mass_error, float(figures.sum())))
-                if figures.sum() <= 0.5 * accuracy:
+                result_errors = _result_error(program, best)
+                result = (program, best, max(mass_error, float(result_errors.sum())))
+                if result_errors.sum() <= 0.5 * accuracy:
                     break
-                doubt = volume * figures
+                error_estimate = volume * result_errors
         if stations.x.size > most:
             break
-        excess = doubt * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
+        excess = error_estimate * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
         stations = refined(program, excess, refinement_values)
     if result is None:
         best = problem.form.find(program, accuracy)
-        result = None if best is None else (program, best, float(doubt.sum()) / max(volume, 1e-300))
+        result = None if best is None else (program, best, float(error_estimate.sum()) / max(volume, 1e-300))
     return result

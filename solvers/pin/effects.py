@@ -15,7 +15,7 @@ from solvers.pin.section.flexibility import cowper
 
 @dataclass(frozen=True)
 class Physics:
-    """What is computed beyond strength: shear deflection, ring results, bearing pressures."""
+    """Results computed in addition to strength: shear deflection, ring results, bearing pressures."""
 
     shear_deflection: bool = True
     ovalization: bool = True
@@ -24,12 +24,12 @@ class Physics:
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with the quantities the bounds need."""
+    """A scene, with the quantities required by the effects' bounds."""
 
     scene: Scene
 
     @cached_property
-    def shear_against_bending(self) -> float:
+    def shear_to_bending_ratio(self) -> float:
         """Ratio of shear to bending deflection of the solid pin: (E I0/(G A0)) int Q q/int M m."""
         g, m = self.scene.geometry, self.scene.material
         bend, shear = deflection_integrals(self.scene.force, g.boss_length, g.small_end_length, g.gap)
@@ -50,8 +50,9 @@ class PinEffect(Protocol):
 
 @dataclass(frozen=True)
 class ShearDeflection:
-    """Shear deflection (Cowper). For a uniform bore the bound r/(1 + r) is proven: phi v <= 2A + B/2 for u in (0,
-    1].
+    """Shear deflection (Cowper).
+
+    For a uniform bore the bound r/(1 + r) is proven: phi v <= 2A + B/2 for u in (0, 1].
 
     Walls that are thinner at the bosses than in the middle shear relatively more; the factor 1.5 covers them,
     verified on random bores, not proven.
@@ -66,7 +67,7 @@ class ShearDeflection:
             # The shear contribution grows with the unknown outer diameter, up to the whole deflection.
             return 1.0
         law = cowper(situation.scene.material.poisson)
-        r = (2.0 * law.a + 0.5 * law.b) * situation.shear_against_bending
+        r = (2.0 * law.a + 0.5 * law.b) * situation.shear_to_bending_ratio
         return min(1.0, 1.5 * r / (1.0 + r))
 
     def join(self, physics: Physics) -> Physics:
@@ -75,7 +76,7 @@ class ShearDeflection:
 
 @dataclass(frozen=True)
 class Ovalization:
-    """Ring ovalization. It only adds results and changes no other, so its bound is 1 by definition."""
+    """Ring ovalization. It adds results without changing others, so its influence is 1 by definition."""
 
     name: str = "ovalization"
     summary: str = "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"

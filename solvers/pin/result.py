@@ -52,8 +52,8 @@ class Sections:
 
 
 def _kept(table: Array, places: Array, step: float) -> Array:
-    """Whether to show each column: one in every ``step``, the ends, those at ``places``, and that of the maximum
-    stress; of equal columns at one place the first."""
+    """Return a mask of the columns to keep: one per ``step``, the ends, those at ``places``, and that of maximum
+    stress; of equal columns at one position only the first."""
     x, sizes = table[0], table[1:3]
     new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
     places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))
@@ -65,8 +65,8 @@ class PinCheck:
     """Results of a pin or bushing check, SI units; None if a result does not exist (inactive effect, no wall, pin
     only).
 
-    ``lightest_constant`` and ``capacity`` compute ``constant_mass`` and ``force_limit``, ``sections`` the table behind
-    ``along``, each when it is first read.
+    ``lightest_constant`` and ``capacity`` are functions that compute ``constant_mass`` and ``force_limit``,
+    ``sections`` the table for ``along``; each is called on first access.
     """
 
     mass: float

@@ -146,5 +146,5 @@ class Scene:
     def reference(self) -> DeflectionReference:
         """The middle relative to the inner edges of the bosses."""
         g = self.geometry
-        right, rest = g.places[4]
-        return DeflectionReference(g.boss_length, right, rest)
+        right, residual = g.places[4]
+        return DeflectionReference(g.boss_length, right, residual)

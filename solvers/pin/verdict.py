@@ -28,8 +28,8 @@ def judge(
 ) -> Verdict:
     """Return the verdict on a pin or a bushing; ``designed`` if it was designed for these limits.
 
-    Without ``max_ring_stress`` the ring's hoop stress is compared with the allowable stress. If the ovalization
-    effect did not run, the ring is not judged and a caution says so.
+    Without ``max_ring_stress`` the ring's hoop stress is compared with the allowable stress. If the ovalization effect
+    is inactive, the ring is not judged and a caution states this.
     """
     slack = slack_of(accuracy)
     unjudged = () if check.ring else ("the ring's hoop stress is not judged: the effect ovalization is left out",)
@@ -53,7 +53,7 @@ def judge(
 def _of_stresses(
     equivalent: float | None, shear: float | None, material: PinMaterial, slack: float
 ) -> tuple[Criterion, ...]:
-    """Compare the maximum stresses [Pa] with their allowables; None: there is no wall."""
+    """Compare the maximum stresses [Pa] with their allowable values; None: there is no wall."""
     found = [at_most("equivalent_stress", material.allowable_stress, _bounded(equivalent), slack, asked=False)]
     if material.allowable_shear is not None:
         found.append(at_most("shear_stress", material.allowable_shear, _bounded(shear), slack, asked=False))

@@ -8,43 +8,46 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.limits import Limits
-from solvers.pin.optimum.sought import sought_in
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Scene
 
 Array = NDArray[np.float64]
 _SLACK = 1e-9
-"""Relative excess that is not reported."""
+"""Relative excess up to which a violation is not reported."""
 
 
-def where_over(x: Array, use: Array) -> Array | None:
-    """First and last position [m] at which a utilisation at stations exceeds 1, linear in between; None: nowhere."""
-    over = np.flatnonzero(use > 1.0 + _SLACK)
+def where_over(x: Array, utilisation: Array) -> Array | None:
+    """Return the first and last position [m] at which the utilisation, interpolated linearly between stations, exceeds
+    1; None: nowhere."""
+    over = np.flatnonzero(utilisation > 1.0 + _SLACK)
     if not over.size:
         return None
     ends = []
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
         place = float(x[inner])
-        if 0 <= outer < x.size and math.isfinite(use[inner]):
-            place += float((x[outer] - x[inner]) * (use[inner] - 1.0) / (use[inner] - use[outer]))
+        if 0 <= outer < x.size and math.isfinite(utilisation[inner]):
+            place += float(
+                (x[outer] - x[inner]) * (utilisation[inner] - 1.0) / (utilisation[inner] - utilisation[outer])
+            )
         ends.append(place)
     return np.array(ends)
 
 
 def warnings_of(
-    scene: Scene, limits: Limits, over: Array | None, use: float, x: Array, walls: Array, deflection: float,
+    scene: Scene, limits: Limits, over: Array | None, utilisation: float, x: Array, walls: Array, deflection: float,
     ring: RingResult | None,
 ) -> tuple[str, ...]:  # fmt: skip
-    """Return what is exceeded, where and by how much.
+    """Return one message per violated limit: its kind, location and amount.
 
-    ``over``: first and last position [m] at which the greatest utilisation ``use`` exceeds 1; ``walls`` at positions x
-    [m] and the ``deflection`` [m] as in the check; ``ring``: None if it is not judged.
+    ``over``: first and last position [m] at which the ``utilisation`` exceeds 1, its maximum being given; ``walls`` at
+    positions x [m] and the ``deflection`` [m] as in the check; ``ring``: None if it is not judged.
     """
-    messages, sought = [], sought_in(scene)
+    messages, variable = [], design_variable_of(scene)
     if over is not None:
-        by = f"by {100.0 * (use - 1.0):.2g} %" if math.isfinite(use) else "where there is no wall"
+        by = f"by {100.0 * (utilisation - 1.0):.2g} %" if math.isfinite(utilisation) else "where there is no wall"
         messages.append(f"the strength is exceeded {_place(scene, over)}, {by}")
-    least = 0.5 * sought.unit_diameter * float(walls.min())
+    least = 0.5 * variable.unit_diameter * float(walls.min())
     if least < limits.min_wall * (1.0 - _SLACK):
         messages.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + _SLACK):
@@ -56,7 +59,7 @@ def warnings_of(
         messages.append("the ovalization exceeds its limit")
     allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if not _within(ring.stress_max, allowable):
-        thin, where = sought.over_ring_stress(scene, allowable, walls)
+        thin, where = variable.over_ring_stress(scene, allowable, walls)
         if thin.any():
             place = _place(scene, x[thin])
             messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")
@@ -64,7 +67,7 @@ def warnings_of(
 
 
 def _within(value: float | None, limit: float) -> bool:
-    """Whether a result keeps a limit; None: it is infinite."""
+    """Return whether a result does not exceed a limit; None represents infinity."""
     return value is not None and value <= limit * (1.0 + _SLACK)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import require
-from solvers.pin.closed_form.kernel import Pins, demand_rows, evaluated, law_row
+from solvers.pin.closed_form.kernel import Pins, constraint_rows, evaluated, law_row
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion
@@ -77,7 +77,7 @@ def check_bores(
     pins = Pins(
         sizes,
         np.tile(elastic, (count, 1)),
-        np.tile(demand_rows(criterion, material), (count, 1, 1)),
+        np.tile(constraint_rows(criterion, material), (count, 1, 1)),
         np.tile(law_row(criterion, material), (count, 1)),
     )
     walls = (sizes[:, :1] - bores) / sizes[:, :1]

@@ -6,9 +6,9 @@ Half the pin has three pieces, t measured from the start of each:
     gap         0 <= t <= delta    Q = P/2                M = P a/6 + P t/2
     small end   0 <= t <= b/2      Q = P (b/2 - t)/b      M = P a/6 + P delta/2 + P t (b - t)/(2 b)
 
-The wall is constant within a step, so the utilisation is greatest at an end of the step or of a piece: up to the
-small end neither M nor Q decreases; in the small end d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor
-increases with M, so no maximum is interior. The deflection of the middle relative to the inner edges of the bosses,
+The wall is constant within a step, so the utilisation is greatest at an end of the step or of a piece: before the
+small end neither M nor Q decreases; within it d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor increases
+with M, so that there is no interior maximum. The deflection of the middle relative to the inner edges of the bosses,
 
     2 integral from a to L/2 of  M m/(E I0 v) + Q phi/(2 G A0),   m = (x - a)/2,
 
@@ -32,7 +32,7 @@ from solvers.pin.section.criteria import Criterion
 
 Array = NDArray[np.float64]
 
-_MAX_DEMANDS = 3
+_MAX_CONSTRAINTS = 3
 _BISECTIONS = 60
 _GAUSS = 0.5 / math.sqrt(3.0)
 _TIE_TOLERANCE = 1.0 + 1e-14
@@ -45,14 +45,14 @@ class Pins(NamedTuple):
     """Input data of n pins, SI units.
 
     ``sizes`` (n, 5): D, a, b, delta, P. ``elastic`` (n, 4): E, G, and Cowper's A and B (0 without shear).
-    ``demands`` (n, 3, 3), one row per strength constraint, zero-padded: the factors of bending stress and shear
+    ``constraints`` (n, 3, 3), one row per strength constraint, zero-padded: the factors of bending stress and shear
     stress [1/Pa], and 1 for the criterion or 0 for the separate shear allowable. ``laws`` (n, 3): c0, c1, c2 of the
     maximum shear stress Q (c0 + c1 w + c2 w^2)/(D^2 v).
     """
 
     sizes: Array
     elastic: Array
-    demands: Array
+    constraints: Array
     laws: Array
 
 
@@ -89,37 +89,38 @@ def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> t
 
 @kernel
 def _utilisations(
-    moment: float, force: float, wall: float, d: float, demands: Array, law: Array
+    moment: float, force: float, wall: float, d: float, constraints: Array, law: Array
 ) -> tuple[float, float]:
     """Return the utilisation of the criterion and of the shear allowable, F(w)/v(w); inf without a wall, 0 unloaded."""
     v = wall * (2.0 - wall) * (2.0 - 2.0 * wall + wall * wall)
     across = (law[0] + wall * (law[1] + wall * law[2])) / (d * d)
     along = 32.0 / (math.pi * d * d * d)
     criterion, shear = 0.0, 0.0
-    for k in range(demands.shape[0]):
-        f = math.hypot(demands[k, 0] * along * moment, demands[k, 1] * across * force)
+    for k in range(constraints.shape[0]):
+        f = math.hypot(constraints[k, 0] * along * moment, constraints[k, 1] * across * force)
         if f > 0.0:
-            use = f / v if v > 0.0 else math.inf
-            if demands[k, 2] == 1.0:
-                criterion = max(criterion, use)
+            utilisation = f / v if v > 0.0 else math.inf
+            if constraints[k, 2] == 1.0:
+                criterion = max(criterion, utilisation)
             else:
-                shear = max(shear, use)
+                shear = max(shear, utilisation)
     return criterion, shear
 
 
 @kernel
 def _max_utilisation(
-    piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, demands: Array, law: Array
+    piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, constraints: Array,
+    law: Array,
 ) -> float:  # fmt: skip
-    """Return the larger of the two utilisations at a position."""
+    """Return the larger of the two utilisations at a position of a piece."""
     moment, force = _forces(piece, t, a, b, gap, p)
-    one, other = _utilisations(moment, force, wall, d, demands, law)
+    one, other = _utilisations(moment, force, wall, d, constraints, law)
     return max(one, other)
 
 
 @kernel
 def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
-    """Fill ``out``.
+    """Evaluate stepped-bore pins; write the results into ``out``.
 
     ``ends`` (n, k): non-decreasing end positions of the steps of the first half [m], the last at or beyond the
     middle; ``walls`` (n, k): relative walls 1 - d/D in [0, 1].
@@ -127,12 +128,12 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
     for i in range(walls.shape[0]):
         d, a, b, gap, p = pins.sizes[i]
         modulus, shear_modulus, law_a, law_b = pins.elastic[i]
-        demands, law = pins.demands[i], pins.laws[i]
+        constraints, law = pins.constraints[i], pins.laws[i]
         bend_unit = 1.0 / (modulus * math.pi * d**4 / 64.0)
         shear_unit = 1.0 / (shear_modulus * 0.25 * math.pi * d * d)
         rod = a + gap
-        # Rounding error of the small end's start position: significant if the boss is long and the small end short.
-        rest = (a - (rod - (rod - a))) + (gap - (rod - a))
+        # Rounding error of the small end's start, significant if the boss is long and the small end short.
+        residual = (a - (rod - (rod - a))) + (gap - (rod - a))
         half = rod + 0.5 * b
         volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
         criterion, shear, worst = 0.0, 0.0, 0.0
@@ -143,11 +144,11 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
             wall = walls[i, j]
             u = wall * (2.0 - wall)
             volume += (end - begin) / half * u
-            bend, give = 0.0, 0.0
+            bending_integral, shear_integral = 0.0, 0.0
             for piece in range(3):
                 start = 0.0 if piece == 0 else (a if piece == 1 else rod)
                 length = a if piece == 0 else (gap if piece == 1 else 0.5 * b)
-                less = rest if piece == 2 else 0.0
+                less = residual if piece == 2 else 0.0
                 low = min(max((begin - start) - less, 0.0), length)
                 high = length if final else min(max((end - start) - less, 0.0), length)
                 if high <= low:
@@ -156,8 +157,8 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                 for side in range(2):
                     t = low if side == 0 else high
                     moment, force = _forces(piece, t, a, b, gap, p)
-                    one, other = _utilisations(moment, force, wall, d, demands, law)
-                    full, full_shear = _utilisations(moment, force, 1.0, d, demands, law)
+                    one, other = _utilisations(moment, force, wall, d, constraints, law)
+                    full, full_shear = _utilisations(moment, force, 1.0, d, constraints, law)
                     solid, shear = max(solid, full, full_shear), max(shear, other)
                     if one > criterion * _TIE_TOLERANCE:
                         criterion, worst = one, start + less + t
@@ -172,7 +173,7 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                         good, bad = (low, high) if over_high else (high, low)
                         for _ in range(_BISECTIONS):
                             middle = 0.5 * (good + bad)
-                            if _max_utilisation(piece, middle, wall, d, a, b, gap, p, demands, law) > _EXCEEDED:
+                            if _max_utilisation(piece, middle, wall, d, a, b, gap, p, constraints, law) > _EXCEEDED:
                                 bad = middle
                             else:
                                 good = middle
@@ -186,13 +187,13 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                     for side in range(2):
                         t = middle + (_GAUSS if side == 1 else -_GAUSS) * width
                         moment, force = _forces(piece, t, a, b, gap, p)
-                        bend += 0.5 * width * moment * 0.5 * (arm + t)
-                        give += 0.5 * width * force * 0.5
-            if bend > 0.0:
-                bent += bend / (u * (2.0 - u)) if u > 0.0 else math.inf
-            if give > 0.0 and law_a > 0.0:
+                        bending_integral += 0.5 * width * moment * 0.5 * (arm + t)
+                        shear_integral += 0.5 * width * force * 0.5
+            if bending_integral > 0.0:
+                bent += bending_integral / (u * (2.0 - u)) if u > 0.0 else math.inf
+            if shear_integral > 0.0 and law_a > 0.0:
                 c = 2.0 - u
-                sheared += give * (law_a / u + law_b * (1.0 - u) / (u * c * c)) if u > 0.0 else math.inf
+                sheared += shear_integral * (law_a / u + law_b * (1.0 - u) / (u * c * c)) if u > 0.0 else math.inf
             begin = end
             if final:
                 break
@@ -203,9 +204,9 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         out.solid[i] = solid
 
 
-def demand_rows(criterion: Criterion, material: PinMaterial) -> Array:
+def constraint_rows(criterion: Criterion, material: PinMaterial) -> Array:
     """Return the strength constraints in the layout of ``Pins``, (3, 3)."""
-    rows = np.zeros((_MAX_DEMANDS, 3))
+    rows = np.zeros((_MAX_CONSTRAINTS, 3))
     for row, factors in zip(rows, criterion.factors, strict=False):
         row[:] = factors.bending / material.allowable_stress, factors.shear / material.allowable_stress, 1.0
     if material.allowable_shear is not None:

@@ -1,4 +1,4 @@
-"""Checks of stepped-bore pins: batch evaluation by the kernel, results as ``PinCheck``."""
+"""Checks of stepped-bore pins in closed form: batch evaluation, results as ``PinCheck``."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.closed_form.constant import lightest_share
-from solvers.pin.closed_form.kernel import Pins, Results, demand_rows, evaluated, law_row
+from solvers.pin.closed_form.constant import lightest_relative_volume
+from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated, law_row
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit
@@ -80,7 +80,7 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
     most = max((len(pin.steps.ends) for pin in pins), default=1)
     ends, bores = np.empty((len(pins), most)), np.empty((len(pins), most))
     sizes, elastic = np.empty((len(pins), 5)), np.empty((len(pins), 4))
-    demands, laws = np.empty((len(pins), 3, 3)), np.empty((len(pins), 3))
+    constraints, laws = np.empty((len(pins), 3, 3)), np.empty((len(pins), 3))
     for k, pin in enumerate(pins):
         g, m, steps = pin.scene.geometry, pin.scene.material, pin.steps
         short = most - len(steps.ends)
@@ -88,8 +88,10 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
         sizes[k] = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, pin.scene.force
         law, shears = cowper(m.poisson), float(pin.physics.shear_deflection)
         elastic[k] = m.elastic_modulus, m.shear_modulus, shears * law.a, shears * law.b
-        demands[k], laws[k] = demand_rows(pin.criterion, m), law_row(pin.criterion, m)
-    return evaluated(Pins(sizes, elastic, demands, laws), ends, np.maximum(sizes[:, :1] - bores, 0.0) / sizes[:, :1])
+        constraints[k], laws[k] = constraint_rows(pin.criterion, m), law_row(pin.criterion, m)
+    return evaluated(
+        Pins(sizes, elastic, constraints, laws), ends, np.maximum(sizes[:, :1] - bores, 0.0) / sizes[:, :1]
+    )
 
 
 def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
@@ -97,7 +99,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     scene, bores = pin.scene, pin.steps.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
-    use, deflection = max(found.criterion, found.shear), found.deflection
+    utilisation, deflection = max(found.criterion, found.shear), found.deflection
     walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.steps.ends), 2)[1:-1]
     over = None if math.isnan(found.first_over) else np.array([found.first_over, found.last_over])
     ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
@@ -118,18 +120,20 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         equivalent_stress_max=finite(m.allowable_stress * found.criterion),
         worst_section=found.worst,
         shear_stress_max=None if m.allowable_shear is None else finite(m.allowable_shear * found.shear),
-        strength_utilisation=finite(use),
+        strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
         ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
-        warnings=warnings_of(scene, pin.limits, over, use, x, np.repeat(walls / g.outer_diameter, 2), deflection, ring),
+        warnings=warnings_of(
+            scene, pin.limits, over, utilisation, x, np.repeat(walls / g.outer_diameter, 2), deflection, ring
+        ),
     )
 
 
 def _constant_mass(pin: Stepped) -> float | None:
     scene, g = pin.scene, pin.scene.geometry
-    share = lightest_share(scene, pin.limits, pin.criterion, pin.physics.shear_deflection)
-    return None if share is None else scene.material.density * g.area * g.length * share
+    relative_volume = lightest_relative_volume(scene, pin.limits, pin.criterion, pin.physics.shear_deflection)
+    return None if relative_volume is None else scene.material.density * g.area * g.length * relative_volume
 
 
 def _capacity(pin: Stepped, solid: float) -> float:

@@ -39,18 +39,18 @@ def _magnitude(planes: Array) -> Array:
     return np.hypot(planes[0], planes[1]) if planes[1].any() else np.abs(planes[0])
 
 
-def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.0) -> InternalForces:
-    """Return the resultants of a case at stations ``x``, with their rounding residuals ``rest``.
+def forces_at(case: LoadCase, x: Array, panel_start: Array, residual: Array | float = 0.0) -> InternalForces:
+    """Return the resultants of a case at stations ``x``, with their rounding residuals ``residual``.
 
-    A term acts if it starts at or before ``side_of`` (same shape as x): a station at a point force belongs to the
-    side of its panel.
+    A term acts if it starts at or before ``panel_start`` (same shape as x): at a point force the forces of a station
+    are those on its panel's side.
     """
-    rest = rest + np.zeros_like(x)
+    residual = residual + np.zeros_like(x)
     moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
     for plane, pieces in enumerate(case.pieces):
         if pieces.start.size:
             _evaluate(
-                x, rest, side_of, pieces.start, pieces.rest, pieces.shear, pieces.moment,
+                x, residual, panel_start, pieces.start, pieces.residual, pieces.shear, pieces.moment,
                 moment[plane], shear[plane],
             )  # fmt: skip
     return InternalForces(moment, shear, case.axial_force, case.torque)
@@ -58,14 +58,14 @@ def forces_at(case: LoadCase, x: Array, side_of: Array, rest: Array | float = 0.
 
 @kernel
 def _evaluate(
-    x: Array, rest: Array, side: Array, start: Array, start_rest: Array, c: Array, m: Array, moment: Array,
-    shear: Array,
+    x: Array, residual: Array, panel_start: Array, start: Array, start_residual: Array, c: Array, m: Array,
+    moment: Array, shear: Array,
 ) -> None:  # fmt: skip
     k = 0
     for i in range(x.size):
-        k = piece_at(start, side[i], k)
-        if start[k] > side[i]:
+        k = piece_at(start, panel_start[i], k)
+        if start[k] > panel_start[i]:
             continue
-        t = (x[i] - start[k]) + (rest[i] - start_rest[k])
+        t = (x[i] - start[k]) + (residual[i] - start_residual[k])
         shear[i] = c[0, k] + t * (c[1, k] + t * (c[2, k] + t * c[3, k]))
         moment[i] = m[k] + t * (c[0, k] + t * (c[1, k] / 2.0 + t * (c[2, k] / 3.0 + t * c[3, k] / 4.0)))

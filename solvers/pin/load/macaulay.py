@@ -27,14 +27,14 @@ ROUNDING = 1e-13
 class MacaulayTerm:
     """c <x - s>^n in the shear force of one plane (0 or 1): ``coefficient`` c [N/m^n], ``start`` s [m], ``order`` n.
 
-    ``rest`` is the rounding residual of a start that is itself a sum.
+    ``residual`` is the rounding residual of a start that is itself a sum.
     """
 
     coefficient: float
     start: float
     order: int
     plane: int = 0
-    rest: float = 0.0
+    residual: float = 0.0
 
     def __post_init__(self) -> None:
         if not (math.isfinite(self.coefficient) and math.isfinite(self.start)):
@@ -63,12 +63,13 @@ class LoadCase:
 class Pieces:
     """Q = sum c_j (x - s)^j from each start s to the next, shape (4, k), and M at the starts, (k,).
 
-    Direct Macaulay sums lose (x/a)^2 digits beyond a short boss. Here the polynomials are shifted from start to
-    start and coefficients at rounding level are set to zero. ``rest`` holds the rounding residuals of the starts.
+    Direct Macaulay sums amplify rounding errors by (x/a)^2 beyond a short boss of length a. Here the polynomials are
+    shifted from start to start, and coefficients at rounding level are set to zero. ``residual``: rounding residuals
+    of the starts.
     """
 
     start: Array
-    rest: Array
+    residual: Array
     shear: Array
     moment: Array
 
@@ -76,24 +77,24 @@ class Pieces:
 def _pieces(terms: list[MacaulayTerm]) -> Pieces:
     starting: dict[tuple[float, float], list[MacaulayTerm]] = {}
     for term in terms:
-        starting.setdefault((term.start, term.rest), []).append(term)
+        starting.setdefault((term.start, term.residual), []).append(term)
     starts = sorted(starting)
     shear, moment = [], []
-    now, bent, before = (0.0, 0.0, 0.0, 0.0), 0.0, (0.0, 0.0)
+    coefficients, bending, before = (0.0, 0.0, 0.0, 0.0), 0.0, (0.0, 0.0)
     for k, place in enumerate(starts):
-        c0, c1, c2, c3 = now
+        c0, c1, c2, c3 = coefficients
         parts: list[list[float]] = [[], [], [], []]
         if k:
             h = (place[0] - before[0]) + (place[1] - before[1])
-            bent += h * (c0 + h * (c1 / 2.0 + h * (c2 / 3.0 + h * c3 / 4.0)))
+            bending += h * (c0 + h * (c1 / 2.0 + h * (c2 / 3.0 + h * c3 / 4.0)))
             parts = [
                 [c0, c1 * h, c2 * h * h, c3 * h * h * h], [c1, 2.0 * c2 * h, 3.0 * c3 * h * h], [c2, 3.0 * c3 * h], [c3]
             ]  # fmt: skip
         for term in starting[place]:
             parts[term.order].append(term.coefficient)
-        now = tuple(map(_cancelled_sum, parts))
-        shear.append(now)
-        moment.append(bent)
+        coefficients = tuple(map(_cancelled_sum, parts))
+        shear.append(coefficients)
+        moment.append(bending)
         before = place
     places = np.array(starts).reshape(-1, 2)
     return Pieces(places[:, 0].copy(), places[:, 1].copy(), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))

@@ -1,4 +1,4 @@
-"""The piston pin's own load, the axial positions of its parts, and the deflection reference."""
+"""Load of the piston pin, axial positions of its segments, and deflection reference."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ Array = NDArray[np.float64]
 class DeflectionReference:
     """Deflection at the midpoint of two points, relative to the chord through them.
 
-    ``rest`` is the rounding residual of ``right``.
+    ``residual`` is the rounding residual of ``right``.
     """
 
     left: float
     right: float
-    rest: float = 0.0
+    residual: float = 0.0
 
 
 def piston_pin_case(force: float, boss_length: float, small_end_length: float, gap: float) -> LoadCase:
@@ -35,23 +35,23 @@ def piston_pin_case(force: float, boss_length: float, small_end_length: float, g
     P (L + 2(b + 2 delta) - 1.5 b)/12. Source: the paper's equations (4) and (5), after figure 2.
     """
     a, b = boss_length, small_end_length
-    _, (x1, rest1), _, (x2, rest2), (x3, rest3), _ = pin_places(a, b, gap)
+    _, (x1, residual1), _, (x2, residual2), (x3, residual3), _ = pin_places(a, b, gap)
     ramp, boss, rod = force / (2.0 * a * a), force / a, force / b
     return LoadCase(
         (
             MacaulayTerm(ramp, 0.0, 2),
             MacaulayTerm(-ramp, a, 2),
             MacaulayTerm(-boss, a, 1),
-            MacaulayTerm(-rod, x1, 1, rest=rest1),
-            MacaulayTerm(rod, x2, 1, rest=rest2),
-            MacaulayTerm(boss, x3, 1, rest=rest3),
-            MacaulayTerm(-ramp, x3, 2, rest=rest3),
+            MacaulayTerm(-rod, x1, 1, residual=residual1),
+            MacaulayTerm(rod, x2, 1, residual=residual2),
+            MacaulayTerm(boss, x3, 1, residual=residual3),
+            MacaulayTerm(-ramp, x3, 2, residual=residual3),
         )
     )
 
 
 def deflection_integrals(force: float, boss_length: float, small_end_length: float, gap: float) -> tuple[float, float]:
-    """Return the integrals of M m [N m^3] and Q q [N m] along the pin, m and q as in ``weigh_deflection``.
+    """Return the integrals of M m [N m^3] and Q q [N m] along the pin, m and q as in ``write_deflection_coefficients``.
 
     2 P [a delta^2/24 + delta^3/12 + c (delta h + h^2/2)/2 + delta b^2/48 + 5 b^3/768] and 2 P [delta/4 + b/16], with
     c = a/6 + delta/2 and h = b/2.
@@ -63,30 +63,30 @@ def deflection_integrals(force: float, boss_length: float, small_end_length: flo
 
 
 @kernel
-def weigh_deflection(
-    x: Array, rest: Array, side: Array, left: float, right: float, right_rest: float, moment: Array, shear: Array,
-    length: float, stiff: float, stiff_in_shear: float, bending: Array, sheared: Array,
+def write_deflection_coefficients(
+    x: Array, residual: Array, panel_start: Array, left: float, right: float, right_residual: float, moment: Array,
+    shear: Array, length: float, bending_stiffness: float, shear_stiffness: float, bending: Array, sheared: Array,
 ) -> None:  # fmt: skip
-    """Write M m length/stiff into ``bending`` and Q q length/stiff_in_shear into ``sheared`` [m] at the stations.
+    """Write M m length/bending_stiffness into ``bending`` and Q q length/shear_stiffness into ``sheared`` [m].
 
     m and q are moment and shear of a unit force at the midpoint, (x - left)/2 and 1/2 up to the middle, then mirrored.
     The result is 0 outside the span, and where a load lifts the middle. A station at an end of the span counts as
-    inside only if its panel, which begins at ``side``, lies inside.
+    inside only if its panel, which begins at ``panel_start``, lies inside.
     """
     for i in range(x.size):
         bending[i] = sheared[i] = 0.0
-        if left <= side[i] < right and x[i] <= right:
-            arm = max(0.5 * min(x[i] - left + rest[i], right - x[i] + (right_rest - rest[i])), 0.0)
+        if left <= panel_start[i] < right and x[i] <= right:
+            arm = max(0.5 * min(x[i] - left + residual[i], right - x[i] + (right_residual - residual[i])), 0.0)
             sign = 0.5 if x[i] <= 0.5 * (left + right) else -0.5
-            bending[i] = max(moment[i] * arm / stiff, 0.0) * length
-            sheared[i] = max(shear[i] * sign / stiff_in_shear, 0.0) * length
+            bending[i] = max(moment[i] * arm / bending_stiffness, 0.0) * length
+            sheared[i] = max(shear[i] * sign / shear_stiffness, 0.0) * length
 
 
 @lru_cache(maxsize=256)
 def pin_places(boss_length: float, small_end_length: float, gap: float) -> tuple[tuple[float, float], ...]:
     """Return the ends of boss, gap, half small end, small end, gap and pin, each with its rounding residual.
 
-    Without the residuals a short small end beside a long boss would lose significant digits.
+    Without the residuals a short small end next to a long boss would lose significant digits.
     """
     boss = (boss_length, 0.0)
     rod = _compensated_sum(boss, gap)
@@ -100,6 +100,6 @@ def _compensated_sum(place: tuple[float, float], length: float) -> tuple[float, 
     """Add a length to a compensated position, with Knuth's error-free sum applied twice."""
     total = place[0] + length
     part = total - place[0]
-    rest = place[1] + ((place[0] - (total - part)) + (length - part))
-    rounded = total + rest
-    return rounded, rest - (rounded - total)
+    residual = place[1] + ((place[0] - (total - part)) + (length - part))
+    rounded = total + residual
+    return rounded, residual - (rounded - total)

@@ -13,14 +13,14 @@ from solvers.pin.optimum.discretised import constraints_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.strength import uses
-from solvers.pin.stations.between_nodes import risen
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.section.strength import utilisations
+from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.stations.initial_panels import initial_stations
 
 Array = NDArray[np.float64]
 _MAX_PASSES = 60
 _ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
-"""Widening of the bracket of log D at both ends, and the tolerance of the root."""
+"""Extension of the bracket of log D at both ends, and tolerance of the root."""
 
 
 @dataclass(frozen=True)
@@ -32,18 +32,18 @@ class WeakSpan:
     utilisation: float
 
 
-def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
+def solid_utilisation(scene: Scene, criterion: Criterion, x: Array, panel_start: Array) -> Array:
     """Return the maximum utilisation of the solid section over all constraints at stations; feasible if F(1) <= 1."""
-    return uses(constraints_at(scene, criterion, x, side), np.zeros_like(x), np.ones_like(x)).max(axis=0)
+    return utilisations(constraints_at(scene, criterion, x, panel_start), np.zeros_like(x), np.ones_like(x)).max(axis=0)
 
 
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> tuple[float, float]:
-    """Return (utilisation, position) of the solid pin's critical section, halving panels that may hold a larger
-    value."""
-    stations = opening_stations(scene)
+    """Return (utilisation, position) of the solid pin's critical section; panels that may contain a larger value are
+    halved."""
+    stations = initial_stations(scene)
     for _ in range(_MAX_PASSES):
-        values = solid_utilisation(scene, criterion, stations.x, stations.side)
-        between = risen(stations, values[None]) > ROUNDING
+        values = solid_utilisation(scene, criterion, stations.x, stations.panel_start)
+        between = maximum_excess(stations, values[None]) > ROUNDING
         if not between.any():
             break
         stations = stations.halved(between)
@@ -58,25 +58,25 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
 
 
 def force_limit_of(program: Program) -> float:
-    """``force_limit``, from a program's stations if they resolve the maximum."""
-    values = program.uses(np.ones_like(program.stations.x)).max(axis=0)
+    """Return ``force_limit`` from a program's stations, if they resolve the maximum."""
+    values = program.utilisations(np.ones_like(program.stations.x)).max(axis=0)
     greatest = float(values.max())
-    if not greatest > 0.0 or (risen(program.stations, values[None]) > ROUNDING).any():
+    if not greatest > 0.0 or (maximum_excess(program.stations, values[None]) > ROUNDING).any():
         return force_limit(program.scene, program.criterion)
     return program.scene.force / greatest
 
 
 def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
-    """Return the range of the whole pin in which the solid section fails; None if it does not."""
+    """Return the range along the pin in which the solid section fails; None if it fails nowhere."""
     from scipy.optimize import brentq
 
     worst, place = greatest_utilisation(scene, criterion)
     if worst <= 1.0:
         return None
     length = scene.geometry.length
-    stations = opening_stations(scene)
-    x, side = stations.x, stations.side
-    fails = solid_utilisation(scene, criterion, x, side) > 1.0
+    stations = initial_stations(scene)
+    x, panel_start = stations.x, stations.panel_start
+    fails = solid_utilisation(scene, criterion, x, panel_start) > 1.0
     inside = np.append(x[fails], place)
 
     def excess(at: float) -> float:
@@ -106,7 +106,7 @@ def least_outer_diameter(scene: Scene, criterion: Criterion) -> float:
     now = worst(own)
     if now == 0.0:
         return 0.0
-    # Utilisation falls at least with 1/D, at most with 1/D^3.
+    # The utilisation decreases at least as 1/D, at most as 1/D^3.
     least, most = sorted((math.log(now) / 3.0, math.log(now)))
     found = brentq(lambda x: math.log(worst(own * math.exp(x))), least - _ROOM, most + _ROOM, xtol=_DIAMETER_TOLERANCE)
     return own * math.exp(found + _DIAMETER_TOLERANCE)

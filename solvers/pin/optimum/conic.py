@@ -1,9 +1,9 @@
-"""The coupled problem under a slope limit: a sequence of cone programs with an independent lower bound.
+"""Optimisation under slope and deflection limits: a sequence of cone programs with an independent lower bound.
 
-At the previous solution, at first that on the former stations, the flexibility h = bend f + shear g of every station
-is replaced by p/u + q u + constant with the same value, slope and curvature (p = 0 where h is concave), and the program
-is solved again: exact for thin walls, otherwise convergence is quadratic, as that of Newton's method. Reciprocals are
-written as p <= u t with the weight inside the cone; otherwise the interior-point method stalls.
+At the previous solution (initially, that on the previous stations) every station's flexibility h = bend f + shear g
+is replaced by p/u + q u + constant with the same value, slope and curvature (p = 0 where h is concave), and the
+program is solved again: exact for thin walls, otherwise convergence is quadratic, as that of Newton's method.
+Reciprocals are written as p <= u t with the weight inside the cone; otherwise the interior-point method stalls.
 
 The solver's status is not trusted: its solution is thickened until it satisfies every limit by our own formulas, and
 the bound is computed from its multipliers by ``solvers.pin.optimum.dual_bound``.
@@ -21,34 +21,34 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.dual_bound import Neighbours, coupled_bound
-from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.program import Program, rising
-from solvers.pin.optimum.slope_limit import gentle
+from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
+from solvers.pin.optimum.lagrangian import minimum_volume
+from solvers.pin.optimum.program import Program, monotone_majorant
+from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.slope_limit import slope_limited
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
 
 Array = NDArray[np.float64]
-_MAX_ROUNDS = 12
+_MAX_ITERATIONS = 12
 _TOLERANCE, _TOLERANCE_FRACTION = 1e-12, 1e-5
 """Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""
 _MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
-"""Stopping criteria: relative progress of the gap per round, and the same as a fraction of the requested gap."""
+"""Stopping criteria: relative reduction of the gap per iteration, and the same as a fraction of the requested gap."""
 
 
 @dataclass(frozen=True)
 class _Solution:
-    """One solve: u, the multipliers of the deflection and between neighbours, and the solver's status."""
+    """Solution of one cone program: u, multipliers of the deflection limit and between neighbours, solver status."""
 
     solidity: Array
     multiplier: float
-    between: Neighbours
+    multipliers: NeighbourMultipliers
     status: str
 
 
 @kernel
-def _modelled(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
-    """Return constant, p and q of stations with h = constant + p/u + q u to second order, (3, n)."""
+def _local_model(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    """Return constant, p and q (3, n) for which constant + p/u + q u agrees with h to second order at u."""
     out = np.empty((3, u.size))
     for i in range(u.size):
         (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
@@ -60,54 +60,54 @@ def _modelled(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: fl
 
 
 def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: float) -> _Solution | None:
-    """Solve the program with flexibilities modelled at u = ``at``; None if the solver ends without a solution.
+    """Solve the program with flexibilities approximated at u = ``at``; None if the solver ends without a solution.
 
-    Its variables are u, t >= p/u of the loaded stations, and r. Every row is an affine function of them, a pair of
-    matrix and constant: first those that are not negative, then cones |(y, z)| <= x of three rows each.
+    The variables are u, t >= p/u of the loaded stations, and r. Every constraint is an affine function of them, a pair
+    of matrix and constant: first the non-negative ones, then cones |(y, z)| <= x of three rows each.
     """
     import clarabel
     from scipy import sparse
 
-    sought, law, n, reach = program.sought, program.law, low.size, reaches(program)
+    variable, law, n, slope_step = program.variable, program.law, low.size, slope_steps(program)
     loaded = np.flatnonzero((program.bending > 0.0) | (program.shear > 0.0))
-    pulls = program.share[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
-    constant, p, q = _modelled(at[loaded], pulls[0], pulls[1], sought.kappa, law.a, law.b)
+    scaled = program.weight[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
+    constant, p, q = _local_model(at[loaded], scaled[0], scaled[1], variable.kappa, law.a, law.b)
     limited = program.limits.max_slope is not None
     every = sparse.identity(n + loaded.size + (n if limited else 0), format="csr")
     u, t, r = every[:n], every[n : n + loaded.size], every[n + loaded.size :]
     step, none = u[1:] - u[:-1], np.zeros(n - 1)
-    flat = [(sparse.csr_matrix(-q @ u[loaded] - np.ones(loaded.size) @ t), [1.0 - constant.sum()])]
+    linear = [(sparse.csr_matrix(-q @ u[loaded] - np.ones(loaded.size) @ t), [1.0 - constant.sum()])]
     cones = [((u[loaded] + t, 0.0 * p), (0.0 * t, 2.0 * np.sqrt(p)), (u[loaded] - t, 0.0 * p))]
     if limited:
-        room, square = sparse.diags(reach) @ (r[1:] + r[:-1]), (sought.given / sought.unit) ** 2
-        flat += [(room - step, none), (room + step, none)]
-        own = sought.sign * u
+        slope_room, square = sparse.diags(slope_step) @ (r[1:] + r[:-1]), (variable.given / variable.unit) ** 2
+        linear += [(slope_room - step, none), (slope_room + step, none)]
+        own = variable.sign * u
         cones.append(((own, np.full(n, square + 1.0)), (2.0 * r, np.zeros(n)), (own, np.full(n, square - 1.0))))
     if drillable:
-        toward = np.where(np.arange(n - 1) < program.anchor, 1.0, -1.0)
-        toward[program.anchor - 1 : program.anchor] = 0.0
-        flat.append((sparse.diags(toward) @ step, none))
-    flat.append((u, -low))
-    if sought.kappa < 0.0:
-        flat.append((-u, np.ones(n)))
-    blocks = [*flat]
+        toward = np.where(np.arange(n - 1) < program.middle_index, 1.0, -1.0)
+        toward[program.middle_index - 1 : program.middle_index] = 0.0
+        linear.append((sparse.diags(toward) @ step, none))
+    linear.append((u, -low))
+    if variable.kappa < 0.0:
+        linear.append((-u, np.ones(n)))
+    blocks = [*linear]
     for cone in cones:
         by_station = np.arange(3 * cone[0][0].shape[0]).reshape(3, -1).T.ravel()
         blocks.append((
             sparse.vstack([matrix for matrix, _ in cone], "csr")[by_station],
             np.concatenate([constant for _, constant in cone])[by_station],
         ))  # fmt: skip
-    kept = sum(len(constant) for _, constant in flat)
-    kinds = [clarabel.NonnegativeConeT(kept), *(clarabel.SecondOrderConeT(3) for c in cones for _ in c[0][1])]
+    linear_count = sum(len(constant) for _, constant in linear)
+    kinds = [clarabel.NonnegativeConeT(linear_count), *(clarabel.SecondOrderConeT(3) for c in cones for _ in c[0][1])]
     settings = clarabel.DefaultSettings()
     settings.verbose, settings.max_iter = False, 200
     settings.tol_gap_abs = settings.tol_gap_rel = settings.tol_feas = tolerance
     size = every.shape[0]
     answer = clarabel.DefaultSolver(
-        sparse.csc_matrix((size, size)), program.share @ u, -sparse.vstack([matrix for matrix, _ in blocks], "csc"),
+        sparse.csc_matrix((size, size)), program.weight @ u, -sparse.vstack([matrix for matrix, _ in blocks], "csc"),
         np.concatenate([constant for _, constant in blocks]), kinds, settings,
     ).solve()  # fmt: skip
-    x, z = np.array(answer.x), np.maximum(answer.z[:kept], 0.0)
+    x, z = np.array(answer.x), np.maximum(answer.z[:linear_count], 0.0)
     if not (np.isfinite(x).all() and np.isfinite(z).all()):
         return None
     rise, fall, order = np.zeros((3, n - 1))
@@ -116,12 +116,12 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     if drillable:
         first = 1 + (2 * n - 2 if limited else 0)
         order = -toward * z[first : first + n - 1]
-    return _Solution(x[:n], float(z[0]), Neighbours(rise, fall, reach, order), str(answer.status))
+    return _Solution(x[:n], float(z[0]), NeighbourMultipliers(rise, fall, slope_step, order), str(answer.status))
 
 
-def reaches(program: Program) -> Array:
+def slope_steps(program: Program) -> Array:
     """Return k_i = s h_i/l between neighbouring stations, (n - 1,); 0 without a slope limit."""
-    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.sought.unit
+    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.variable.unit
 
 
 def thickened(program: Program, u: Array) -> Array:
@@ -129,55 +129,56 @@ def thickened(program: Program, u: Array) -> Array:
 
     This preserves monotonicity and slope limits. A pin becomes solid if even that exceeds the limit, by rounding.
     """
-    sought, walls = program.sought, program.sought.wall_of(u)
+    variable, walls = program.variable, program.variable.wall_of(u)
 
-    def with_(more: float) -> Array:
-        return np.maximum(u, sought.solidity_of(np.minimum(walls + more, sought.thickest)))
+    def thicker_by(more: float) -> Array:
+        return np.maximum(u, variable.solidity_of(np.minimum(walls + more, variable.thickest)))
 
     least, most = 0.0, 0.0
-    while program.deflection(with_(most)) > program.limit and most < sought.thickest:
+    while program.deflection(thicker_by(most)) > program.limit and most < variable.thickest:
         least, most = most, 2.0 * most or float(walls.max())
     while least < 0.5 * (least + most) < most and most - least > 1e-16 * most:
         middle = 0.5 * (least + most)
-        least, most = (middle, most) if program.deflection(with_(middle)) > program.limit else (least, middle)
-    return with_(most)
+        least, most = (middle, most) if program.deflection(thicker_by(middle)) > program.limit else (least, middle)
+    return thicker_by(most)
 
 
-def sloped(program: Program, low: Array, drillable: bool, gap: float) -> Found | None:
-    """Find the lightest profile under a deflection limit, optionally with a slope limit and without thinning toward
-    the middle."""
-    if program.near is not None:
-        at = np.maximum(program.near, low)
+def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: float) -> ShapeResult | None:
+    """Find the lightest profile under a deflection limit, optionally with a slope limit and a wall that does not
+    decrease toward the middle."""
+    if program.initial is not None:
+        at = np.maximum(program.initial, low)
     else:
-        weighed = weigh(program, low, drillable)
-        if weighed is None:
+        solution = minimum_volume(program, low, drillable)
+        if solution is None:
             return None
-        at = weighed.solidity
+        at = solution.solidity
 
     def feasible(u: Array) -> Array:
         shaped = np.maximum(u, low)
-        return thickened(program, gentle(program, rising(shaped, program.anchor) if drillable else shaped))
+        shaped = monotone_majorant(shaped, program.middle_index) if drillable else shaped
+        return thickened(program, slope_limited(program, shaped))
 
     at = found = feasible(at)
-    bound, status, rounds = 0.0, "none", 0
-    for rounds in range(1, _MAX_ROUNDS + 1):
-        before = program.volume(found) - bound
+    bound, status, iterations = 0.0, "none", 0
+    for iterations in range(1, _MAX_ITERATIONS + 1):
+        previous_gap = program.volume(found) - bound
         answer = _solve(program, low, at, drillable, max(_TOLERANCE, _TOLERANCE_FRACTION * gap))
         if answer is None:
             break
-        status, former, at = answer.status, at, feasible(answer.solidity)
+        status, previous, at = answer.status, at, feasible(answer.solidity)
         found = min(found, at, key=program.volume)
-        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.between, program.volume(found)))
-        apart = program.volume(found) - bound
-        if apart <= _GAP_FRACTION * gap * bound:
+        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.multipliers, program.volume(found)))
+        absolute_gap = program.volume(found) - bound
+        if absolute_gap <= _GAP_FRACTION * gap * bound:
             break
-        if rounds > 1 and before - apart <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
+        if iterations > 1 and previous_gap - absolute_gap <= max(_MIN_PROGRESS, _GAP_FRACTION * gap) * bound:
             break
-        # What the model leaves out of the volume is of second order in the distance from where it was made.
-        if float(np.abs(at - former).max()) ** 2 <= _GAP_FRACTION * gap:
+        # The model's error in the volume is of second order in the distance from its expansion point.
+        if float(np.abs(at - previous).max()) ** 2 <= _GAP_FRACTION * gap:
             break
-    return Found(
+    return ShapeResult(
         found, program.volume(found), partial(float, bound),
         "cone program (Clarabel), its multipliers checked by tangents",
-        {"rounds": rounds, "solver_status": status}, doubt=program.stations.doubt(found),
+        {"rounds": iterations, "solver_status": status}, error_estimate=program.stations.error_estimate(found),
     )  # fmt: skip

@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.load.piston_pin import weigh_deflection
+from solvers.pin.load.piston_pin import write_deflection_coefficients
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Program
-from solvers.pin.optimum.sought import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, cowper
@@ -21,18 +21,18 @@ Array = NDArray[np.float64]
 
 
 def constraints_at(
-    scene: Scene, criterion: Criterion, x: Array, side: Array, rest: Array | float = 0.0
+    scene: Scene, criterion: Criterion, x: Array, panel_start: Array, residual: Array | float = 0.0
 ) -> tuple[StrengthConstraint, ...]:
-    """Return the strength constraints of all load cases at stations; ``side`` and ``rest`` as in ``forces_at``."""
-    forces = [forces_at(case, x, side, rest) for case in scene.cases]
-    return strength_constraints(criterion, forces, sought_in(scene).unit_diameter, scene.material)
+    """Return the strength constraints of all load cases at stations (arguments as in ``forces_at``)."""
+    forces = [forces_at(case, x, panel_start, residual) for case in scene.cases]
+    return strength_constraints(criterion, forces, design_variable_of(scene).unit_diameter, scene.material)
 
 
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
     """Return the minimum walls at positions x of the first half; in a symmetric design they satisfy both halves."""
-    sought = sought_in(scene)
+    variable = design_variable_of(scene)
     places = (x,) if scene.symmetric else (x, scene.geometry.length - x)
-    walls = [sought.least_walls(constraints_at(scene, criterion, at, at), floor, at.size) for at in places]
+    walls = [variable.least_walls(constraints_at(scene, criterion, at, at), floor, at.size) for at in places]
     return walls[0] if scene.symmetric else np.maximum(*walls)
 
 
@@ -48,21 +48,25 @@ def assemble(
 
     ``law`` is the shear flexibility, Cowper's by default.
     """
-    length, sought = scene.geometry.length, sought_in(scene)
-    forces = [forces_at(case, stations.x, stations.side, stations.rest) for case in scene.cases]
-    constraints = strength_constraints(criterion, forces, sought.unit_diameter, scene.material)
-    floor = sought.floor(scene, limits)
-    walls = sought.least_walls(constraints, floor, stations.x.size)
-    sought = sought.fitted(walls, length)
+    length, variable = scene.geometry.length, design_variable_of(scene)
+    forces = [forces_at(case, stations.x, stations.panel_start, stations.residual) for case in scene.cases]
+    constraints = strength_constraints(criterion, forces, variable.unit_diameter, scene.material)
+    floor = variable.floor(scene, limits)
+    walls = variable.least_walls(constraints, floor, stations.x.size)
+    variable = variable.rescaled(walls, length)
     bending, shear = np.empty_like(stations.x), np.zeros_like(stations.x)
-    stiff, stiff_in_shear = sought.stiffness(scene)
+    bending_stiffness, shear_stiffness = variable.stiffness(scene)
     r = scene.reference
-    weigh_deflection(
-        stations.x, stations.rest, stations.side, r.left, r.right, r.rest, forces[0].moment[0], forces[0].shear[0],
-        length, stiff, stiff_in_shear if physics.shear_deflection else np.inf, bending, shear,
+    write_deflection_coefficients(
+        stations.x, stations.residual, stations.panel_start, r.left, r.right, r.residual, forces[0].moment[0],
+        forces[0].shear[0], length, bending_stiffness, shear_stiffness if physics.shear_deflection else np.inf,
+        bending, shear,
     )  # fmt: skip
-    anchor = stations.x.size if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * length, side="left"))
+    middle_index = (
+        stations.x.size if scene.symmetric else int(np.searchsorted(stations.panel_start, 0.5 * length, side="left"))
+    )
     return Program(
-        scene, limits, criterion, physics, stations, sought, forces[0], constraints, floor, sought.solidity_of(walls),
-        bending, shear, law or cowper(scene.material.poisson), limits.max_deflection, anchor,
+        scene, limits, criterion, physics, stations, variable, forces[0], constraints, floor,
+        variable.solidity_of(walls), bending, shear, law or cowper(scene.material.poisson), limits.max_deflection,
+        middle_index,
     )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Lower bound of the mass that does not rely on the solver: tangents of the Lagrangian, and its level sets.
+"""Lower bounds of the mass, independent of the solver: from tangents of the Lagrangian and from its level sets.
 
 For non-negative multipliers the Lagrangian, with every flexibility replaced by its convex envelope, is a lower bound of
 the objective on feasible pins; being convex and separable it lies above its tangents. So for any u^ (the point of
@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.flexibility import chord, flexibilities, inflection, line_from, slopes
+from solvers.pin.section.flexibility import chord_decrease, envelope_line_start, flexibilities, inflection, slopes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -42,8 +42,8 @@ deflection change."""
 
 
 def bound_reduction(deflection: float | None, constrained_um: object, accuracy: float) -> float:
-    """Return the relative reduction of the bound for a difference of the reported deflection [m] from the constrained
-    one [um].
+    """Return the relative reduction of the bound due to a difference between the reported deflection [m] and the
+    constrained one [um].
 
     Both use the same formula and differ by rounding only, so the result is normally 0. A real difference would mean
     that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few per
@@ -57,23 +57,23 @@ def bound_reduction(deflection: float | None, constrained_um: object, accuracy: 
 
 @kernel
 def _tangents(
-    scale: float, share: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array,
+    scale: float, weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array,
     value: Array, slope: Array,
 ) -> None:  # fmt: skip
     for i in range(u.size):
-        value[i], slope[i] = share[i] * u[i], share[i]
+        value[i], slope[i] = weight[i] * u[i], weight[i]
         if not (scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0)):
             continue
-        line = line_from(bend[i], shear[i], a, b) if enveloped and kappa < 0.0 else np.inf
-        if u[i] > line:
+        line_start = envelope_line_start(bend[i], shear[i], a, b) if enveloped and kappa < 0.0 else np.inf
+        if u[i] > line_start:
             # The convex envelope is linear from here to the solid section.
-            fall = chord(line, bend[i], shear[i], a, b)
-            own, change = bend[i] + shear[i] * a + fall * (1.0 - u[i]), -fall
+            fall = chord_decrease(line_start, bend[i], shear[i], a, b)
+            h, h_slope = bend[i] + shear[i] * a + fall * (1.0 - u[i]), -fall
         else:
             (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
-            own, change = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
-        value[i] += share[i] * scale * own
-        slope[i] += share[i] * scale * change
+            h, h_slope = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
+        value[i] += weight[i] * scale * h
+        slope[i] += weight[i] * scale * h_slope
 
 
 def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
@@ -85,15 +85,16 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
     value, slope, law = np.empty_like(u), np.empty_like(u), program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
     _tangents(
-        scale, program.share, program.bending, program.shear, program.sought.kappa, law.a, law.b, enveloped, u, value,
-        slope,
+        scale, program.weight, program.bending, program.shear, program.variable.kappa, law.a, law.b, enveloped, u,
+        value, slope,
     )  # fmt: skip
     return value, slope
 
 
-def _thickest(program: Program, multiplier: float, u: Array) -> float:
-    """Return a u beyond which no term has its minimum: 1 for a pin, for a bushing where every slope is positive."""
-    if program.sought.kappa < 0.0:
+def _max_u(program: Program, multiplier: float, u: Array) -> float:
+    """Return an upper bound of every term's minimiser: 1 for a pin, for a bushing a u at which all slopes are
+    positive."""
+    if program.variable.kappa < 0.0:
         return 1.0
     top = float(u.max())
     while np.any(lagrangian(program, multiplier, np.full_like(u, top))[1] < 0.0):
@@ -102,17 +103,17 @@ def _thickest(program: Program, multiplier: float, u: Array) -> float:
 
 
 def least_walls_bound(program: Program, low: Array) -> float:
-    """Return the volume of walls thinner than ``low`` by 1e-12 (relative; more if required by rounding), verified to
-    fail.
+    """Return the volume of walls thinner than ``low`` by 1e-12 (relative; more if required by rounding), after
+    verifying that they violate the strength constraints.
 
-    Where ``low`` is inherited from a neighbour (monotone, slope-limited or uniform bore), the neighbour's wall is
-    the binding one, so the whole profile is scaled in proportion.
+    Where ``low`` is determined by another station (monotone, slope-limited or uniform bore), that station's wall is
+    binding, so the whole profile is reduced in proportion.
     """
-    wall = program.sought.wall_of(program.lower)
+    wall = program.variable.wall_of(program.lower)
     loss = np.full_like(wall, 1e-12)
-    bound_by_strength = program.lower > program.sought.solidity_of(np.array([program.floor]))
+    bound_by_strength = program.lower > program.variable.solidity_of(np.array([program.floor]))
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        holds = bound_by_strength & (program.uses(wall * (1.0 - margin)).max(axis=0) <= 1.0)
+        holds = bound_by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
         if not holds.any():
             break
         loss[holds] = 100.0 * margin
@@ -126,34 +127,34 @@ def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -
     if math.isinf(multiplier):
         return program.volume(np.where((program.bending > 0) | (program.shear > 0), 1.0, low))
     value, slope = lagrangian(program, multiplier, u)
-    top = _thickest(program, multiplier, u)
+    top = _max_u(program, multiplier, u)
     return float(np.sum(value + np.where(slope > 0.0, slope * (low - u), slope * (top - u)))) - multiplier
 
 
 def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
-    """As ``pointwise_bound``, over u non-decreasing toward the middle; ``low`` is non-decreasing as well."""
+    """Return the bound of ``pointwise_bound`` over u non-decreasing toward the middle, as ``low`` is."""
     if math.isinf(multiplier):
         return program.volume(u)
-    is_pin = program.sought.kappa < 0.0
-    knee = inflection(program.scene.material.poisson) if is_pin else _thickest(program, multiplier, u)
-    capped, held = np.minimum(u, knee), np.minimum(low, knee)
+    is_pin = program.variable.kappa < 0.0
+    concave_from = inflection(program.scene.material.poisson) if is_pin else _max_u(program, multiplier, u)
+    capped, bounded = np.minimum(u, concave_from), np.minimum(low, concave_from)
     value, slope = lagrangian(program, multiplier, capped, enveloped=False)
-    slope = np.where(low >= knee, 0.0, slope)
+    slope = np.where(low >= concave_from, 0.0, slope)
     total = float(np.sum(value)) - multiplier
     for half in halves(program):
-        total += least_rising(capped[half], slope[half], held[half], knee)
+        total += monotone_minimum(capped[half], slope[half], bounded[half], concave_from)
         if is_pin:
-            total += _bound_above_knee(program, multiplier, low[half], half, knee)
+            total += _bound_where_concave(program, multiplier, low[half], half, concave_from)
     return total
 
 
 def halves(program: Program) -> list[Indices]:
     """Return the station indices of each half, from the end toward the middle."""
     stations = np.arange(program.lower.size)
-    return [half for half in (stations[: program.anchor], stations[program.anchor :][::-1]) if half.size]
+    return [half for half in (stations[: program.middle_index], stations[program.middle_index :][::-1]) if half.size]
 
 
-def least_rising(u: Array, slope: Array, low: Array, top: float) -> float:
+def monotone_minimum(u: Array, slope: Array, low: Array, top: float) -> float:
     """Return a lower bound of min sum slope (v - u) over non-decreasing v in [low, ``top``].
 
     u is non-decreasing too; each of its blocks of equal u is minimised separately.
@@ -167,28 +168,30 @@ def least_rising(u: Array, slope: Array, low: Array, top: float) -> float:
     return total
 
 
-def _bound_above_knee(program: Program, multiplier: float, low: Array, order: NDArray[np.int64], knee: float) -> float:
-    """Return a lower bound of the integral of M(z) over the levels from ``knee`` to 1, for one half in station
+def _bound_where_concave(
+    program: Program, multiplier: float, low: Array, order: NDArray[np.int64], concave_from: float
+) -> float:
+    """Return a lower bound of the integral of M(z) over the levels from ``concave_from`` to 1, for one half in station
     order."""
     scale = multiplier / program.limit
 
     def suffixes(of: Array) -> Array:
         return np.concatenate([np.cumsum(of[order][::-1])[::-1], [0.0]])
 
-    share = program.share
+    weight = program.weight
     sums = np.stack(
-        [suffixes(share), scale * suffixes(share * program.bending), scale * suffixes(share * program.shear)]
+        [suffixes(weight), scale * suffixes(weight * program.bending), scale * suffixes(weight * program.shear)]
     )
-    ends = np.array([knee, 1.0])
+    ends = np.array([concave_from, 1.0])
     # A lower bound above some level forces all stations from its own on above that level.
-    beyond = low[(low > knee) & (low < 1.0)]
+    beyond = low[(low > concave_from) & (low < 1.0)]
     if (
         not beyond.size
         and low[-1] < 1.0
         and _integral_over_levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
     ):
         return 0.0
-    levels = np.unique(np.concatenate([np.linspace(knee, 1.0, _MIN_LEVELS), beyond]))
+    levels = np.unique(np.concatenate([np.linspace(concave_from, 1.0, _MIN_LEVELS), beyond]))
     latest = np.searchsorted(low, levels[1:], side="left")
     return _integral_over_levels(levels, latest, sums, program.law.a, program.law.b)
 
@@ -208,55 +211,59 @@ def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float,
 
 
 @dataclass(frozen=True)
-class Neighbours:
-    """Multipliers between stations i and i + 1, (n - 1,) each.
+class NeighbourMultipliers:
+    """Lagrange multipliers of the constraints between stations i and i + 1, (n - 1,) each.
 
-    Of the rise and the fall of u beyond the slope limit with ``reach`` k_i, and of the monotonicity constraint
-    (falling before the middle, rising beyond it).
+    ``rise`` and ``fall``: of the slope limit on an increase and a decrease of u, with ``slope_step`` k_i;
+    ``order``: of monotonicity (negative in the first half, positive in the second).
     """
 
     rise: Array
     fall: Array
-    reach: Array
+    slope_step: Array
     order: Array
 
 
-def coupled_bound(program: Program, low: Array, multiplier: float, between: Neighbours, volume: float) -> float:
+def coupled_bound(
+    program: Program, low: Array, multiplier: float, multipliers: NeighbourMultipliers, volume: float
+) -> float:
     """Return a lower bound of the volume under slope and monotonicity constraints between neighbours.
 
     Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(c -+ u_i) + sqrt(c -+ u_{i+1}), c =
     (G/l)^2, and u non-decreasing toward the middle; ``volume`` is that of a feasible part. For fixed multipliers the
-    Lagrangian separates into one function per station, s (u + lambda g) + net u - pull sqrt(c -+ u), each bounded from
-    below over all u that a lighter part may have; the solver's u is not used. Up to a pin's knee, above which g is
-    concave, the function is convex: tangent at the minimum located by bisection. Beyond, on each subinterval, g lies
-    above its chord and f above its midpoint tangent, and the remainder is minimised in closed form.
+    Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p ``linear`` and q
+    ``radical``, each bounded from below over all u that a lighter part may have; the solver's u is not used. Up to the
+    inflection point of a pin's g the function is convex, and is bounded by its tangent at the minimum, located by
+    bisection. Above, on each subinterval, g lies above its chord and f above its
+    midpoint tangent, and the remainder is minimised in closed form.
     """
-    pull, net = np.zeros_like(low), np.zeros_like(low)
-    flow = between.rise - between.fall + between.order
-    net[:-1] -= flow
-    net[1:] += flow
-    pull[:-1] += (between.rise + between.fall) * between.reach
-    pull[1:] += (between.rise + between.fall) * between.reach
-    if program.sought.kappa >= 0.0:
-        # No station of a lighter part exceeds its whole volume.
-        most = np.maximum(volume / program.share, low)
-        return float(np.sum(_bound_where_convex(program, low, most, multiplier, net, pull))) - multiplier
-    knee = inflection(program.scene.material.poisson)
-    up_to_knee = _bound_where_convex(program, np.minimum(low, knee), np.full_like(low, knee), multiplier, net, pull)
-    beyond = _bound_beyond_knee(program, np.maximum(low, knee), multiplier, net, pull)
-    return float(np.sum(np.minimum(np.where(low < knee, up_to_knee, np.inf), beyond))) - multiplier
+    radical, linear = np.zeros_like(low), np.zeros_like(low)
+    flow = multipliers.rise - multipliers.fall + multipliers.order
+    linear[:-1] -= flow
+    linear[1:] += flow
+    radical[:-1] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
+    radical[1:] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
+    if program.variable.kappa >= 0.0:
+        # In a lighter part no station has more than the whole volume.
+        most = np.maximum(volume / program.weight, low)
+        return float(np.sum(_coupled_bound_where_convex(program, low, most, multiplier, linear, radical))) - multiplier
+    concave_from = inflection(program.scene.material.poisson)
+    end = np.full_like(low, concave_from)
+    convex_part = _coupled_bound_where_convex(program, np.minimum(low, end), end, multiplier, linear, radical)
+    concave_part = _coupled_bound_where_concave(program, np.maximum(low, end), multiplier, linear, radical)
+    return float(np.sum(np.minimum(np.where(low < concave_from, convex_part, np.inf), concave_part))) - multiplier
 
 
-def _bound_where_convex(
-    program: Program, low: Array, most: Array, multiplier: float, net: Array, pull: Array
+def _coupled_bound_where_convex(
+    program: Program, low: Array, most: Array, multiplier: float, linear: Array, radical: Array
 ) -> Array:  # fmt: skip
     """Return a lower bound of every station's term over [low, most], where it is convex."""
-    sign, square = program.sought.sign, (program.sought.given / program.sought.unit) ** 2
+    sign, square = program.variable.sign, (program.variable.given / program.variable.unit) ** 2
 
     def at(u: Array) -> tuple[Array, Array]:
         value, slope = lagrangian(program, multiplier, u, enveloped=False)
         root = np.sqrt(square + sign * u)
-        return value + net * u - pull * root, slope + net - 0.5 * sign * pull / root
+        return value + linear * u - radical * root, slope + linear - 0.5 * sign * radical / root
 
     left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(low, 1e-12), low)
     right = most
@@ -269,9 +276,11 @@ def _bound_where_convex(
     return value + np.where(slope > 0.0, slope * (low - u), slope * (most - u))
 
 
-def _bound_beyond_knee(program: Program, low: Array, multiplier: float, net: Array, pull: Array) -> Array:
-    """Return a lower bound of every station's term over [low, 1], low at the knee or beyond."""
-    share, law = program.share[:, None], program.law
+def _coupled_bound_where_concave(
+    program: Program, low: Array, multiplier: float, linear: Array, radical: Array
+) -> Array:
+    """Return a lower bound of every station's term over [low, 1], where low is at or above g's inflection point."""
+    weight, law = program.weight[:, None], program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
     z = low[:, None] + (1.0 - low[:, None]) * np.linspace(0.0, 1.0, _SUBINTERVALS + 1)
     z0, z1 = z[:, :-1], z[:, 1:]
@@ -279,14 +288,14 @@ def _bound_beyond_knee(program: Program, low: Array, multiplier: float, net: Arr
     bent, bent_slope = 1.0 / (middle * (2.0 - middle)), 0.5 * (1.0 / (2.0 - middle) ** 2 - 1.0 / middle**2)
     sheared = law.a / z + law.b * (1.0 - z) / (z * (2.0 - z) ** 2)
     rise = np.diff(sheared, axis=1) / wide
-    slope = share * (1.0 + scale * (program.bending[:, None] * bent_slope + program.shear[:, None] * rise))
-    value = share * (middle + scale * program.bending[:, None] * bent)
-    value += share * scale * program.shear[:, None] * (sheared[:, :-1] + rise * (middle - z0))
-    slope, held = slope + net[:, None], pull[:, None]
-    # value + slope (u - middle) + net middle - pull sqrt(1 - u) is convex: minimum at an end or a stationary point.
-    root = np.where(slope < 0.0, -0.5 * held / np.minimum(slope, -1e-300), np.inf)
-    turn = np.clip(1.0 - root * root, z0, z1)
+    slope = weight * (1.0 + scale * (program.bending[:, None] * bent_slope + program.shear[:, None] * rise))
+    value = weight * (middle + scale * program.bending[:, None] * bent)
+    value += weight * scale * program.shear[:, None] * (sheared[:, :-1] + rise * (middle - z0))
+    slope, bounded = slope + linear[:, None], radical[:, None]
+    # value + slope (u - middle) + p middle - q sqrt(1 - u) is convex: minimum at an end or a stationary point.
+    root = np.where(slope < 0.0, -0.5 * bounded / np.minimum(slope, -1e-300), np.inf)
+    stationary_point = np.clip(1.0 - root * root, z0, z1)
     least = np.inf
-    for u in (z0, turn, z1):
-        least = np.minimum(least, slope * (u - middle) - held * np.sqrt(np.maximum(1.0 - u, 0.0)))
-    return np.min(value + net[:, None] * middle + least, axis=1)
+    for u in (z0, stationary_point, z1):
+        least = np.minimum(least, slope * (u - middle) - bounded * np.sqrt(np.maximum(1.0 - u, 0.0)))
+    return np.min(value + linear[:, None] * middle + least, axis=1)

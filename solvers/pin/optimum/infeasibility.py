@@ -14,7 +14,7 @@ from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.initial_panels import initial_stations
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class Diagnosis:
 
 def _solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> tuple[float, float]:
     """Return the deflection [m] of the solid pin by bending and, with Cowper's law, by shear."""
-    program = assemble(scene, Limits(), criterion, physics, opening_stations(scene), cowper(scene.material.poisson))
-    return float(program.share @ program.bending), program.law.a * float(program.share @ program.shear)
+    program = assemble(scene, Limits(), criterion, physics, initial_stations(scene), cowper(scene.material.poisson))
+    return float(program.weight @ program.bending), program.law.a * float(program.weight @ program.shear)
 
 
-def _widened(bent: float, sheared: float, limit: float) -> float:
+def _required_diameter_ratio(bent: float, sheared: float, limit: float) -> float:
     """Return D/D0 at which the solid pin's deflection bent (D0/D)^4 + sheared (D0/D)^2 equals ``limit``."""
     return math.sqrt((sheared + math.sqrt(sheared * sheared + 4.0 * limit * bent)) / (2.0 * limit))
 
@@ -54,9 +54,9 @@ def _where(weak: WeakSpan) -> str:
     return f"at x = {begin} mm" if begin == end else f"for {begin} < x < {end} mm"
 
 
-def _too_soft_a_ring(scene: Scene, limits: Limits) -> Shortfall:
-    """Return the only possible shortfall of a bushing: the ovalization of a solid bar is independent of its
-    diameter."""
+def _ovalization_shortfall(scene: Scene, limits: Limits) -> Shortfall:
+    """Return the only possible shortfall of a bushing: even a solid bar, whose ovalization is independent of its
+    diameter, exceeds the limit."""
     length, m = scene.geometry.length, scene.material
     solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
     return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")
@@ -65,7 +65,7 @@ def _too_soft_a_ring(scene: Scene, limits: Limits) -> Shortfall:
 def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics) -> Diagnosis:
     """Return every requirement that even the solid section violates."""
     if isinstance(scene.geometry, BushingGeometry):
-        return Diagnosis((_too_soft_a_ring(scene, limits),), None, None, None)
+        return Diagnosis((_ovalization_shortfall(scene, limits),), None, None, None)
     g, m = scene.geometry, scene.material
     solid_ring = scene.force, g.outer_diameter, g.length, 0.0, m.elastic_modulus, m.poisson
     found: list[Shortfall] = []
@@ -82,7 +82,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     limit = limits.max_deflection
     bent, sheared = (0.0, 0.0) if limit is None else _solid_deflection(scene, criterion, physics)
     if limit is not None and bent + sheared > limit:
-        diameters.append(g.outer_diameter * _widened(bent, sheared, limit))
+        diameters.append(g.outer_diameter * _required_diameter_ratio(bent, sheared, limit))
         why = (
             f"the solid pin deflects more; an outer diameter of at least {_at_least(diameters[-1])} mm would do, or "
             "shorter bosses and gaps"

@@ -2,9 +2,9 @@
 
     minimise  sum s_i u_i   subject to  l_i <= u_i,  sum s_i (B_i f(u_i) + S_i g(u_i)) <= limit
 
-with s_i the quadrature shares (summing to 1) and f, g the section's bending and shear flexibility. u depends on
-which diameter is sought (``solvers.pin.optimum.sought``). The formulation is independent of the units and the size of
-the part.
+with s_i the quadrature weights (summing to 1) and f, g the section's bending and shear flexibility. u depends on
+which diameter is sought (``solvers.pin.optimum.design_variable``). The formulation is independent of the units and the
+size of the part.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.sought import Sought
+from solvers.pin.optimum.design_variable import DesignVariable
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, densities
@@ -28,15 +28,16 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Weighed:
-    """The solution at the stations, the deflection's multiplier, and the number of rounds.
+class DualSolution:
+    """Solution u at the stations, Lagrange multiplier of the deflection limit, and number of iterations.
 
-    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    The multiplier refers to the relative deflection; 0: the limit is not binding, inf: only the solid section
+    satisfies it.
     """
 
     solidity: Array
     multiplier: float
-    rounds: int
+    iterations: int
 
 
 @dataclass(frozen=True)
@@ -46,8 +47,8 @@ class Program:
     ``forces`` are those of the part's own load, ``constraints`` the strength constraints at the stations, ``floor``
     the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even the solid section fails),
     ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``law`` the shear flexibility, ``limit``
-    the maximum deflection (None: none), ``anchor`` the index of the second half's first station (n if one half
-    represents both), ``near`` the u of an answer on other stations, to start from (None: none is known).
+    the maximum deflection (None: none), ``middle_index`` the index of the second half's first station (n if one half
+    represents both), ``initial`` an initial guess of u, interpolated from a solution on other stations (None: none).
     """
 
     scene: Scene
@@ -55,7 +56,7 @@ class Program:
     criterion: Criterion
     physics: Physics
     stations: Stations
-    sought: Sought
+    variable: DesignVariable
     forces: InternalForces
     constraints: tuple[StrengthConstraint, ...]
     floor: float
@@ -64,33 +65,33 @@ class Program:
     shear: Array
     law: ShearFlexibility
     limit: float | None
-    anchor: int
-    near: Array | None = None
+    middle_index: int
+    initial: Array | None = None
 
     @property
-    def share(self) -> Array:
-        return self.stations.share
+    def weight(self) -> Array:
+        return self.stations.weight
 
     @property
     def mass_unit(self) -> float:
         """Mass [kg] of a part with u = 1 throughout."""
-        return self.sought.mass_unit(self.scene)
+        return self.variable.mass_unit(self.scene)
 
     def volume(self, u: Array) -> float:
         """Mass relative to ``mass_unit``."""
-        return float(self.share @ u)
+        return float(self.weight @ u)
 
     def densities(self, u: Array) -> Array:
         """Deflection density at every station [m]."""
-        return densities(u, self.bending, self.shear, self.sought.kappa, self.law.a, self.law.b)
+        return densities(u, self.bending, self.shear, self.variable.kappa, self.law.a, self.law.b)
 
     def deflection(self, u: Array) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""
-        return float(self.share @ self.densities(u))
+        return float(self.weight @ self.densities(u))
 
-    def uses(self, walls: Array) -> Array:
+    def utilisations(self, walls: Array) -> Array:
         """Strength utilisation of the criterion and of the shear allowable, (2, n)."""
-        return self.sought.uses(self.constraints, walls)
+        return self.variable.utilisations(self.constraints, walls)
 
 
 def refined(program: Program, excess: Array, values: Array) -> Stations:
@@ -105,7 +106,7 @@ def refined(program: Program, excess: Array, values: Array) -> Stations:
 
 def folded(program: Program) -> Program:
     """Return the program of a symmetric part on one half: each station must satisfy the constraints of both halves."""
-    half = program.anchor
+    half = program.middle_index
     if half == program.lower.size:
         return program
 
@@ -123,11 +124,12 @@ def folded(program: Program) -> Program:
 
 def unfolded(program: Program, half: Array) -> Array:
     """Expand values of one half to the stations of the whole program."""
-    return half if program.anchor == program.lower.size else np.concatenate([half, half[::-1]])
+    return half if program.middle_index == program.lower.size else np.concatenate([half, half[::-1]])
 
 
-def rising(values: Array, anchor: int) -> Array:
-    """Return the least majorant that is non-decreasing from both ends toward the anchor."""
-    first = np.maximum.accumulate(values[:anchor])
-    second = np.maximum.accumulate(values[anchor:][::-1])[::-1]
+def monotone_majorant(values: Array, middle_index: int) -> Array:
+    """Return the least majorant that is non-decreasing from both ends toward the middle, between stations
+    ``middle_index`` - 1 and ``middle_index``."""
+    first = np.maximum.accumulate(values[:middle_index])
+    second = np.maximum.accumulate(values[middle_index:][::-1])[::-1]
     return np.concatenate([first, second])

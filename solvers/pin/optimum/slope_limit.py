@@ -1,4 +1,4 @@
-"""Slope-limited diameters."""
+"""Profiles whose diameter varies at most with a given slope."""
 
 from __future__ import annotations
 
@@ -6,28 +6,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.program import Program
-from solvers.pin.stations.between_nodes import overlooked
+from solvers.pin.stations.between_nodes import running_maximum_error
 
 Array = NDArray[np.float64]
 
 
-def gentle(program: Program, low: Array) -> Array:
-    """Return the least u above ``low`` that satisfies the slope limit, exactly, in two sweeps.
+def slope_limited(program: Program, low: Array) -> Array:
+    """Return the least u >= ``low`` that satisfies the slope limit, exactly, by a forward and a backward sweep.
 
-    The thickness T = D - d has the slope of the sought diameter: T(x) = max over y of T_min(y) - s |x - y|.
+    The thickness T = D - d has the slope of the unknown diameter: T(x) = max over y of T_min(y) - s |x - y|.
     """
-    slope, sought = program.limits.max_slope, program.sought
+    slope, variable = program.limits.max_slope, program.variable
     if slope is None:
         return low
-    thick, reach = sought.unit_diameter * sought.wall_of(low), slope * program.stations.x
-    forward = np.maximum.accumulate(thick + reach) - reach
-    backward = np.maximum.accumulate((thick - reach)[::-1])[::-1] + reach
-    return np.maximum(low, sought.solidity_of(np.maximum(forward, backward) / sought.unit_diameter))
+    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * program.stations.x
+    forward = np.maximum.accumulate(thick + ramp) - ramp
+    backward = np.maximum.accumulate((thick - ramp)[::-1])[::-1] + ramp
+    return np.maximum(low, variable.solidity_of(np.maximum(forward, backward) / variable.unit_diameter))
 
 
-def missed_by_slope(program: Program, low: Array) -> Array:
-    """Return the volume underestimated between stations by a slope-limited shape, per panel."""
-    stations, slope, sought = program.stations, program.limits.max_slope, program.sought
-    thick, reach = sought.unit_diameter * sought.wall_of(low), slope * stations.x
-    missed = overlooked(stations, thick + reach) + overlooked(stations, thick - reach, forward=False)
-    return sought.growth(float(thick.max())) * missed
+def slope_limit_error(program: Program, low: Array) -> Array:
+    """Return the volume error of a slope-limited shape due to maxima of ``low`` between stations, per panel."""
+    stations, slope, variable = program.stations, program.limits.max_slope, program.variable
+    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * stations.x
+    error = running_maximum_error(stations, thick + ramp)
+    error = error + running_maximum_error(stations, thick - ramp, forward=False)
+    return variable.max_derivative(float(thick.max())) * error

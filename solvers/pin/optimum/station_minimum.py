@@ -20,20 +20,21 @@ import math
 import numpy as np
 
 from solvers.numerics.jit import kernel
-from solvers.pin.section.flexibility import chord, curvatures, flexibilities, line_from, slopes
+from solvers.pin.section.flexibility import chord_decrease, curvatures, envelope_line_start, flexibilities, slopes
 
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 60
-"""Convergence is slow where the curvature of h nearly vanishes at the solid section."""
-TIGHT = 1e-9
+"""Maximum number of Newton steps: convergence is slow where the curvature of h nearly vanishes at the solid section."""
+STEP_TOLERANCE = 1e-9
 """Relative step after which the remaining error is below rounding."""
 
 
 @kernel
-def reach(low: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
-    """Return the greatest non-solid minimiser u, and the k = 1/lambda below which the solid section is optimal."""
-    top = max(line_from(bend, shear, a, b), low)
-    return top, chord(top, bend, shear, a, b)
+def solid_threshold(low: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
+    """Return the greatest minimiser u below the solid section, and the k = 1/lambda below which the solid section is
+    optimal."""
+    top = max(envelope_line_start(bend, shear, a, b), low)
+    return top, chord_decrease(top, bend, shear, a, b)
 
 
 @kernel
@@ -66,7 +67,7 @@ def stationary(
 
 
 @kernel
-def _around_bore(
+def _bushing_minimiser(
     lam: float, w: float, bend: float, shear: float, low: float, kappa: float, a: float, b: float
 ) -> float:
     """argmin over y >= low of w y + lam (bend f + shear g), w > 0, kappa >= 0: Newton's method in ln y, bracketed."""
@@ -78,12 +79,12 @@ def _around_bore(
     least, most = 0.0, np.inf
     for _ in range(200):
         (df, dg), (d2f, d2g) = slopes(y, kappa, a, b), curvatures(y, kappa, a, b)
-        pull = -(p * df + q * dg)
-        if pull > 1.0:
+        steepness = -(p * df + q * dg)
+        if steepness > 1.0:
             least = y
         else:
             most = y
-        new = y * math.exp(math.log(pull) * pull / (y * (p * d2f + q * d2g)))
+        new = y * math.exp(math.log(steepness) * steepness / (y * (p * d2f + q * d2g)))
         if not least < new < most:
             if abs(new - y) <= 4.0 * _EPS * y:
                 break
@@ -107,11 +108,11 @@ def minimiser(
     if weight <= 0.0:
         return 1.0 if kappa < 0.0 else np.inf
     if kappa >= 0.0:
-        return _around_bore(lam, weight, bend, shear, low, kappa, a, b)
-    top, solid_below = reach(low, bend, shear, a, b)
+        return _bushing_minimiser(lam, weight, bend, shear, low, kappa, a, b)
+    top, solid_below = solid_threshold(low, bend, shear, a, b)
     if low >= 1.0 or weight / lam < solid_below:
         return 1.0
-    return stationary(weight / lam, low, top, bend, shear, start, a, b, TIGHT)
+    return stationary(weight / lam, low, top, bend, shear, start, a, b, STEP_TOLERANCE)
 
 
 @kernel
@@ -123,7 +124,8 @@ def minimiser_below(
     u = minimiser(lam, weight, bend, shear, low, start, kappa, a, b)
     if u <= most or kappa >= 0.0 or weight <= 0.0:
         return min(u, most)
-    # The minimum over [low, 1] is beyond: that over [low, most] is stationary in the convex part, or at the end.
-    u = stationary(weight / lam, low, most, bend, shear, 0.0, a, b, TIGHT)
+    # The minimum over [low, 1] lies above ``most``: over [low, most] it is a stationary point of the convex part, or
+    # ``most`` itself.
+    u = stationary(weight / lam, low, most, bend, shear, 0.0, a, b, STEP_TOLERANCE)
     (f, g), (f_most, g_most) = flexibilities(u, -1.0, a, b), flexibilities(most, -1.0, a, b)
     return u if weight * (u - most) + lam * (bend * (f - f_most) + shear * (g - g_most)) < 0.0 else most

@@ -1,1 +1,1 @@
-"""The section as a ring, and bearing pressures."""
+"""Ring model of the section, and bearing pressures."""

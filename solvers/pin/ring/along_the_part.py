@@ -1,4 +1,4 @@
-"""Ring results of a check: in the middle of the part and at its thinnest wall."""
+"""Ring model of a checked part, in the middle and at the thinnest wall."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _MIN_DIAMETER = 1e-9
 
 @dataclass(frozen=True)
 class RingResult:
-    """Ring results in the middle of the part and their maxima over its length (None if the wall vanishes)."""
+    """Ring results in the middle of the part, and maxima over its length (None if the wall vanishes)."""
 
     ovalization: float
     ovalization_max: float | None
@@ -31,19 +31,20 @@ class RingResult:
 def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
     """Evaluate the ring in the middle and at the thinnest wall, where ovalization and stress are greatest.
 
-    Bores and outer diameters [m] along the part; of a symmetric one from its end to the middle.
+    ``bore`` and ``outer`` [m]: diameters along the part, for a symmetric part from the end to the middle.
     """
     m = scene.material
 
-    def like(k: int) -> tuple[float, ...]:
+    def ring_arguments(k: int) -> tuple[float, ...]:
         diameter = max(float(outer[k]), _MIN_DIAMETER)
         ratio = min(float(bore[k]) / diameter, 1.0 - _MIN_RING_WALL)
         return scene.force, diameter, scene.geometry.length, ratio, m.elastic_modulus, m.poisson
 
     middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
-    own = ovalization.ring(*like(middle))
+    at_middle = ovalization.ring(*ring_arguments(middle))
     if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
-        return RingResult(own.ovalization, None, own, None, own.model)
-    most = own if like(thinnest) == like(middle) else ovalization.ring(*like(thinnest))
-    stress = ovalization.greatest_stress(*like(thinnest))
-    return RingResult(own.ovalization, most.ovalization, own, stress, own.model)
+        return RingResult(at_middle.ovalization, None, at_middle, None, at_middle.model)
+    same = ring_arguments(thinnest) == ring_arguments(middle)
+    at_thinnest = at_middle if same else ovalization.ring(*ring_arguments(thinnest))
+    stress = ovalization.greatest_stress(*ring_arguments(thinnest))
+    return RingResult(at_middle.ovalization, at_thinnest.ovalization, at_middle, stress, at_middle.model)

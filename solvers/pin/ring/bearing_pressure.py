@@ -23,7 +23,7 @@ class Pressures:
 
 
 def pressures_of_pin(scene: Scene) -> Pressures:
-    """Return P/(D b), P/(2 a D), and the peak P/(a D) of the triangular load."""
+    """Return the pressures of a pin: P/(D b), P/(2 a D), and the peak P/(a D) of the triangular load."""
     g = scene.geometry
     boss = scene.force / (2.0 * g.boss_length * g.outer_diameter)
     return Pressures(scene.force / (g.outer_diameter * g.small_end_length), boss, 2.0 * boss)
@@ -32,21 +32,21 @@ def pressures_of_pin(scene: Scene) -> Pressures:
 def bearing_pressures(scene: Scene, stations: Stations, outer: Array) -> Pressures | None:
     """Return load over projected area: P/int D dx in the small end, half of it in a boss, and the peak P x/(a^2 D).
 
-    x is measured from the boss's outer end; the larger values of the two bosses. ``outer`` D [m] at the stations,
-    (n,). None if there is no bearing surface.
+    x is measured from the boss's outer end; of the two bosses the larger values apply. ``outer``: D [m] at the
+    stations, (n,). None if there is no bearing surface.
     """
     g = scene.geometry
     if isinstance(g, Geometry):
         return pressures_of_pin(scene)
-    side, x = stations.side, stations.x
-    weight = stations.share * stations.span
+    panel_start, x = stations.panel_start, stations.x
+    length = stations.weight * stations.span
     begin, end, second = (g.places[k][0] for k in (1, 3, 4))
-    rod = (side >= begin) & (side < end)
-    bosses = [(side < g.boss_length * (1.0 - 1e-12), x)]
+    rod = (panel_start >= begin) & (panel_start < end)
+    bosses = [(panel_start < g.boss_length * (1.0 - 1e-12), x)]
     if not scene.symmetric:
-        bosses.append((side >= second, g.length - x))
-    area = (2.0 if scene.symmetric else 1.0) * float(weight[rod] @ outer[rod])
-    bearing = min(float(weight[boss] @ outer[boss]) for boss, _ in bosses)
+        bosses.append((panel_start >= second, g.length - x))
+    area = (2.0 if scene.symmetric else 1.0) * float(length[rod] @ outer[rod])
+    bearing = min(float(length[boss] @ outer[boss]) for boss, _ in bosses)
     if area <= 0.0 or bearing <= 0.0:
         return None
     density = max(

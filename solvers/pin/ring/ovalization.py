@@ -22,13 +22,13 @@ from typing import NamedTuple
 from solvers.numerics.jit import kernel
 
 _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
-"""d/D up to which the formula gives the larger value of every result, and from which the elastic ring does."""
+"""d/D up to which the formula gives the larger value of every result, and from which the elastic ring gives it."""
 
 _MAX_RATIO = 1.0 - 1e-6
 """Maximum d/D of a ring: its compliance is inversely proportional to the cube of the wall."""
 
 _RATIO_TOLERANCE = 2e-16
-"""Tolerance of the d/D at which a limit is reached."""
+"""Tolerance of the d/D at which a limit is attained."""
 _SOLID_RATIO = 0.02
 """d/D below which a pin is treated as solid: the inner fibre's stress formula contains 1/alpha."""
 MIN_HOOP_RATIO = 0.3
@@ -67,13 +67,16 @@ class Ring(NamedTuple):
 
 @kernel
 def load_factor(ratio: float) -> float:
-    """K = 1.5 - 15 (alpha - 0.4)^3."""
+    """Return K = 1.5 - 15 (alpha - 0.4)^3."""
     return 1.5 - 15.0 * (ratio - 0.4) ** 3
 
 
 @kernel
 def classical(force: float, diameter: float, length: float, ratio: float, modulus: float) -> Ring:
-    """Return 0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and the four stresses; alpha = d/D, valid to about 0.72."""
+    """Return the textbook ring: growth 0.09 (P/(E l)) ((1 + alpha)/(1 - alpha))^3 K and four stresses, alpha = d/D.
+
+    Valid for alpha up to about 0.72.
+    """
     k, wall = load_factor(ratio), 1.0 - ratio
     a = max(ratio, _SOLID_RATIO)
     growth = 0.09 * force / (modulus * length) * ((1.0 + ratio) / wall) ** 3 * k
@@ -100,23 +103,23 @@ def thick_ring(force: float, diameter: float, length: float, ratio: float, modul
     pressure = 2.0 * force / (math.pi * outer * length)
     mean = -2.0 / math.pi
     scale = mean / ((1.0 - ratio) * (1.0 + ratio))
-    around, within = scale * (1.0 + ratio**2), 2.0 * scale
+    outer_mean, inner_mean = scale * (1.0 + ratio**2), 2.0 * scale
     outer_side, inner_side, outer_top, inner_top, growth = _bending(ratio)
-    alike = around - poisson * mean - mean - (1.0 - poisson) * _SUM_OF_SQUARES
+    uniform_part = outer_mean - poisson * mean - mean - (1.0 - poisson) * _SUM_OF_SQUARES
     return Ring(
-        2.0 * outer * pressure / modulus * (alike + growth),
-        pressure * (around + outer_side - mean),
-        pressure * (within + inner_side),
-        pressure * (around + outer_top - mean - 1.0),
-        pressure * (within + inner_top),
+        2.0 * outer * pressure / modulus * (uniform_part + growth),
+        pressure * (outer_mean + outer_side - mean),
+        pressure * (inner_mean + inner_side),
+        pressure * (outer_mean + outer_top - mean - 1.0),
+        pressure * (inner_mean + inner_top),
         False,
     )
 
 
 @kernel
 def _bending(ratio: float) -> tuple[float, float, float, float, float]:
-    """Sums over the load's harmonics without the terms common to all ratios: hoop stresses at outer and inner side,
-    at outer and inner top, and the outer radial displacement times E/R at the side.
+    """Return sums over the load's harmonics without the terms independent of the ratio: hoop stresses at outer and
+    inner side, at outer and inner top, and the outer radial displacement at the side times E/R.
 
     With f(r) cos(n theta) = r phi(ln r) cos(n theta), the shear vanishes where phi' does, and there sigma_r is (1 -
     n^2) phi/r and sigma_t is phi''/r: phi is 0 with zero slope inside, 1/(1 - n^2) with zero slope outside, composed
@@ -127,8 +130,8 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
         E u_r = [2 n - (1 - nu)]/(n^2 - 1) + n [1 - exp(-2 n t) + n sinh(2 t) + 2 n^2 sinh^2(t)]/((n^2 - 1) Z)
 
     The first terms, independent of the thickness, converge slowly and are summed in closed form by the caller; the
-    remainder (``_rest``) is positive and decays as exp(-2 n t), before n reaches 1/t as n^-4. Truncation at
-    ``_MAX_HARMONICS`` costs less than 1e-11.
+    remainder (``_harmonic_remainder``) is positive and decays as exp(-2 n t), for n below 1/t as n^-4. The truncation
+    error at ``_MAX_HARMONICS`` is less than 1e-11.
     """
     t = -math.log(ratio)
     excess = _sinh_minus_argument(t)
@@ -137,7 +140,7 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
     for k in range(1, _MAX_HARMONICS):
         n = 2.0 * k
         amplitude = 4.0 / (math.pi * (n * n - 1.0))
-        outer, inner, moved = _rest(n, ratio, t, excess)
+        outer, inner, moved = _harmonic_remainder(n, ratio, t, excess)
         outer, inner, moved = amplitude * outer, amplitude * inner, amplitude * moved
         outer_side += outer
         outer_top += sign * outer
@@ -151,76 +154,76 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
 
 
 @kernel
-def _rest(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
-    """Return one harmonic without its first terms: outer hoop stress, inner hoop stress with its sign reversed, E
-    u_r.
+def _harmonic_remainder(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
+    """Return one harmonic without the terms independent of the ratio: outer hoop stress, inner hoop stress with its
+    sign reversed, E u_r.
 
     ``excess`` is sinh(t) - t.
     """
-    x, turn = n * t, n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
+    x, n_sinh_t = n * t, n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
     if x > 1.0:
-        fall = math.exp(-x)
-        wide, decayed = 0.5 * (1.0 / fall - fall), 1.0 - fall * fall
-        beyond = wide - x
+        decay = math.exp(-x)
+        sinh_x, decayed = 0.5 * (1.0 / decay - decay), 1.0 - decay * decay
+        excess_x = sinh_x - x
     else:
-        wide, decayed, beyond = math.sinh(x), -math.expm1(-2.0 * x), _sinh_minus_argument(x)
+        sinh_x, decayed, excess_x = math.sinh(x), -math.expm1(-2.0 * x), _sinh_minus_argument(x)
     # Z from sinh(n t) - n sinh(t), with n t subtracted from both terms: the second remainder is a quarter of the first.
-    room = (beyond - n * excess) * (wide + turn)
-    outer, inner = 2.0 * turn * turn / room, 2.0 * turn * wide / (ratio * room)
-    lifted = decayed + turn * (1.0 / ratio + ratio) + 2.0 * turn * turn
-    return outer, inner, n * lifted / ((n * n - 1.0) * room)
+    denominator = (excess_x - n * excess) * (sinh_x + n_sinh_t)
+    outer, inner = 2.0 * n_sinh_t * n_sinh_t / denominator, 2.0 * n_sinh_t * sinh_x / (ratio * denominator)
+    numerator = decayed + n_sinh_t * (1.0 / ratio + ratio) + 2.0 * n_sinh_t * n_sinh_t
+    return outer, inner, n * numerator / ((n * n - 1.0) * denominator)
 
 
 @kernel
 def _sinh_minus_argument(x: float) -> float:
-    """sinh(x) - x for x >= 0, without cancellation."""
+    """Return sinh(x) - x for x >= 0, without cancellation."""
     if x > 1.0:
         return math.sinh(x) - x
-    xx, rest = x * x, 1.0
+    xx, series = x * x, 1.0
     for k in range(9, 1, -1):
-        rest = 1.0 + rest * xx / (2.0 * k * (2.0 * k + 1.0))
-    return x * xx / 6.0 * rest
+        series = 1.0 + series * xx / (2.0 * k * (2.0 * k + 1.0))
+    return x * xx / 6.0 * series
 
 
 @kernel
 def ring(force: float, diameter: float, length: float, ratio: float, modulus: float, poisson: float) -> Ring:
-    """Return the ring of bore ratio alpha = d/D: for the growth and each stress the larger value of the two models."""
+    """Return the ring results for bore ratio alpha = d/D: of the growth and each stress the larger of both models."""
     if ratio >= _ELASTIC_FROM:
         return thick_ring(force, diameter, length, ratio, modulus, poisson)
-    one = classical(force, diameter, length, ratio, modulus)
+    formula = classical(force, diameter, length, ratio, modulus)
     if ratio <= _FORMULA_TO:
-        return one
-    other = thick_ring(force, diameter, length, ratio, modulus, poisson)
+        return formula
+    elastic = thick_ring(force, diameter, length, ratio, modulus, poisson)
     return Ring(
-        max(one.ovalization, other.ovalization),
-        one.outer_side if abs(one.outer_side) >= abs(other.outer_side) else other.outer_side,
-        one.inner_side if abs(one.inner_side) >= abs(other.inner_side) else other.inner_side,
-        one.outer_top if abs(one.outer_top) >= abs(other.outer_top) else other.outer_top,
-        one.inner_top if abs(one.inner_top) >= abs(other.inner_top) else other.inner_top,
-        one.ovalization >= other.ovalization,
+        max(formula.ovalization, elastic.ovalization),
+        formula.outer_side if abs(formula.outer_side) >= abs(elastic.outer_side) else elastic.outer_side,
+        formula.inner_side if abs(formula.inner_side) >= abs(elastic.inner_side) else elastic.inner_side,
+        formula.outer_top if abs(formula.outer_top) >= abs(elastic.outer_top) else elastic.outer_top,
+        formula.inner_top if abs(formula.inner_top) >= abs(elastic.inner_top) else elastic.inner_top,
+        formula.ovalization >= elastic.ovalization,
     )
 
 
-def _crossing(figure: Callable[[float], float], limit: float, start: float) -> float:
-    """Return the greatest d/D in [start, 1) at which an increasing figure stays within ``limit``.
+def _greatest_ratio_within(quantity: Callable[[float], float], limit: float, start: float) -> float:
+    """Return the greatest d/D in [start, 1) at which an increasing quantity does not exceed ``limit``.
 
-    Figures are about inverse squares of the wall, so their inverse roots are nearly linear.
+    The quantities vary approximately as the inverse square of the wall, so their inverse roots are nearly linear.
     """
     from scipy.optimize import brentq
 
-    def beyond(ratio: float) -> float:
-        return 1.0 - math.sqrt(limit / figure(ratio))
+    def excess_x(ratio: float) -> float:
+        return 1.0 - math.sqrt(limit / quantity(ratio))
 
-    # Thin rings need many harmonics: bracket the root from the thick side, halving the wall.
+    # Thin rings require many harmonics: bracket the root from the thick side by halving the wall.
     low = high = start
-    while figure(high) <= limit:
+    while quantity(high) <= limit:
         if high == _MAX_RATIO:
             return high
         low, high = high, min(0.5 * (1.0 + high), _MAX_RATIO)
     if high == start:
         return start
-    found = float(brentq(beyond, low, high, xtol=_RATIO_TOLERANCE, rtol=4.0 * sys.float_info.epsilon))
-    while found > start and figure(found) > limit:
+    found = float(brentq(excess_x, low, high, xtol=_RATIO_TOLERANCE, rtol=4.0 * sys.float_info.epsilon))
+    while found > start and quantity(found) > limit:
         found = min(math.nextafter(found, 0.0), found - _RATIO_TOLERANCE)
     return max(found, start)
 
@@ -229,12 +232,12 @@ def _crossing(figure: Callable[[float], float], limit: float, start: float) -> f
 def greatest_ratio(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
-    """Return the greatest d/D with ovalization within ``limit`` for it and all smaller bores; None: not even 0."""
+    """Return the greatest d/D up to which the ovalization is within ``limit``; None if even a solid pin exceeds it."""
 
     def growth(ratio: float) -> float:
         return ring(force, diameter, length, ratio, modulus, poisson).ovalization
 
-    return None if growth(0.0) > limit else _crossing(growth, limit, 0.0)
+    return None if growth(0.0) > limit else _greatest_ratio_within(growth, limit, 0.0)
 
 
 def greatest_stress(
@@ -242,8 +245,8 @@ def greatest_stress(
 ) -> float:
     """Return the maximum hoop stress [Pa]; for a bore below 0.3 D that of 0.3 D, an upper bound.
 
-    (Below 0.3 the formula's inner-fibre stress contains 1/alpha, which is unphysical: the elastic ring's keeps
-    decreasing.)
+    (Below 0.3 D the formula's inner-fibre stress increases as 1/alpha, which is unphysical: the elastic ring's
+    continues to decrease.)
     """
     return ring(force, diameter, length, max(ratio, MIN_HOOP_RATIO), modulus, poisson).greatest
 
@@ -252,28 +255,27 @@ def greatest_stress(
 def ratio_within_stress(
     limit: float, force: float, diameter: float, length: float, modulus: float, poisson: float
 ) -> float | None:
-    """Return the greatest d/D with hoop stress within ``limit`` for it and all smaller bores; None: not even 0."""
+    """Return the greatest d/D up to which the hoop stress is within ``limit``; None if even a solid pin exceeds it."""
 
     def stress(ratio: float) -> float:
         return greatest_stress(force, diameter, length, ratio, modulus, poisson)
 
-    return None if stress(0.0) > limit else _crossing(stress, limit, MIN_HOOP_RATIO)
+    return None if stress(0.0) > limit else _greatest_ratio_within(stress, limit, MIN_HOOP_RATIO)
 
 
 @lru_cache(maxsize=64)
 def outer_within_stress(
     limit: float, force: float, bore: float, length: float, modulus: float, poisson: float
 ) -> float:
-    """Return the least outer diameter [m] around a bore with hoop stress within ``limit`` for it and all larger
-    ones.
+    """Return the least outer diameter [m] for a given bore from which on the hoop stress is within ``limit``.
 
-    The stress times D depends on d/D alone.
+    The stress times D is a function of d/D only.
     """
 
     def unit_stress(ratio: float) -> float:
         return greatest_stress(force, 1.0, length, ratio, modulus, poisson)
 
-    plain = unit_stress(0.0) / limit
-    if bore <= MIN_HOOP_RATIO * plain:
-        return plain
-    return bore / _crossing(lambda ratio: unit_stress(ratio) * ratio, limit * bore, MIN_HOOP_RATIO)
+    outer_for_small_bore = unit_stress(0.0) / limit
+    if bore <= MIN_HOOP_RATIO * outer_for_small_bore:
+        return outer_for_small_bore
+    return bore / _greatest_ratio_within(lambda ratio: unit_stress(ratio) * ratio, limit * bore, MIN_HOOP_RATIO)

@@ -50,7 +50,8 @@ ONLY_SHEAR = Factors(0.0, 0.0, 1.0, 1.0)
 
 @dataclass(frozen=True)
 class CombinedCriterion:
-    """sqrt(sigma^2 + k^2 tau^2) <= allowable with both maxima combined: k = 2 Tresca, k = sqrt 3 von Mises."""
+    """sqrt(sigma^2 + k^2 tau^2) <= allowable, combining the maxima of sigma and tau wherever they occur: k = 2 Tresca,
+    k = sqrt 3 von Mises."""
 
     name: str
     factor: float

@@ -1,4 +1,4 @@
-"""Flexibility of a tubular section in bending and shear, as functions of its material u.
+"""Flexibility of a tubular section in bending and shear, as functions of its measure of material u.
 
 For a pin u = 1 - (d/D)^2, in units of the solid section. Bending: f = 1/v = 1/(u (2 - u)), convex. Shear: Cowper's
 coefficient of a tube, 1/(k A) = g(u)/A0 with
@@ -7,8 +7,9 @@ coefficient of a tube, 1/(k A) = g(u)/A0 with
 
 decreasing, convex up to about u = 0.9 and concave from there to the solid section. The flexibility of a station,
 bend f + shear g, may therefore be concave close to the solid section. Its convex envelope follows it up to the point
-whose tangent passes through its value at 1, and that tangent from there on: never above it, and equal to it wherever
-the minimum of u + lambda (bend f + shear g) can lie. The third derivatives of f and g are negative for every u.
+whose tangent passes through its value at 1, and that tangent from there on. The envelope is never above it, and equal
+to it wherever the minimum of u + lambda (bend f + shear g) can lie. The third derivatives of f and g are negative for
+every u.
 
 For a bushing u = (D^2 - d^2)/l^2, l the bore, or any length for a bar without one. Both cases are
 
@@ -43,7 +44,7 @@ class ShearFlexibility:
 
 @kernel
 def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f and g."""
+    """Return f and g."""
     c = 1.0 / abs(u + 2.0 * kappa)
     f = c / u
     return f, a / u + 0.5 * b * (abs(kappa) * f + kappa * c * c)
@@ -51,7 +52,7 @@ def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, fl
 
 @kernel
 def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f' and g'."""
+    """Return f' and g'."""
     r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
     df = -r * abs(c) * (r + c)
     return df, -a * r * r + 0.5 * b * abs(kappa) * (df - 2.0 * abs(c * c * c))
@@ -59,15 +60,15 @@ def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
 
 @kernel
 def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
-    """f'' and g''; for the pin g'' decreases and is zero at the inflection point."""
+    """Return f'' and g''; for the pin g'' decreases and is zero at the inflection point."""
     r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
     d2f = 2.0 * r * abs(c) * (r * r + r * c + c * c)
     return d2f, 2.0 * a * r * r * r + 0.5 * b * (abs(kappa) * d2f + 6.0 * kappa * c * c * c * c)
 
 
 @kernel
-def line_from(bend: float, shear: float, a: float, b: float) -> float:
-    """Return the u from which the convex envelope of h = bend f + shear g of a pin is linear to (1, h(1)); 1: nowhere.
+def envelope_line_start(bend: float, shear: float, a: float, b: float) -> float:
+    """Return the u from which the convex envelope of a pin's h = bend f + shear g is linear, up to u = 1; 1: nowhere.
 
     h + h' e = h(1) with e = 1 - u; divided by the common factor e^2 this is
     shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, decreasing on the left, increasing on the right.
@@ -87,8 +88,9 @@ def line_from(bend: float, shear: float, a: float, b: float) -> float:
 
 
 @kernel
-def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
-    """(h(u) - h(1))/(1 - u), -h'(1) at u = 1: rate of decrease of a pin's h along the chord to the solid section."""
+def chord_decrease(u: float, bend: float, shear: float, a: float, b: float) -> float:
+    """Return (h(u) - h(1))/(1 - u), -h'(1) at u = 1: rate of decrease of a pin's h along the chord to the solid
+    section."""
     e = 1.0 - u
     c = 1.0 + e
     return (bend * e / c + shear * (a + b / (c * c))) / u
@@ -96,7 +98,7 @@ def chord(u: float, bend: float, shear: float, a: float, b: float) -> float:
 
 @kernel
 def densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
-    """bend f + shear g at stations (n,): 0 where unloaded, inf where a loaded section has no wall."""
+    """Return bend f + shear g at stations, (n,): 0 where unloaded, inf where a loaded section has no wall."""
     out = np.zeros_like(u)
     for i in range(u.size):
         if bend[i] == 0.0 and shear[i] == 0.0:

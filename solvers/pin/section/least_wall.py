@@ -1,13 +1,13 @@
-"""Least walls under strength constraints (``solvers.pin.section.strength``), of pins and of bushings.
+"""Minimum walls of pins and bushings under strength constraints (``solvers.pin.section.strength``).
 
-Pin: v(w) = F(w). v - F is concave (v is, F is convex) and not positive at the start, so Newton's method converges
-monotonically from below for every load. Two starting values lie below the root: where v reaches F(1), since F
-decreases, which is close for heavy loads, and where the tangents of v and F at w = 0 intersect, which is close for
-light ones.
+Pin: v(w) = F(w). v is concave and F convex, so v - F is concave; at the start it is not positive, so Newton's method
+converges monotonically from below for every load. Two starting values lie below the root: the w at which v = F(1),
+since F decreases (close to the root for heavy loads), and the intersection of the tangents of v and F at w = 0 (close
+to it for light loads).
 
-Bushing: G(t) = 1 around a bore d. Each term of G decreases between 1/t (thin wall) and 1/t^3 (no bore), and so does G:
-d ln G/d ln t lies in [-3, -1]. So every value of G brackets the root, one exists for every finite load, and Newton's
-method in ln t converges to it.
+Bushing: G(t) = 1 for a given bore d. Each term of G decreases at least as 1/t (thin wall) and at most as 1/t^3 (no
+bore), hence so does G: d ln G/d ln t lies in [-3, -1]. So every value of G brackets the root, which exists for every
+finite load, and Newton's method in ln t converges to it.
 """
 
 from __future__ import annotations
@@ -25,17 +25,17 @@ Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 200
 _TINY = 1e-140
-"""F below which its squares approach underflow; the wall is then F/4 to full precision."""
+"""F below which its square approaches underflow; the wall is then F/4 to full precision."""
 _QUADRATIC = 1e-9
-"""Relative step, or size of ln G, from which one more step of Newton's method is exact to rounding."""
+"""Relative step, or magnitude of ln G, below which one more Newton step is exact to rounding."""
 
 
 def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
     """Return the least relative wall w of a pin at every station, (n,), at least ``floor``; NaN where the solid
     section fails.
 
-    Valid for any load; the relative error is a few rounding errors times the condition of the problem, which is
-    unbounded only at F(1) -> 1 without shear (w -> 1 as the fourth root of the margin).
+    Valid for any load; the relative error is a few rounding errors times the condition number of the problem, which is
+    unbounded only for F(1) -> 1 without shear (1 - w is the fourth root of the margin).
     """
     out = np.full(stations, floor)
     for c in constraints:
@@ -43,11 +43,11 @@ def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations
     return out
 
 
-def least_gap(constraints: Sequence[StrengthConstraint], bore: float, floor: float, stations: int) -> Array:
-    """Return the least t = D - d [m] of a bushing at every station, (n,), at least ``floor``."""
+def least_bushing_wall(constraints: Sequence[StrengthConstraint], bore: float, floor: float, stations: int) -> Array:
+    """Return the minimum t = D - d [m] of a bushing at every station, (n,), not below ``floor``."""
     out = np.full(stations, floor)
     for c in constraints:
-        _raise_gaps(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, out)
+        _raise_bushing_walls(c.bending, c.shear, c.axial, c.torsion, c.law.c0, c.law.c1, c.law.c2, bore, out)
     return out
 
 
@@ -70,10 +70,10 @@ def _raise_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c
                 b = 1.0 - w
                 p, r = m[i] + n * (1.0 + b * b), q[i] * (c0 + w * (c1 + w * c2)) + t
                 f = math.sqrt(p * p + r * r)
-                short = f - w * (2.0 - w) * (1.0 + b * b)
+                excess = f - w * (2.0 - w) * (1.0 + b * b)
                 # f times the slope of v - F.
                 slope = 4.0 * b * b * b * f + (2.0 * n * b * p - q[i] * (c1 + 2.0 * c2 * w) * r)
-                step = short * f / slope if short > 0.0 else 0.0
+                step = excess * f / slope if excess > 0.0 else 0.0
                 w = min(w + step, 1.0)
                 # The curvature is below 20, so unless the slope is small the step after a small one is below rounding.
                 if step <= (_QUADRATIC if slope > 0.1 * f else 2.0 * _EPS) * w:
@@ -84,7 +84,7 @@ def _raise_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c
 
 
 @kernel
-def _raise_gaps(
+def _raise_bushing_walls(
     bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, d: float, out: Array
 ) -> None:  # fmt: skip
     last = 0.0
@@ -95,23 +95,23 @@ def _raise_gaps(
         # Start from the neighbour's value; without one, from the cube root of the bending term and the square roots of
         # the shear and axial terms.
         t = last if last > 0.0 else (m + s) ** (1.0 / 3.0) + math.sqrt(q * (c0 + c1 + c2)) + math.sqrt(n)
-        low, high, before = 0.0, np.inf, np.inf
+        low, high, previous = 0.0, np.inf, np.inf
         for _ in range(_MAX_STEPS):
-            g, fall = utilisation(t, d, m, n, q, s, c0, c1, c2)
+            g, exponent = utilisation(t, d, m, n, q, s, c0, c1, c2)
             root = g ** (1.0 / 3.0)
             low, high = max(low, t * min(g, root)), min(high, t * max(g, root))
-            off = math.log(g)
-            if abs(off) <= 2.0 * _EPS:
+            log_utilisation = math.log(g)
+            if abs(log_utilisation) <= 2.0 * _EPS:
                 break
             if not low < high:
                 # The bracket has collapsed to rounding error.
                 t = 0.5 * (low + high)
                 break
-            new = t * math.exp(off / min(max(fall, 1.0), 3.0))
-            done = abs(off) <= _QUADRATIC and low < new < high
-            if not done and (not low < new < high or abs(off) > 0.5 * before):
+            new = t * math.exp(log_utilisation / min(max(exponent, 1.0), 3.0))
+            done = abs(log_utilisation) <= _QUADRATIC and low < new < high
+            if not done and (not low < new < high or abs(log_utilisation) > 0.5 * previous):
                 new = math.sqrt(low) * math.sqrt(high)
-            before = abs(off)
+            previous = abs(log_utilisation)
             done = done or abs(new - t) <= _EPS * t
             t = new
             if done:

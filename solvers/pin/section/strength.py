@@ -15,7 +15,7 @@ bore d and any outer diameter D is
     G(t) = sqrt(p^2 + r^2)/(stress (D^4 - d^4)) <= 1,   p = (32/pi) M D + (4/pi) N (D^2 + d^2),
     r = k (Q (c0 D^2 + c1 D t + c2 t^2) + (16/pi) T D):
 
-with the coefficients above those of a pin in units of its diameter, with those for a diameter of 1 m any part's.
+with the coefficients above it holds for a pin in units of its diameter, with those for a diameter of 1 m for any part.
 """
 
 from __future__ import annotations
@@ -82,7 +82,7 @@ def strength_constraints(
 
 @kernel
 def utilisation(t: float, d: float, m: float, n: float, q: float, s: float, c0: float, c1: float, c2: float):
-    """Return G and -d ln G/d ln t of a section of bore d and t = D - d."""
+    """Return G and -d ln G/d ln t of a section with bore d and t = D - d."""
     D = d + t
     full = t * (2.0 * d + t) * (D * D + d * d)
     shape = d * (c0 * d + (2.0 * c0 + c1) * t) + (c0 + c1 + c2) * t * t
@@ -93,30 +93,30 @@ def utilisation(t: float, d: float, m: float, n: float, q: float, s: float, c0: 
         return 0.0, 1.0
     a, b = p / size, r / size
     f = math.sqrt(a * a + b * b)
-    fall = 4.0 * D * D * D * t / full - t * (a * dp + b * dr) / (size * f * f)
-    return size * f / full, fall
+    exponent = 4.0 * D * D * D * t / full - t * (a * dp + b * dr) / (size * f * f)
+    return size * f / full, exponent
 
 
 @kernel
-def _raise_uses(
-    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, bore: Array, gap: Array,
+def _raise_utilisations(
+    bending: Array, shear: Array, n: float, s: float, c0: float, c1: float, c2: float, bore: Array, thickness: Array,
     out: Array,
 ) -> None:  # fmt: skip
     for i in range(out.size):
         if max(bending[i], shear[i], n, s) > 0.0:
-            use = np.inf
-            if gap[i] > 0.0:
-                use = utilisation(gap[i], bore[i], bending[i], n, shear[i], s, c0, c1, c2)[0]
-            out[i] = max(out[i], use)
+            value = np.inf
+            if thickness[i] > 0.0:
+                value = utilisation(thickness[i], bore[i], bending[i], n, shear[i], s, c0, c1, c2)[0]
+            out[i] = max(out[i], value)
 
 
-def uses(constraints: Sequence[StrengthConstraint], bore: Array, gap: Array) -> Array:
+def utilisations(constraints: Sequence[StrengthConstraint], bore: Array, thickness: Array) -> Array:
     """Return the maximum G of the criterion and of the shear allowable, (2, n), at d and t = D - d, (n,) each.
 
     1 at full utilisation, inf where a loaded section has no wall, 0 where unloaded.
     """
-    out = np.zeros((2, gap.size))
+    out = np.zeros((2, thickness.size))
     for c in constraints:
         row, law = out[int(c.separate)], c.law
-        _raise_uses(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, bore, gap, row)
+        _raise_utilisations(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, bore, thickness, row)
     return out

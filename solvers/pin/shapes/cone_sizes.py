@@ -4,9 +4,9 @@ Shapes (``tapers``) on one half: positions t are fractions of its length, bores 
 The bore d = s f(t; r, c) of size s satisfies the strength if d <= the allowed bore at every station, the slope limit
 if s (1 - r) <= steep c, and the deflection limit if
 
-    sum share (bend/v(u) + shear phi(u)) <= limit,    u = (1 - d) (1 + d),
+    sum weight (bend/v(u) + shear phi(u)) <= limit,    u = (1 - d) (1 + d),
 
-v and phi as in ``solvers.pin.section.flexibility``.
+1/v = f and phi = g as in ``solvers.pin.section.flexibility``.
 """
 
 from __future__ import annotations
@@ -21,16 +21,16 @@ from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import flexibilities
-from solvers.pin.shapes.tapers import hollow, relative_bore
+from solvers.pin.shapes.tapers import relative_bore, unit_volume
+from solvers.pin.stations.initial_panels import kinks
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
-from solvers.pin.stations.opening import kinks
 
 Array = NDArray[np.float64]
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
-"""Initial cells of the half for the widest bore at a cone's corner, and their minimum width."""
+"""Initial number of cells of the half in the table of corner bores, and minimum width of a cell."""
 _CORNER_RISE, _COARSE_CORNER = 1e-2, 1e-4
-"""Tolerance of a corner's bore between samples: its increase with the square of the distance from the best cones', and
-its maximum."""
+"""Tolerance of a corner's bore between samples: its increase with the square of the distance from the best cones'
+corners, and its maximum."""
 _EXACT = 1.2e-15
 """Relative width at which the bracket of a size has collapsed to rounding."""
 _MAX_STEPS = 120
@@ -38,45 +38,49 @@ _DIRECTIONS = 16
 """Directions of the pattern search."""
 _FIRST_STEP, _LAST_STEP = 0.05, 1e-4
 """Steps of the search, the last as a fraction of the gap."""
-FINE = 1e-2
-"""Relative error of sizes as a fraction of the gap that is sought."""
+SIZE_TOLERANCE = 1e-2
+"""Relative error of sizes as a fraction of the requested gap."""
 
 
-class Bar(NamedTuple):
-    """Half of a pin for cones: positions ``x`` of the stations, the widest ``bore`` that strength allows there,
-    quadrature shares and deflection coefficients, (n,) each; Cowper's constants, the deflection limit and the slope
-    limit's coefficient ``steep``, infinite without one. ``corners`` (3, m): positions from 0 to 1 with the widest bore
-    there and its excess over linear interpolation up to the next, for cones that are widest where they end; empty
-    for others."""
+class HalfBar(NamedTuple):
+    """Half of a pin for cones.
+
+    At the stations, (n,) each: position ``x``, the widest ``bore`` that strength allows, quadrature ``weight``,
+    deflection coefficients ``bend`` and ``shear``. Cowper's constants, the deflection limit, and the
+    ``slope_coefficient`` of the slope limit, infinite without one. ``corners`` (3, m): positions from 0 to 1 with the
+    widest bore there and its excess over linear interpolation up to the next, for cones that are widest where they
+    end; empty for others.
+    """
 
     x: Array
     bore: Array
-    share: Array
+    weight: Array
     bend: Array
     shear: Array
     a: float
     b: float
     limit: float
-    steep: float
+    slope_coefficient: float
     corners: Array
 
 
-def bar_of(half: Program, corners: Array | None = None) -> Bar:
-    """Return a program of one half as cones need it, with ``corners_of`` it if cones are widest where they end."""
+def half_bar(half: Program, corners: Array | None = None) -> HalfBar:
+    """Return the data of a half-bar program that cones need; with ``corners`` if cones are widest where they end."""
     g, slope, limit = half.scene.geometry, half.limits.max_slope, half.limit
     middle = 0.5 * g.length
-    steep = math.inf if slope is None else slope * middle / g.outer_diameter
-    return Bar(
-        half.stations.x / middle, 1.0 - half.sought.wall_of(half.lower), half.share, half.bending, half.shear,
-        half.law.a, half.law.b, math.inf if limit is None else limit, steep,
+    slope_coefficient = math.inf if slope is None else slope * middle / g.outer_diameter
+    return HalfBar(
+        half.stations.x / middle, 1.0 - half.variable.wall_of(half.lower), half.weight, half.bending, half.shear,
+        half.law.a, half.law.b, math.inf if limit is None else limit, slope_coefficient,
         np.empty((3, 0)) if corners is None else corners,
     )  # fmt: skip
 
 
-def corners_of(half: Program, straight: float, best: tuple[float, ...]) -> Array:
-    """Return ``Bar.corners``, cells halved until the bore is linear in each to a tolerance, kinks included.
+def corner_table(half: Program, least_tolerance: float, best: tuple[float, ...]) -> Array:
+    """Return ``HalfBar.corners``, with cells halved until the bore is linear in each to a tolerance; kinks are edges.
 
-    It is ``straight`` at the positions ``best`` of corners and increases with the square of the distance from them.
+    The tolerance is ``least_tolerance`` at the corner positions ``best`` and increases with the square of the distance
+    from them.
     """
     scene = half.scene
 
@@ -87,22 +91,22 @@ def corners_of(half: Program, straight: float, best: tuple[float, ...]) -> Array
     edges = edges[np.concatenate([[True], np.diff(edges) > _MIN_CELL_WIDTH])]
     bore = bores(edges)
     while True:
-        wide = np.diff(edges)
-        bend = np.abs(np.diff(np.diff(bore) / wide))
-        above = 0.5 * wide * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
-        away = np.min([np.maximum(edges[:-1] - c, c - edges[1:]) for c in best], axis=0, initial=1.0).clip(0.0)
-        tolerance = straight + np.minimum(_CORNER_RISE * away * away, _COARSE_CORNER)
-        cut = np.flatnonzero((above > tolerance) & (wide > 2.0 * _MIN_CELL_WIDTH))
+        width = np.diff(edges)
+        bend = np.abs(np.diff(np.diff(bore) / width))
+        above = 0.5 * width * np.maximum(np.append(bend, bend[-1]), np.insert(bend, 0, bend[0]))
+        distance = np.min([np.maximum(edges[:-1] - c, c - edges[1:]) for c in best], axis=0, initial=1.0).clip(0.0)
+        tolerance = least_tolerance + np.minimum(_CORNER_RISE * distance * distance, _COARSE_CORNER)
+        cut = np.flatnonzero((above > tolerance) & (width > 2.0 * _MIN_CELL_WIDTH))
         if not cut.size:
             return np.stack([edges, bore, np.append(above, 0.0)])
-        middles = edges[cut] + 0.5 * wide[cut]
+        middles = edges[cut] + 0.5 * width[cut]
         edges, bore = np.insert(edges, cut + 1, middles), np.insert(bore, cut + 1, bores(middles))
 
 
 @kernel
-def corner_range(bar: Bar, c0: float, c1: float) -> tuple[float, float, float, float]:
-    """Return for the widest bore where a cone ends, c in [c0, c1]: its maximum, its logarithm in the middle, and the
-    range of that logarithm's slope; no limit if there are no corners."""
+def corner_range(bar: HalfBar, c0: float, c1: float) -> tuple[float, float, float, float]:
+    """Return, for the widest bore at the end of a cone with c in [c0, c1]: its maximum, its logarithm at the mid-range
+    c, and the range of that logarithm's slope; no limit if there are no corners."""
     if bar.corners.shape[1] == 0 or c0 >= 1.0:
         return 1.0, 0.0, 0.0, 0.0
     edges, bore, above = bar.corners[0], bar.corners[1], bar.corners[2]
@@ -110,25 +114,27 @@ def corner_range(bar: Bar, c0: float, c1: float) -> tuple[float, float, float, f
     while high - low > 1:
         half = (low + high) // 2
         low, high = (half, high) if edges[half] <= c0 else (low, half)
-    most, least, slow, fast, lift, at = 0.0, np.inf, np.inf, -np.inf, 0.0, 0.0
+    most, least, least_slope, greatest_slope, max_excess, at = 0.0, np.inf, np.inf, -np.inf, 0.0, 0.0
     for k in range(low, edges.size - 1):
         if k > low and edges[k] >= c1:
             break
         slope = (bore[k + 1] - bore[k]) / (edges[k + 1] - edges[k])
         begin, end = bore[k] + slope * max(c0 - edges[k], 0.0), bore[k] + slope * (min(c1, edges[k + 1]) - edges[k])
         most, least = max(most, begin + above[k], end + above[k]), min(least, begin, end)
-        slow, fast, lift = min(slow, slope), max(fast, slope), max(lift, above[k])
+        least_slope, greatest_slope = min(least_slope, slope), max(greatest_slope, slope)
+        max_excess = max(max_excess, above[k])
         if edges[k] <= middle <= edges[k + 1]:
             at = bore[k] + slope * (middle - edges[k])
     if not least > 0.0:
         return most, np.inf, 0.0, 0.0
-    slow, fast = slow / (most if slow > 0.0 else least), fast / (least if fast > 0.0 else most)
-    return most, math.log(at) + lift / least, slow, fast
+    least_slope /= most if least_slope > 0.0 else least
+    greatest_slope /= least if greatest_slope > 0.0 else most
+    return most, math.log(at) + max_excess / least, least_slope, greatest_slope
 
 
 @kernel
-def split(bar: Bar, first_end: float, last_end: float, out: Array) -> int:
-    """Write positions, shares and deflection coefficients of the stations into ``out`` (4, m), splitting loaded panels
+def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) -> int:
+    """Write positions, weights and deflection coefficients of the stations into ``out`` (4, m), splitting loaded panels
     at two positions; return the number of stations, at most 2 NODES more than the bar's.
 
     Quadrature across the kink where a cone ends has a relative deflection error of 1e-4, which a search would
@@ -137,21 +143,21 @@ def split(bar: Bar, first_end: float, last_end: float, out: Array) -> int:
     """
     count = 0
     for first in range(0, bar.x.size, NODES):
-        begin, wide = bar.x[first], bar.x[first + NODES - 1] - bar.x[first]
-        pulls = False
+        begin, width = bar.x[first], bar.x[first + NODES - 1] - bar.x[first]
+        loaded = False
         for j in range(first, first + NODES):
-            pulls = pulls or bar.bend[j] != 0.0 or bar.shear[j] != 0.0
-        if not pulls or not (begin < first_end < begin + wide or begin < last_end < begin + wide):
+            loaded = loaded or bar.bend[j] != 0.0 or bar.shear[j] != 0.0
+        if not loaded or not (begin < first_end < begin + width or begin < last_end < begin + width):
             for j in range(first, first + NODES):
                 out[0, count], out[1, count], out[2, count], out[3, count] = (
-                    bar.x[j], bar.share[j], bar.bend[j], bar.shear[j],
+                    bar.x[j], bar.weight[j], bar.bend[j], bar.shear[j],
                 )  # fmt: skip
                 count += 1
             continue
         low = 0.0
         for k in range(3):
             end = first_end if k == 0 else last_end
-            high = min(max((end - begin) / wide, low), 1.0) if k < 2 else 1.0
+            high = min(max((end - begin) / width, low), 1.0) if k < 2 else 1.0
             if high <= low:
                 continue
             for j in range(NODES):
@@ -162,11 +168,11 @@ def split(bar: Bar, first_end: float, last_end: float, out: Array) -> int:
                     if apart == 0.0:
                         whole, bent, sheared = 1.0, bar.bend[first + i], bar.shear[first + i]
                         break
-                    weight = NODE_WEIGHTS[i] / apart
-                    whole += weight
-                    bent += weight * bar.bend[first + i]
-                    sheared += weight * bar.shear[first + i]
-                out[0, count], out[1, count] = begin + wide * t, (high - low) * bar.share[first + j]
+                    factor = NODE_WEIGHTS[i] / apart
+                    whole += factor
+                    bent += factor * bar.bend[first + i]
+                    sheared += factor * bar.shear[first + i]
+                out[0, count], out[1, count] = begin + width * t, (high - low) * bar.weight[first + j]
                 out[2, count], out[3, count] = max(bent / whole, 0.0), max(sheared / whole, 0.0)
                 count += 1
             low = high
@@ -174,16 +180,16 @@ def split(bar: Bar, first_end: float, last_end: float, out: Array) -> int:
 
 
 @kernel
-def stiff_size(
-    bar: Bar, turn: int, r: float, c: float, most: float, tolerance: float, work: Array
+def size_for_deflection(
+    bar: HalfBar, direction: int, r: float, c: float, most: float, tolerance: float, work: Array
 ) -> tuple[float, float]:  # fmt: skip
-    """Return a bracket of the maximum size up to ``most`` under the deflection limit, relative width ``tolerance``.
+    """Return a bracket, of relative width ``tolerance``, of the maximum size up to ``most`` under the deflection limit.
 
     Regula falsi in limit/deflection - 1, which is -1 where no section is left, with a bisection every fourth step.
     """
     if bar.limit == np.inf:
         return most, most
-    count = split(bar, c, c, work)
+    count = split_panels(bar, c, c, work)
     low, high, at_low, at_high, last = 0.0, most, 1.0, -1.0, 0
     for step in range(_MAX_STEPS):
         if step == 0:
@@ -197,7 +203,7 @@ def stiff_size(
         for i in range(count):
             if work[2, i] == 0.0 and work[3, i] == 0.0:
                 continue
-            d = tried * relative_bore(turn, r, c, work[0, i])
+            d = tried * relative_bore(direction, r, c, work[0, i])
             u = (1.0 - d) * (1.0 + d)
             if u <= 0.0:
                 total = np.inf
@@ -223,76 +229,78 @@ def stiff_size(
 
 
 @kernel
-def stiffest(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> tuple[float, float]:
-    """As ``stiff_size`` for every size that leaves a wall in the loaded sections, beyond the outer diameter in others;
-    infinite without a limit."""
+def greatest_size_for_deflection(
+    bar: HalfBar, direction: int, r: float, c: float, tolerance: float, work: Array
+) -> tuple[float, float]:
+    """As ``size_for_deflection``, over all sizes that leave a wall in the loaded sections: bores of unloaded
+    sections may exceed the outer diameter. Infinite without a limit."""
     widest = 0.0
     for i in range(bar.x.size):
         if bar.bend[i] != 0.0 or bar.shear[i] != 0.0:
-            widest = max(widest, relative_bore(turn, r, c, bar.x[i]))
+            widest = max(widest, relative_bore(direction, r, c, bar.x[i]))
     if bar.limit == np.inf or widest <= 0.0:
         return np.inf, np.inf
-    return stiff_size(bar, turn, r, c, 1.0 / widest, tolerance, work)
+    return size_for_deflection(bar, direction, r, c, 1.0 / widest, tolerance, work)
 
 
 @kernel
-def strong_size(bar: Bar, turn: int, r: float, c: float) -> float:
+def size_for_strength(bar: HalfBar, direction: int, r: float, c: float) -> float:
     """Return the maximum size of a shape under strength."""
     size = 1.0
     for i in range(bar.x.size):
-        shape = relative_bore(turn, r, c, bar.x[i])
+        shape = relative_bore(direction, r, c, bar.x[i])
         if bar.bore[i] < size * shape:
             size = bar.bore[i] / shape
     return size
 
 
 @kernel
-def size_of(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> float:
+def size_of(bar: HalfBar, direction: int, r: float, c: float, tolerance: float, work: Array) -> float:
     """Return the maximum size of a shape relative to the outer diameter, at most ``tolerance`` less."""
-    size = min(strong_size(bar, turn, r, c), corner_range(bar, c, c)[0])
+    size = min(size_for_strength(bar, direction, r, c), corner_range(bar, c, c)[0])
     if r < 1.0:
-        size = min(size, bar.steep * c / (1.0 - r))
-    return stiff_size(bar, turn, r, c, size, tolerance, work)[0]
+        size = min(size, bar.slope_coefficient * c / (1.0 - r))
+    return size_for_deflection(bar, direction, r, c, size, tolerance, work)[0]
 
 
 @kernel
-def workspace(bar: Bar) -> Array:
-    """Room for the results of ``split``."""
+def workspace(bar: HalfBar) -> Array:
+    """Return an array for the results of ``split_panels``."""
     return np.empty((4, bar.x.size + 2 * NODES))
 
 
 @kernel
-def bore_volume(bar: Bar, turn: int, r: float, c: float, tolerance: float, work: Array) -> float:
+def bore_volume(bar: HalfBar, direction: int, r: float, c: float, tolerance: float, work: Array) -> float:
     """Return the maximum bore volume of a shape; ``tolerance`` is that of the size."""
-    size = size_of(bar, turn, r, c, tolerance, work)
-    return size * size * hollow(turn, r, c)
+    size = size_of(bar, direction, r, c, tolerance, work)
+    return size * size * unit_volume(direction, r, c)
 
 
 @kernel
-def climb(
-    bar: Bar, turn: int, rs: Array, cs: Array, c_low: float, gap: float, work: Array
+def pattern_search(
+    bar: HalfBar, direction: int, rs: Array, cs: Array, c_low: float, gap: float, work: Array
 ) -> tuple[float, float, float]:  # fmt: skip
     """Return (bore volume, r, c) of the best shape, c in [c_low, 1], from the grid rs x cs by pattern search.
 
     Sixteen directions; the step doubles on success, a gain beyond the error of sizes, and is halved otherwise. Sizes
     and the last step are finer than the relative ``gap``.
     """
-    gain, r, c, step, fine = -1.0, 0.0, c_low, _FIRST_STEP, FINE * gap
+    gain, r, c, step, size_tolerance = -1.0, 0.0, c_low, _FIRST_STEP, SIZE_TOLERANCE * gap
     for r1 in rs:
         for c1 in cs:
-            trial = bore_volume(bar, turn, r1, c1, fine, work)
+            trial = bore_volume(bar, direction, r1, c1, size_tolerance, work)
             if trial > gain:
                 gain, r, c = trial, r1, c1
     while step > _LAST_STEP * gap:
         better = False
-        # If the cone occupies the whole half, only two directions exist.
+        # If the cone occupies the whole half, c = 1 and the search is along r only.
         for way in range(0, _DIRECTIONS, 1 if c_low < 1.0 else _DIRECTIONS // 2):
             angle = 2.0 * math.pi * way / _DIRECTIONS
             r1 = min(max(r + step * math.cos(angle), 0.0), 1.0)
             c1 = min(max(c + step * math.sin(angle), c_low), 1.0)
-            trial = bore_volume(bar, turn, r1, c1, fine, work)
-            # Less is the error of sizes: the search would creep along a ridge.
-            if trial > gain * (1.0 + 2.0 * fine):
+            trial = bore_volume(bar, direction, r1, c1, size_tolerance, work)
+            # A smaller gain may be an error of sizes, with which the search would creep along a ridge.
+            if trial > gain * (1.0 + 2.0 * size_tolerance):
                 gain, r, c, better = trial, r1, c1, True
                 break
         step *= 2.0 if better else 0.5

@@ -1,9 +1,9 @@
 """Conversion of a curve given at the stations into a few cubics for drawings and solid models.
 
 Between its kinks, a designed diameter is a smooth function of the position. Over each panel it is the polynomial of
-degree 8 through Lobatto's nodes; it is replaced by cubics with its values and slopes at their ends, each as long as
-it stays within the tolerance at every node it spans. Where no cubic does, the polynomial is bisected; in panels with
-a kink or a step, where it would form waves, straight segments from node to node are used.
+degree 8 through the Lobatto nodes. It is replaced by cubic Hermite interpolants, each as long as it stays within the
+tolerance at every node it spans. Where no cubic does, the polynomial is bisected; in panels with a kink or a step,
+where it would oscillate, straight segments from node to node are used.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _POSITION_TOLERANCE = 1e-9
 """Relative to the length: positions closer than manufacturing can resolve."""
 
 _UNRESOLVED = 1e-4
-"""Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which it holds a kink."""
+"""Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which a kink is assumed."""
 _MAX_BISECTIONS = 5
 _SAMPLES = np.linspace(0.0, 1.0, 9)
 
@@ -52,9 +52,9 @@ class Cubic:
 @cache
 def _differentiation_matrix() -> Array:
     """Return the barycentric differentiation matrix at the nodes on [-1, 1], (9, 9)."""
-    apart = NODE_PLACES[:, None] - NODE_PLACES
-    np.fill_diagonal(apart, 1.0)
-    table = NODE_WEIGHTS / NODE_WEIGHTS[:, None] / apart
+    differences = NODE_PLACES[:, None] - NODE_PLACES
+    np.fill_diagonal(differences, 1.0)
+    table = NODE_WEIGHTS / NODE_WEIGHTS[:, None] / differences
     np.fill_diagonal(table, 0.0)
     np.fill_diagonal(table, -table.sum(axis=1))
     return table
@@ -80,7 +80,7 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
         else:
             pieces.append(piece)
         begin = end
-    # Close the gaps left by dropped panels, which were too narrow: those are steps.
+    # Close the gaps of panels dropped as too narrow: they are steps.
     closed = [
         Cubic(before.end if before else 0.0, p.end, p.first, p.last, p.slope_first, p.slope_last)
         for before, p in zip([None, *pieces[:-1]], pieces, strict=True)
@@ -107,8 +107,8 @@ def _longest_cubic(x: Array, values: Array, slopes: Array, begin: int, tolerance
             float(x[begin, 0]), float(x[last, -1]), float(values[begin, 0]), float(values[last, -1]),
             float(slopes[begin, 0]), float(slopes[last, -1]),
         )  # fmt: skip
-        off = np.abs(piece.at(x[begin : last + 1]) - values[begin : last + 1])
-        if not off.max() <= tolerance:
+        error = np.abs(piece.at(x[begin : last + 1]) - values[begin : last + 1])
+        if not error.max() <= tolerance:
             break
         best, end = piece, last + 1
         stride += 1
@@ -117,7 +117,7 @@ def _longest_cubic(x: Array, values: Array, slopes: Array, begin: int, tolerance
 
 def _bisected(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
     """Split a panel's polynomial into cubics by repeated bisection; None if the maximum depth is exceeded, or if the
-    polynomial forms waves about a kink, so that its last Chebyshev coefficients have not decayed."""
+    polynomial oscillates about a kink, so that its last Chebyshev coefficients have not decayed."""
     series = Chebyshev.fit(x, values, NODES - 1, domain=(x[0], x[-1]))
     sizes = np.abs(series.coef[1:])
     if sizes[-2:].max() > _UNRESOLVED * sizes.max():
@@ -128,8 +128,8 @@ def _bisected(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
     while left:
         a, b, halvings = left.pop()
         piece = Cubic(a, b, float(series(a)), float(series(b)), float(slope(a)), float(slope(b)))
-        between = a + (b - a) * _SAMPLES
-        if np.abs(piece.at(between) - series(between)).max() <= tolerance:
+        samples = a + (b - a) * _SAMPLES
+        if np.abs(piece.at(samples) - series(samples)).max() <= tolerance:
             found.append(piece)
         elif halvings:
             middle = 0.5 * (a + b)
@@ -145,8 +145,8 @@ def _lines(x: Array, values: Array, tolerance: float) -> list[Cubic]:
     while begin < NODES - 1:
         end = begin + 1
         for far in range(begin + 2, NODES):
-            between = np.interp(x[begin:far], x[[begin, far]], values[[begin, far]])
-            if not np.abs(between - values[begin:far]).max() <= tolerance:
+            samples = np.interp(x[begin:far], x[[begin, far]], values[[begin, far]])
+            if not np.abs(samples - values[begin:far]).max() <= tolerance:
                 break
             end = far
         slope = float((values[end] - values[begin]) / (x[end] - x[begin]))

@@ -9,13 +9,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.pin.optimum.conic import sloped
+from solvers.pin.optimum.conic import slope_limited_optimum
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.optimum.found import Found
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.program import Program, Weighed, rising
-from solvers.pin.optimum.slope_limit import gentle, missed_by_slope
-from solvers.pin.stations.between_nodes import overlooked
+from solvers.pin.optimum.lagrangian import minimum_volume
+from solvers.pin.optimum.program import DualSolution, Program, monotone_majorant
+from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.slope_limit import slope_limit_error, slope_limited
+from solvers.pin.stations.between_nodes import running_maximum_error
 from solvers.pin.stations.lobatto_panels import Stations
 
 Array = NDArray[np.float64]
@@ -25,33 +25,36 @@ _STRENGTH_METHOD, _DUAL_METHOD = (
 )
 
 
-def missed_by_order(stations: Stations, lower: Array, anchor: int) -> Array:
-    """Return the underestimate between stations of values non-decreasing toward the middle, per panel."""
-    first = np.arange(lower.size) < anchor
+def monotonicity_error(stations: Stations, lower: Array, middle_index: int) -> Array:
+    """Return the error of a monotone majorant of ``lower`` due to maxima between stations, per panel."""
+    first = np.arange(lower.size) < middle_index
     most = float(lower.max()) + 1.0
-    missed = overlooked(stations, np.where(first, lower, most))
-    if anchor < lower.size:
-        missed = missed + overlooked(stations, np.where(first, most, lower), forward=False)
+    missed = running_maximum_error(stations, np.where(first, lower, most))
+    if middle_index < lower.size:
+        missed = missed + running_maximum_error(stations, np.where(first, most, lower), forward=False)
     return missed
 
 
-def _missed(program: Program, drillable: bool) -> Array:
-    """Return the volume underestimated between stations by a drillable or slope-limited shape, per panel."""
+def _interpolation_error(program: Program, drillable: bool) -> Array:
+    """Return the volume error of a drillable or slope-limited shape due to maxima between stations, per panel."""
     missed, low = np.zeros(program.stations.left.size), program.lower
     if drillable:
-        missed, low = missed_by_order(program.stations, low, program.anchor), rising(low, program.anchor)
+        missed, low = (
+            monotonicity_error(program.stations, low, program.middle_index),
+            monotone_majorant(low, program.middle_index),
+        )
     if program.limits.max_slope is not None:
-        missed = missed + missed_by_slope(program, low)
+        missed = missed + slope_limit_error(program, low)
     return missed
 
 
-def _doubt(program: Program, weighed: Weighed, drillable: bool) -> Array:
-    """Return the error estimate of the volume per panel, including that of the deflection times its multiplier."""
-    doubt = program.stations.doubt(weighed.solidity) + _missed(program, drillable)
-    if program.limit is not None and 0.0 < weighed.multiplier < math.inf:
-        density = program.densities(weighed.solidity)
-        doubt = doubt + weighed.multiplier / program.limit * program.stations.doubt(density)
-    return doubt
+def _error_estimate(program: Program, solution: DualSolution, drillable: bool) -> Array:
+    """Return the error estimate of the volume per panel, including the deflection's error times the multiplier."""
+    error_estimate = program.stations.error_estimate(solution.solidity) + _interpolation_error(program, drillable)
+    if program.limit is not None and 0.0 < solution.multiplier < math.inf:
+        density = program.densities(solution.solidity)
+        error_estimate = error_estimate + solution.multiplier / program.limit * program.stations.error_estimate(density)
+    return error_estimate
 
 
 @dataclass(frozen=True)
@@ -64,31 +67,33 @@ class Free:
     def name(self) -> str:
         return "drillable" if self.drillable else "free"
 
-    def find(self, program: Program, gap: float) -> Found | None:
-        """See ``solvers.pin.optimum.found``."""
-        low = rising(program.lower, program.anchor) if self.drillable else program.lower
-        low = gentle(program, low)
+    def find(self, program: Program, gap: float) -> ShapeResult | None:
+        """See ``solvers.pin.optimum.shape_result``."""
+        low = monotone_majorant(program.lower, program.middle_index) if self.drillable else program.lower
+        low = slope_limited(program, low)
         if (
             program.limits.max_slope is not None
             and program.limit is not None
             and program.deflection(low) > program.limit
         ):
-            return sloped(program, low, self.drillable, gap)
-        weighed = weigh(program, low, self.drillable)
-        if weighed is None:
+            return slope_limited_optimum(program, low, self.drillable, gap)
+        solution = minimum_volume(program, low, self.drillable)
+        if solution is None:
             return None
-        if weighed.multiplier == 0.0:
+        if solution.multiplier == 0.0:
             proof, method = partial(least_walls_bound, program, low), _STRENGTH_METHOD
         else:
             bound = monotone_bound if self.drillable else pointwise_bound
-            proof, method = partial(bound, program, low, weighed.multiplier, weighed.solidity), _DUAL_METHOD
+            proof, method = partial(bound, program, low, solution.multiplier, solution.solidity), _DUAL_METHOD
         evidence = {
-            "multiplier": weighed.multiplier if math.isfinite(weighed.multiplier) else "unbounded: only the solid span",
-            "rounds": weighed.rounds,
+            "multiplier": solution.multiplier
+            if math.isfinite(solution.multiplier)
+            else "unbounded: only the solid span",
+            "rounds": solution.iterations,
         }
-        return Found(
-            weighed.solidity, program.volume(weighed.solidity), proof, method, evidence,
-            doubt=_doubt(program, weighed, self.drillable),
+        return ShapeResult(
+            solution.solidity, program.volume(solution.solidity), proof, method, evidence,
+            error_estimate=_error_estimate(program, solution, self.drillable),
         )  # fmt: skip
 
 

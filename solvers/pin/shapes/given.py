@@ -62,7 +62,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class WholeProfile:
-    """Points from end to end; ``mirrored`` if those of one half were generated from the other's."""
+    """Points from end to end; ``mirrored`` if those of the second half were generated from the first half's."""
 
     x: tuple[float, ...]
     bore: tuple[float, ...]
@@ -72,26 +72,26 @@ class WholeProfile:
     def places(self) -> tuple[float, ...]:
         return tuple(sorted(set(self.x)))
 
-    def is_symmetric(self, length: float, material: Array) -> bool:
-        """Return whether the profile is symmetric, to rounding of ``material``, the walls at the points.
+    def is_symmetric(self, length: float, walls: Array) -> bool:
+        """Return whether the profile is symmetric, to rounding of the ``walls`` at the points.
 
         Between the combined positions both profiles are linear, so it suffices to compare the ends of the segments,
         on both sides of a step.
         """
         if self.mirrored:
             return True
-        turned = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
-        edges = np.array(merged(sorted(self.x + turned.x), LEAST_PANEL * length))
-        side, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
-        ahead, behind = self.between(material, x, side), turned.between(material[::-1], x, side)
-        return bool(np.all(np.abs(ahead - behind) <= ROUNDING * np.maximum(ahead, behind)))
+        mirror_image = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
+        edges = np.array(merged(sorted(self.x + mirror_image.x), LEAST_PANEL * length))
+        panel_start, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
+        own, mirrored = self.between(walls, x, panel_start), mirror_image.between(walls[::-1], x, panel_start)
+        return bool(np.all(np.abs(own - mirrored) <= ROUNDING * np.maximum(own, mirrored)))
 
-    def between(self, values: Array, x: Array, side: Array) -> Array:
+    def between(self, values: Array, x: Array, panel_start: Array) -> Array:
         """Interpolate values given at the points to stations x: linear, with steps where two points share a
         position."""
         points = np.array(self.x)
         # The segment that begins at or before the panel, the last of several at the same position.
-        k = np.clip(np.searchsorted(points, side * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
-        run = points[k + 1] - points[k]
-        part = np.divide(x - points[k], run, out=np.zeros_like(x), where=run > 0.0)
-        return values[k] + np.clip(part, 0.0, 1.0) * (values[k + 1] - values[k])
+        k = np.clip(np.searchsorted(points, panel_start * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
+        width = points[k + 1] - points[k]
+        fraction = np.divide(x - points[k], width, out=np.zeros_like(x), where=width > 0.0)
+        return values[k] + np.clip(fraction, 0.0, 1.0) * (values[k + 1] - values[k])

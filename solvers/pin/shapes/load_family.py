@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import constraints_at
-from solvers.pin.optimum.sought import sought_in
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 
@@ -32,8 +32,8 @@ def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Ar
     No limits on wall and deflection; NaN where infeasible. A single pass over the stations.
     """
     loaded = scene if force == scene.force else replace(scene, force=force)
-    sought = sought_in(scene)
-    return sought.sizes(sought.least_walls(constraints_at(loaded, criterion, x, x), 0.0, x.size))
+    variable = design_variable_of(scene)
+    return variable.sizes(variable.least_walls(constraints_at(loaded, criterion, x, x), 0.0, x.size))
 
 
 def load_sweep(

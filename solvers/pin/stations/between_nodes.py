@@ -1,4 +1,4 @@
-"""Estimates of maxima, and of running maxima, between the stations of a panel."""
+"""Estimates of maxima and running maxima between the stations of a panel."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""
 
 
-def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
-    """Return by how much, relative, the global maximum may be exceeded within each panel, (n/NODES,).
+def maximum_excess(stations: Stations, values: Array, most: float = np.inf) -> Array:
+    """Return the estimated relative excess over the maximum at the stations within each panel, (n/NODES,).
 
     ``values`` of shape (k, n) are k non-negative quantities at every station, each with its own maximum. The
     estimate is twice the relative excess of parabolas through three neighbouring stations. With ``most``, an upper
@@ -23,20 +23,20 @@ def risen(stations: Stations, values: Array, most: float = np.inf) -> Array:
     on either side.
     """
     found = np.zeros(values.shape[1] // NODES)
-    _rise(stations.x, values, NODES, most, found)
+    _maximum_excess(stations.x, values, NODES, most, found)
     return found
 
 
-def overlooked(stations: Stations, values: Array, forward: bool = True) -> Array:
-    """Return per panel the underestimate of a running maximum over the stations, relative to the whole length.
+def running_maximum_error(stations: Stations, values: Array, forward: bool = True) -> Array:
+    """Return per panel the integrated error of a running maximum over the stations, relative to the whole length.
 
-    For a station that attains the running maximum, parabolas through it and its neighbours estimate the excess
-    of the true maximum, weighted with the length over which the value is held, and the dip before the next
-    station, weighted with the distance to it; both doubled as a safety factor. Without ``forward`` the maximum
-    runs from right to left.
+    At a station that attains the running maximum, parabolas through it and its neighbours estimate the excess of the
+    true maximum, weighted with the length over which it remains the running maximum, and the depth of a minimum before
+    the next station, weighted with the distance to it; both are doubled as a safety factor. Without ``forward`` the
+    maximum is taken from right to left.
     """
     missed = np.zeros(stations.left.size)
-    _overlook(stations.x, stations.share, values, stations.span, forward, missed)
+    _running_maximum_error(stations.x, stations.weight, values, stations.span, forward, missed)
     return missed
 
 
@@ -73,7 +73,7 @@ def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
 
 
 @kernel
-def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> None:
+def _maximum_excess(x: Array, values: Array, nodes: int, most: float, found: Array) -> None:
     for kind in range(values.shape[0]):
         y, top = values[kind], 0.0
         for i in range(y.size):
@@ -86,7 +86,7 @@ def _rise(x: Array, values: Array, nodes: int, most: float, found: Array) -> Non
             highest = 0.0
             for i in range(panel * nodes + 1, (panel + 1) * nodes - 1):
                 place, height = _parabola(x, y, 1.0, i)
-                # An end without load and wall, beside which values stay finite, does not indicate a maximum.
+                # A value of 0 at an end without load and wall does not indicate a maximum: the limit there is finite.
                 ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
                 highest = max(highest, height if x[i - 1] < place < x[i + 1] and not ends else y[i])
             rise = _SAFETY_FACTOR * (highest / top - 1.0)
@@ -114,25 +114,25 @@ def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float
 
 
 @kernel
-def _overlook(x: Array, share: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
-    """Write the result of ``overlooked`` into ``missed``."""
+def _running_maximum_error(x: Array, weight: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
+    """Write the result of ``running_maximum_error`` into ``missed``."""
     n = x.size
-    held, least = np.zeros(n), np.zeros(n)
+    held_length, attains = np.zeros(n), np.zeros(n)
     running, source = -np.inf, 0
     for k in range(n):
         i = k if forward else n - 1 - k
         if values[i] >= running:
-            running, source, least[i] = values[i], i, 1.0
-        held[source] += share[i]
+            running, source, attains[i] = values[i], i, 1.0
+        held_length[source] += weight[i]
     for first in range(NODES, n, NODES):
-        # Adjacent panels share a position, and the maximum may lie on either side.
-        held[first] = held[first - 1] = held[first] + held[first - 1]
+        # Adjacent panels have a position in common, and the maximum may lie on either side.
+        held_length[first] = held_length[first - 1] = held_length[first] + held_length[first - 1]
     for panel in range(missed.size):
         first = panel * NODES
         for j in range(NODES):
             i, before, behind = first + j, first + max(j - 1, 0), first + min(j + 1, NODES - 1)
-            if held[i] > 0.0:
-                missed[panel] += 2.0 * held[i] * _excess_beside(x, values, 1.0, first, j)
-            if least[i] > 0.0:
+            if held_length[i] > 0.0:
+                missed[panel] += 2.0 * held_length[i] * _excess_beside(x, values, 1.0, first, j)
+            if attains[i] > 0.0:
                 reach = (x[behind] - x[before]) / (behind - before) / span
                 missed[panel] += 2.0 * reach * _excess_beside(x, values, -1.0, first, j)

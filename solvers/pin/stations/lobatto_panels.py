@@ -1,7 +1,7 @@
-"""Stations along the pin: panels between the load boundaries, each with Lobatto nodes.
+"""Stations along the pin: panels between load boundaries, each with Lobatto nodes.
 
-Lobatto's rule includes the panel's ends, so the kinks of a profile are stations. Panels are refined where rules on
-subsets of the same nodes disagree.
+The Gauss-Lobatto rule includes the panel's ends, so that kinks of a profile are stations. Panels are refined where
+quadrature rules on subsets of the nodes disagree.
 """
 
 from __future__ import annotations
@@ -68,34 +68,34 @@ class Stations:
     """Contiguous panels between ``edges`` [m], ascending, and their nodes.
 
     ``left``, ``right`` and ``width`` [m] describe the panels, (m,), ``span`` [m] all of them. Of every node, (n,):
-    position ``x`` [m] with its rounding residual ``rest``; ``side``, the left end of its panel: loads that begin there
-    act on the station; ``share``, the quadrature weight relative to the whole length: they sum to 1 also if one half
-    of the bar represents both. ``rests`` are the rounding residuals of the edges: they keep the relative precision of
-    short panels far from the bar's end.
+    position ``x`` [m] with its rounding ``residual``; ``panel_start``, the left end of its panel: loads that begin
+    there act on the station; ``weight``, the quadrature weight relative to the whole length (the weights sum to 1 also
+    if one half of the bar represents both). ``residuals`` are the rounding residuals of the edges: they keep the
+    relative precision of short panels far from the bar's end.
     """
 
     edges: Array
-    rests: Array | float = 0.0
+    residuals: Array | float = 0.0
 
     def __post_init__(self) -> None:
-        self.rests = self.rests + np.zeros_like(self.edges)
+        self.residuals = self.residuals + np.zeros_like(self.edges)
         self.left, self.right, self.span = self.edges[:-1], self.edges[1:], float(self.edges[-1] - self.edges[0])
         self.width, table = np.empty(self.left.size), np.empty((4, NODES * self.left.size))
-        _lay_out(self.edges, self.rests, table, self.width)
-        self.x, self.rest, self.side, self.share = table
+        _lay_out(self.edges, self.residuals, table, self.width)
+        self.x, self.residual, self.panel_start, self.weight = table
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """Return the panels split at these positions."""
-        edges, rests = np.empty((2, self.edges.size + len(places)))
-        count = _cut(self.edges, self.rests, np.sort(places), edges, rests)
-        return Stations(edges[:count], rests[:count])
+        edges, residuals = np.empty((2, self.edges.size + len(places)))
+        count = _cut(self.edges, self.residuals, np.sort(places), edges, residuals)
+        return Stations(edges[:count], residuals[:count])
 
-    def doubt(self, values: Array) -> Array:
-        """Return per panel the largest difference between rules on fewer nodes and Lobatto's, relative to the whole
-        length."""
-        doubt = np.empty(self.edges.size - 1)
-        _doubt(self.width, self.span, values, doubt)
-        return doubt
+    def error_estimate(self, values: Array) -> Array:
+        """Return the quadrature error estimate per panel, relative to the whole length: the largest difference between
+        rules on fewer nodes and the Gauss-Lobatto rule, doubled."""
+        error_estimate = np.empty(self.edges.size - 1)
+        _error_estimate(self.width, self.span, values, error_estimate)
+        return error_estimate
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """Return the stations with the selected panels halved."""
@@ -104,26 +104,27 @@ class Stations:
     def refined(self, excess: Array, values: Array) -> Stations:
         """Return the stations with every panel halved whose error estimate exceeds its tolerance (``excess`` > 1).
 
-        Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes beside the
-        largest change of slope, which makes its panel about eight times shorter.
+        Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes adjacent to the
+        largest change of slope, so that the panel with the kink is about eight times shorter.
         """
         places = np.empty(3 * excess.size)
         return self.cut(places[: _refine(self.x, self.width, excess, values, places)])
 
     def first(self, panels: int) -> Stations:
         """Return the first panels."""
-        return Stations(self.edges[: panels + 1], self.rests[: panels + 1])
+        return Stations(self.edges[: panels + 1], self.residuals[: panels + 1])
 
 
 @kernel
-def _lay_out(edges: Array, rests: Array, table: Array, width: Array) -> None:
-    """Write the nodes of panels, their rounding residuals (D. E. Knuth's sum), sides and shares into ``table``."""
+def _lay_out(edges: Array, residuals: Array, table: Array, width: Array) -> None:
+    """Write the nodes of panels, their rounding residuals (D. E. Knuth's sum), panel starts and weights into
+    ``table``."""
     span = edges[edges.size - 1] - edges[0]
     for panel in range(width.size):
-        begin, own, first = edges[panel], rests[panel], panel * NODES
-        width[panel] = (edges[panel + 1] - begin) + (rests[panel + 1] - own)
+        begin, residual, first = edges[panel], residuals[panel], panel * NODES
+        width[panel] = (edges[panel + 1] - begin) + (residuals[panel + 1] - residual)
         for j in range(NODES):
-            along, i = 0.5 * width[panel] * (1.0 + NODE_PLACES[j]) + own, first + j
+            along, i = 0.5 * width[panel] * (1.0 + NODE_PLACES[j]) + residual, first + j
             total = begin + along
             seen = total - begin
             table[0, i], table[1, i] = total, (begin - (total - seen)) + (along - seen)
@@ -131,39 +132,39 @@ def _lay_out(edges: Array, rests: Array, table: Array, width: Array) -> None:
         last = first + NODES - 1
         table[0, first], table[1, first], table[0, last], table[1, last] = (
             begin,
-            own,
+            residual,
             edges[panel + 1],
-            rests[panel + 1],
+            residuals[panel + 1],
         )
 
 
 @kernel
-def _cut(edges: Array, rests: Array, places: Array, out: Array, out_rests: Array) -> int:
+def _cut(edges: Array, residuals: Array, places: Array, out: Array, out_residuals: Array) -> int:
     """Write the edges and increasing positions between them into ``out``, each once; return the count."""
     count, k = 0, 0
     for i in range(edges.size):
         while k < places.size and places[k] <= edges[i]:
             if i > 0 and places[k] < edges[i] and places[k] > out[count - 1]:
-                out[count], out_rests[count] = places[k], 0.0
+                out[count], out_residuals[count] = places[k], 0.0
                 count += 1
             k += 1
-        out[count], out_rests[count] = edges[i], rests[i]
+        out[count], out_residuals[count] = edges[i], residuals[i]
         count += 1
     return count
 
 
 @kernel
-def _doubt(width: Array, span: float, values: Array, doubt: Array) -> None:
-    """Write the result of ``Stations.doubt``."""
+def _error_estimate(width: Array, span: float, values: Array, error_estimate: Array) -> None:
+    """Write the result of ``Stations.error_estimate``."""
     for panel in range(width.size):
         most = 0.0
         for rule in range(_ERROR_WEIGHTS.shape[1]):
-            off = 0.0
+            difference = 0.0
             for j in range(NODES):
-                off += values[panel * NODES + j] * _ERROR_WEIGHTS[j, rule]
+                difference += values[panel * NODES + j] * _ERROR_WEIGHTS[j, rule]
             # Unlike ``max``, this keeps NaN.
-            most = abs(off) if not abs(off) <= most else most
-        doubt[panel] = 0.5 * width[panel] / span * most
+            most = abs(difference) if not abs(difference) <= most else most
+        error_estimate[panel] = 0.5 * width[panel] / span * most
 
 
 @kernel
@@ -176,14 +177,14 @@ def _refine(x: Array, width: Array, excess: Array, f: Array, places: Array) -> i
             places[count] = x[first] + 0.5 * width[panel]
             count += 1
         if excess[panel] > _KINK_RATIO:
-            at, most, bend_before = first, -1.0, 0.0
+            at, most, previous_change = first, -1.0, 0.0
             for i in range(first, first + NODES - 1):
-                slope, bend = (f[i + 1] - f[i]) / (x[i + 1] - x[i]), 0.0
+                slope, slope_change = (f[i + 1] - f[i]) / (x[i + 1] - x[i]), 0.0
                 if i + 2 < first + NODES:
-                    bend = abs((f[i + 2] - f[i + 1]) / (x[i + 2] - x[i + 1]) - slope)
-                if bend_before + bend > most:
-                    at, most = i, bend_before + bend
-                bend_before = bend
+                    slope_change = abs((f[i + 2] - f[i + 1]) / (x[i + 2] - x[i + 1]) - slope)
+                if previous_change + slope_change > most:
+                    at, most = i, previous_change + slope_change
+                previous_change = slope_change
             places[count], places[count + 1] = x[at], x[at + 1]
             count += 2
     return count

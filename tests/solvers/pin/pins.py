@@ -12,7 +12,7 @@ from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.initial_panels import initial_stations
 
 GEOMETRY = pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3)
 STEEL = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)
@@ -43,14 +43,14 @@ def grams(scene, form=Free(), criterion="tresca_paper", accuracy=1e-10, effects=
 def program(scene=VAZ, criterion=PAPER, tolerance=1e-9, uniform=0, **limits):
     """A program whose minimum walls are resolved; with ``uniform``, on that many panels per section, without
     adaptation."""
-    stations = opening_stations(scene)
+    stations = initial_stations(scene)
     if uniform:
         while stations.x.size < uniform:
             stations = stations.halved(np.ones(stations.left.size, dtype=bool))
         return assemble(scene, pin.Limits(**limits), criterion, Physics(), stations)
     for _ in range(30):
         found = assemble(scene, pin.Limits(**limits), criterion, Physics(), stations)
-        doubt = stations.doubt(found.lower)
+        doubt = stations.error_estimate(found.lower)
         if doubt.sum() < tolerance:
             return found
         stations = stations.halved(doubt > 0.1 * tolerance / stations.left.size)

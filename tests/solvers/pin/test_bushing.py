@@ -17,12 +17,12 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.load.macaulay import MacaulayTerm
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import monotone_bound, pointwise_bound
-from solvers.pin.optimum.lagrangian import weigh
+from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
-from solvers.pin.section.least_wall import least_gap
-from solvers.pin.section.strength import strength_constraints, uses
+from solvers.pin.section.least_wall import least_bushing_wall
+from solvers.pin.section.strength import strength_constraints, utilisations
 from solvers.pin.shapes.free import Free
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.initial_panels import initial_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
 GEOMETRY = pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)
@@ -56,7 +56,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 def test_the_least_wall_in_fifty_digits(bore, loads):
     """The textbook's stresses with D as the unknown, bisected; the solver's unknown is D - d."""
     pulls = strength_constraints(PAPER, [forces(**loads)], 1.0, STEEL)
-    found = least_gap(pulls, bore, 0.0, 1)[0]
+    found = least_bushing_wall(pulls, bore, 0.0, 1)[0]
     with mp.workdps(60):
         d, sigma = mp.mpf(bore), mp.mpf(150e6)
         m, q, n, t = (mp.mpf(loads.get(name, 0.0)) for name in ("moment", "shear", "axial", "torque"))
@@ -81,7 +81,7 @@ def test_the_bound_on_how_fast_the_use_falls():
     for law in ("tresca_paper", "saint_venant"):
         for loads in ({"moment": 1.0}, {"shear": 1.0}, {"axial": 1.0}, {"torque": 1.0}):
             for pull in strength_constraints(pin.CRITERIA[law], [forces(**loads)], 1.0, STEEL):
-                g = np.array([uses([pull], np.ones(1), np.array([s]))[0, 0] for s in t])
+                g = np.array([utilisations([pull], np.ones(1), np.array([s]))[0, 0] for s in t])
                 if not g.any():
                     continue
                 fall = -np.diff(np.log(g)) / np.diff(np.log(t))
@@ -220,14 +220,14 @@ def test_every_form_keeps_every_limit_and_its_own_bound(form, bore, limits):
 @pytest.mark.parametrize("share", [1e-9, 1e-3, 0.5, 0.999])
 @pytest.mark.parametrize("stations", [50, 2000])
 def test_the_gap_is_closed_from_a_giant_to_no_limit(monotone, share, stations):
-    panels = opening_stations(SCENE)
+    panels = initial_stations(SCENE)
     while panels.x.size < stations:
         panels = panels.halved(np.ones(panels.left.size, dtype=bool))
     free = assemble(SCENE, pin.Limits(), PAPER, Physics(), panels)
     low = np.maximum.accumulate(free.lower) if monotone else free.lower
     limit = share * free.deflection(low)
     program = assemble(SCENE, pin.Limits(max_deflection=limit), PAPER, Physics(), panels)
-    found = weigh(program, low, monotone)
+    found = minimum_volume(program, low, monotone)
     assert program.deflection(found.solidity) <= limit * (1 + 1e-12)
     volume = program.volume(found.solidity)
     for multiplier in (found.multiplier, 0.7 * found.multiplier, 1.5 * found.multiplier):
@@ -249,10 +249,10 @@ def test_slope_beside_deflection_against_a_general_optimiser(bore, deflection, s
     """The outer diameters at the stations by scipy's SLSQP: as heavy, and not lighter than the bound."""
     scene = with_bore(bore)
     p = assemble(
-        scene, pin.Limits(max_deflection=deflection, max_slope=slope), PAPER, Physics(), opening_stations(scene)
+        scene, pin.Limits(max_deflection=deflection, max_slope=slope), PAPER, Physics(), initial_stations(scene)
     )
     found = Free().find(p, 1e-8)
-    unit, x = p.sought.unit, p.stations.x / p.sought.unit
+    unit, x = p.variable.unit, p.stations.x / p.variable.unit
 
     def u_of(outer):
         return outer**2 - (bore / unit) ** 2
@@ -263,9 +263,9 @@ def test_slope_beside_deflection_against_a_general_optimiser(bore, deflection, s
     start = np.full_like(least, least.max())
     while p.deflection(u_of(start)) > deflection:
         start *= 1.1
-    sought = minimize(
+    variable = minimize(
         lambda outer: p.volume(u_of(outer)) / found.volume, start,
-        jac=lambda outer: 2.0 * p.share * outer / found.volume,
+        jac=lambda outer: 2.0 * p.weight * outer / found.volume,
         bounds=[(low, None) for low in least], method="SLSQP", options={"maxiter": 1000, "ftol": 1e-13},
         constraints=[
             {"type": "ineq", "fun": lambda outer: 1.0 - p.deflection(u_of(outer)) / deflection},
@@ -273,8 +273,8 @@ def test_slope_beside_deflection_against_a_general_optimiser(bore, deflection, s
             {"type": "ineq", "fun": lambda outer: reach + steps @ outer, "jac": lambda outer: steps},
         ],
     )  # fmt: skip
-    assert sought.fun == pytest.approx(1.0, abs=1e-6)
-    assert sought.fun >= found.bound / found.volume - 1e-8
+    assert variable.fun == pytest.approx(1.0, abs=1e-6)
+    assert variable.fun >= found.bound / found.volume - 1e-8
     outer = np.sqrt(found.solidity + (bore / unit) ** 2)
     assert np.all(np.abs(steps @ outer) <= reach + 1e-12 * outer.max())
     assert p.deflection(found.solidity) <= deflection

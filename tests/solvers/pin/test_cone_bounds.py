@@ -10,17 +10,17 @@ import pytest
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.shapes.cone_bounds import deflection_slopes, most_in_box
-from solvers.pin.shapes.cone_sizes import bar_of, bore_volume, stiffest, workspace
-from solvers.pin.shapes.tapers import NARROWING, WIDENING, hollow, hollow_slopes, relative_bores
+from solvers.pin.shapes.cone_bounds import box_bound, deflection_slopes
+from solvers.pin.shapes.cone_sizes import bore_volume, greatest_size_for_deflection, half_bar, workspace
+from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume, unit_volume_slopes
+from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import NODES
-from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import PAPER, VAZ
 
 
 def bar(deflection, slope=None, places=()):
     limits = pin.Limits(max_deflection=deflection, max_slope=slope)
-    return bar_of(assemble(VAZ, limits, PAPER, Physics(), opening_stations(VAZ).cut(places)))
+    return half_bar(assemble(VAZ, limits, PAPER, Physics(), initial_stations(VAZ).cut(places)))
 
 
 def boxes(random, count):
@@ -36,7 +36,7 @@ def test_no_shape_of_a_box_holds_more_than_its_bound(deflection, slope, taper):
     random, some = np.random.default_rng(7), bar(deflection, slope)
     work = workspace(some)
     for box in boxes(random, 60):
-        bound, _ = most_in_box(some, taper, *box, 1e-15, work)
+        bound, _ = box_bound(some, taper, *box, 1e-15, work)
         shapes = random.uniform((box[0], box[2]), (box[1], box[3]), (30, 2)).tolist()
         shapes += [(r, c) for r in box[:2] for c in box[2:]]
         assert max(bore_volume(some, taper, r, c, 0.0, work) for r, c in shapes) <= bound * (1.0 + 1e-13)
@@ -48,7 +48,7 @@ def test_the_deflections_slopes_hold_every_difference_in_the_box(taper):
     work = workspace(some)
 
     def stiff(r, c):
-        return stiffest(some, taper, r, c, 0.0, work)[0]
+        return greatest_size_for_deflection(some, taper, r, c, 0.0, work)[0]
 
     for box in boxes(random, 60):
         r0, r1, c0, c1 = box
@@ -73,13 +73,15 @@ def test_on_a_ridge_of_two_rules_the_bound_loses_the_square_of_the_width():
         low, high = 0.7, 1.0
         for _ in range(50):
             c = 0.5 * (low + high)
-            low, high = (c, high) if stiffest(some, NARROWING, r, c, 0.0, work)[0] >= 1.0 else (low, c)
-        ridge.append((hollow(NARROWING, r, low), r, low))
+            low, high = (
+                (c, high) if greatest_size_for_deflection(some, NARROWING, r, c, 0.0, work)[0] >= 1.0 else (low, c)
+            )
+        ridge.append((unit_volume(NARROWING, r, low), r, low))
     best, r, c = max(ridge)
     lost = []
     for half in (4e-3, 1e-3):
         box = (r - half, r + half, c - half, c + half)
-        lost.append(most_in_box(some, NARROWING, *box, 1e-15, work)[0] / best - 1.0)
+        lost.append(box_bound(some, NARROWING, *box, 1e-15, work)[0] / best - 1.0)
     assert 0.0 <= lost[1] < lost[0] / 8.0
 
 
@@ -115,13 +117,13 @@ def test_cones_of_unlike_sides_are_proven(geometry, force, criterion):
 def test_the_volume_of_a_shape_and_its_slopes(taper):
     t = (np.arange(200_000) + 0.5) / 200_000
     for r, c in ((0.0, 0.3), (0.4, 0.7), (0.9, 1.0)):
-        assert hollow(taper, r, c) == pytest.approx(np.mean(relative_bores(taper, r, c, t) ** 2), rel=1e-9)
+        assert unit_volume(taper, r, c) == pytest.approx(np.mean(relative_bores(taper, r, c, t) ** 2), rel=1e-9)
     random = np.random.default_rng(3)
     for box in boxes(random, 200):
         r, c = random.uniform((box[0], box[2]), (box[1], box[3]))
-        slopes = hollow_slopes(taper, *box)
+        slopes = unit_volume_slopes(taper, *box)
         for side, (dr, dc) in ((0, (box[1] - r, 0.0)), (2, (0.0, box[3] - c))):
-            change = np.log(hollow(taper, r + dr, c + dc) / hollow(taper, r, c))
+            change = np.log(unit_volume(taper, r + dr, c + dc) / unit_volume(taper, r, c))
             assert slopes[side] * (dr + dc) - 1e-15 <= change <= slopes[side + 1] * (dr + dc) + 1e-15
 
 
@@ -152,7 +154,7 @@ def test_a_cone_may_end_anywhere_in_a_panel(taper, c):
     whole, cut = bar(11e-6), bar(11e-6, places=(0.5 * c * VAZ.geometry.length,))
     assert cut.x.size == whole.x.size + NODES
     # The stations that the cut adds carry strength too: only the deflection is compared.
-    sizes = [stiffest(own, taper, 0.5, c, 0.0, workspace(own))[0] for own in (whole, cut)]
+    sizes = [greatest_size_for_deflection(own, taper, 0.5, c, 0.0, workspace(own))[0] for own in (whole, cut)]
     assert sizes[0] == pytest.approx(sizes[1], rel=1e-13)
 
 

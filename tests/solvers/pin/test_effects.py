@@ -13,7 +13,7 @@ from solvers.errors import EffectConflict
 from solvers.pin.effects import Physics, ShearDeflection, Situation
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.ring import ovalization
-from solvers.pin.stations.opening import opening_stations
+from solvers.pin.stations.initial_panels import initial_stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, STEEL, VAZ
 
 CORE = pin.EffectSelection(exclude=frozenset(effect.name for effect in pin.EFFECTS))
@@ -88,7 +88,7 @@ def test_none_of_its_code_runs(monkeypatch):
 
 
 def test_shears_coefficients_are_zero_without_it():
-    found = assemble(VAZ, pin.Limits(), pin.CRITERIA["fibre"], Physics(shear_deflection=False), opening_stations(VAZ))
+    found = assemble(VAZ, pin.Limits(), pin.CRITERIA["fibre"], Physics(shear_deflection=False), initial_stations(VAZ))
     assert not found.shear.any()
     assert found.bending.any()
 

@@ -10,12 +10,12 @@ from scipy.integrate import solve_bvp
 from solvers import pin
 from solvers.pin.ring import ovalization
 from solvers.pin.section.flexibility import (
-    chord,
+    chord_decrease,
     cowper,
     curvatures,
+    envelope_line_start,
     flexibilities,
     inflection,
-    line_from,
     slopes,
 )
 from tests.solvers.pin.pins import flexibility_values
@@ -54,7 +54,7 @@ def test_derivatives_are_those_of_the_function():
                 assert own == pytest.approx((above - below) / (2 * h), rel=1e-6, abs=1e-6)
         for bend in (0.0, 0.7):
             fall = bend / (u * (2 - u)) + flexibilities(u, *args)[1] - bend - flexibilities(1.0, *args)[1]
-            assert chord(u, bend, 1.0, law.a, law.b) == pytest.approx(fall / (1 - u), rel=1e-9)
+            assert chord_decrease(u, bend, 1.0, law.a, law.b) == pytest.approx(fall / (1 - u), rel=1e-9)
 
 
 @pytest.mark.parametrize("bend", [0.0, 0.2, 1.0, 1.8, 5.0])
@@ -65,7 +65,7 @@ def test_the_envelopes_line_touches_and_stays_below(bend):
         bent, sheared = flexibility_values(u, law)
         return bend * bent + sheared
 
-    start = line_from(bend, 1.0, law.a, law.b)
+    start = envelope_line_start(bend, 1.0, law.a, law.b)
     u = np.linspace(0.3, 1.0, 7001)
     if start == 1.0:
         assert np.all(np.diff(g(u), 2) > -1e-12)
@@ -112,7 +112,9 @@ def test_the_thick_rings_harmonics_solve_the_equations_of_elasticity(ratio, k):
     r = np.linspace(ratio, 1.0, 200)
     found = solve_bvp(rates, ends, r, np.ones((4, r.size)), tol=1e-9, max_nodes=20_000)
     u, v, radial, _ = found.sol(np.array([1.0, ratio]))
-    outer, inner, moved = ovalization._rest(n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio))
+    outer, inner, moved = ovalization._harmonic_remainder(
+        n, ratio, -np.log(ratio), np.sinh(np.log(1 / ratio)) + np.log(ratio)
+    )
     assert (1.0 + outer, -inner) == pytest.approx((u + n * v) / np.array([1.0, ratio]) + nu * radial, rel=1e-6)
     assert (2.0 * n - (1.0 - nu)) / (n * n - 1.0) + moved == pytest.approx(u[0], rel=1e-6)
 

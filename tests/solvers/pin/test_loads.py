@@ -9,8 +9,8 @@ from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.load.macaulay import breakpoints
+from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
-from solvers.pin.stations.opening import opening_stations
 from tests.solvers.pin.pins import VAZ, exact_forces, relative
 
 
@@ -33,7 +33,7 @@ def test_the_pin_is_in_equilibrium():
 def test_point_loads_jump_where_their_panels_meet():
     case = pin.LoadCase((pin.MacaulayTerm(5.0, 0.0, 0), pin.MacaulayTerm(-10.0, 0.5, 0)))
     stations = Stations(np.array([0.0, *breakpoints([case], 1.0), 1.0]))
-    found = forces_at(case, stations.x, stations.side)
+    found = forces_at(case, stations.x, stations.panel_start)
     at = stations.x == 0.5
     assert sorted(found.shear[0][at]) == [-5.0, 5.0]
     assert np.allclose(found.moment[0], 5.0 * np.minimum(stations.x, 1 - stations.x))
@@ -50,15 +50,15 @@ def test_two_planes_add_as_vectors():
 def test_quadrature_is_exact_for_polynomials_and_doubts_kinks():
     stations = Stations(np.array([0.0, 0.25, 1.0]))
     for power in range(14):
-        assert stations.share @ stations.x**power == pytest.approx(1 / (power + 1), rel=1e-14)
+        assert stations.weight @ stations.x**power == pytest.approx(1 / (power + 1), rel=1e-14)
         if power <= 6:
-            assert stations.doubt(stations.x**power).max() < 1e-15
-    assert stations.doubt(np.abs(stations.x - 0.3)).max() > 1e-4
-    assert stations.share.sum() == pytest.approx(1.0, rel=1e-15)
+            assert stations.error_estimate(stations.x**power).max() < 1e-15
+    assert stations.error_estimate(np.abs(stations.x - 0.3)).max() > 1e-4
+    assert stations.weight.sum() == pytest.approx(1.0, rel=1e-15)
 
 
 def test_the_opening_stations_hold_every_place_where_something_begins():
-    x = opening_stations(VAZ).x
+    x = initial_stations(VAZ).x
     for place in (0.0, 24e-3, 25e-3, 40e-3):
         assert place in x
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.pin.optimum.lagrangian import minimised, reaches_of
+from solvers.pin.optimum.lagrangian import minimise_stations, solid_thresholds
 from solvers.pin.optimum.station_minimum import minimiser
 from solvers.pin.section.flexibility import cowper
 
@@ -50,8 +50,8 @@ def stations(seed):
 
 
 def answered(price, share, low, bend, shear, law, u):
-    reaches = reaches_of(low, bend, shear, -1.0, law.a, law.b)
-    return minimised(price, share, low, bend, shear, reaches, -1.0, law.a, law.b, False, low.size, 1e-8, u)
+    thresholds = solid_thresholds(low, bend, shear, -1.0, law.a, law.b)
+    return minimise_stations(price, share, low, bend, shear, thresholds, -1.0, law.a, law.b, False, low.size, 1e-8, u)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])

@@ -11,10 +11,10 @@ import pytest
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.sought import BoreSought
+from solvers.pin.optimum.design_variable import BoreVariable
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
 from solvers.pin.section.least_wall import least_wall
-from solvers.pin.section.strength import StrengthConstraint, strength_constraints, uses
+from solvers.pin.section.strength import StrengthConstraint, strength_constraints, utilisations
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
 
 
@@ -76,7 +76,7 @@ def test_walls_of_materials_keep_their_digits():
     for wall in (1e-15, 1e-8, 0.3, 1.0):
         with mp.workdps(50):
             u = 1 - (1 - mp.mpf(wall)) ** 2
-            assert relative(BoreSought(1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
+            assert relative(BoreVariable(1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
 
 
 def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
@@ -86,7 +86,7 @@ def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
 def stress_of(criterion, d, **loads):
     wall = np.array([1.0 - d / GEOMETRY.outer_diameter])
     demands = strength_constraints(pin.CRITERIA[criterion], [forces(**loads)], GEOMETRY.outer_diameter, STEEL)
-    return STEEL.allowable_stress * float(uses(demands, 1.0 - wall, wall).max())
+    return STEEL.allowable_stress * float(utilisations(demands, 1.0 - wall, wall).max())
 
 
 def test_stresses_are_the_textbooks():

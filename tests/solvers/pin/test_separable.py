@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.optimum.conic import reaches, sloped, thickened
+from solvers.pin.optimum.conic import slope_limited_optimum, slope_steps, thickened
 from solvers.pin.optimum.dual_bound import (
-    Neighbours,
+    NeighbourMultipliers,
     coupled_bound,
     least_walls_bound,
     monotone_bound,
     pointwise_bound,
 )
-from solvers.pin.optimum.lagrangian import weigh
-from solvers.pin.optimum.program import rising
-from solvers.pin.optimum.slope_limit import gentle
+from solvers.pin.optimum.lagrangian import minimum_volume
+from solvers.pin.optimum.program import monotone_majorant
+from solvers.pin.optimum.slope_limit import slope_limited
 from solvers.pin.section.flexibility import cowper, densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
@@ -111,10 +111,10 @@ def test_the_neighbours_at_a_looser_limit_are_not_lighter(scene, limit, form, ri
 def test_the_gap_is_what_it_says_from_the_solid_pin_to_no_limit(monotone, share):
     """Limits between the solid pin's deflection and the free pin's; the bound comes from tangents alone."""
     p = program(max_deflection=1.0)
-    low = rising(p.lower, p.anchor) if monotone else p.lower
+    low = monotone_majorant(p.lower, p.middle_index) if monotone else p.lower
     solid, free = p.deflection(np.ones_like(low)), p.deflection(low)
     p = replace(p, limit=solid + share * (free - solid))
-    found = weigh(p, low, monotone)
+    found = minimum_volume(p, low, monotone)
     assert p.deflection(found.solidity) <= p.limit * (1 + 1e-12)
     bound = (monotone_bound if monotone else pointwise_bound)(p, low, found.multiplier, found.solidity)
     volume = p.volume(found.solidity)
@@ -125,7 +125,7 @@ def test_the_gap_is_what_it_says_from_the_solid_pin_to_no_limit(monotone, share)
 
 def test_a_wrong_multiplier_makes_the_bound_loose_never_wrong():
     p = program(max_deflection=LIMIT)
-    found = weigh(p, p.lower, False)
+    found = minimum_volume(p, p.lower, False)
     volume = p.volume(found.solidity)
     rng = np.random.default_rng(1)
     for factor in (0.0, 0.3, 0.9, 1.1, 3.0):
@@ -137,8 +137,8 @@ def test_a_wrong_multiplier_makes_the_bound_loose_never_wrong():
 def test_a_limit_only_the_solid_pin_misses_has_no_answer():
     p = program(max_deflection=1.0)
     solid = p.deflection(np.ones_like(p.lower))
-    assert weigh(replace(p, limit=solid * (1 - 1e-9)), p.lower, False) is None
-    exact = weigh(replace(p, limit=solid), p.lower, False)
+    assert minimum_volume(replace(p, limit=solid * (1 - 1e-9)), p.lower, False) is None
+    exact = minimum_volume(replace(p, limit=solid), p.lower, False)
     assert math.isinf(exact.multiplier)
     assert p.deflection(exact.solidity) == pytest.approx(solid, rel=1e-14)
 
@@ -163,7 +163,7 @@ def by_dynamic_programming(p, low, multiplier, levels):
     for i in range(low.size - 1, -1, -1):
         pulls = (np.full_like(levels, of[i]) for of in (p.bending, p.shear))
         pull = densities(levels, *pulls, -1.0, p.law.a, p.law.b) / p.limit
-        cost = p.share[i] * (levels + multiplier * pull) + rest
+        cost = p.weight[i] * (levels + multiplier * pull) + rest
         cost[levels < low[i] * (1 - 1e-12)] = np.inf
         rest = np.minimum.accumulate(cost[::-1])[::-1]
     return rest[0] - multiplier
@@ -174,8 +174,8 @@ def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(sce
     """At prices around the answer's, against dynamic programming over 3,000 walls and every station's least one; the
     tangents at the answer are close at the answer's price."""
     p = program(scene, max_deflection=limit)
-    low = rising(p.lower, p.anchor)
-    found = weigh(p, low, True)
+    low = monotone_majorant(p.lower, p.middle_index)
+    found = minimum_volume(p, low, True)
     levels = np.unique(np.concatenate([np.linspace(0.0, 1.0, 3001), low]))
     for factor in (0.5, 0.95, 1.0, 1.05, 2.0):
         price = factor * found.multiplier
@@ -189,9 +189,9 @@ def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(sce
 def test_the_two_tiers_agree_and_both_are_certified(stations):
     p = program(max_deflection=LIMIT, uniform=stations)
     for drillable in (False, True):
-        low = rising(p.lower, p.anchor) if drillable else p.lower
+        low = monotone_majorant(p.lower, p.middle_index) if drillable else p.lower
         fast = Free(drillable).find(p, 1e-9)
-        cone = sloped(p, low, drillable, 1e-9)
+        cone = slope_limited_optimum(p, low, drillable, 1e-9)
         for found in (fast, cone):
             assert p.deflection(found.solidity) <= LIMIT * (1 + 1e-12)
         assert 0 <= (fast.volume - fast.bound) / fast.bound <= (1e-7 if drillable else 1e-5 / stations)
@@ -215,7 +215,7 @@ def test_slope_limits_are_kept_and_certified_from_a_watch_to_a_ship(factor):
 
 def test_a_slope_limit_alone_needs_no_solver():
     p = program(max_slope=0.3)
-    low = gentle(p, p.lower)
+    low = slope_limited(p, p.lower)
     D = GEOMETRY.outer_diameter
     bore, widest = D * np.sqrt(1 - low), D * np.sqrt(1 - p.lower)
     x = p.stations.x
@@ -244,8 +244,8 @@ def test_a_kink_anywhere_in_a_panel_is_not_overlooked():
     one = Stations(np.array([0.0, 1.0]))
     for place in np.linspace(0.0, 1.0, 2001):
         kink = np.abs(one.x - place)
-        error = abs(one.share @ kink - (place**2 + (1 - place) ** 2) / 2)
-        assert error <= one.doubt(kink)[0] + 1e-15
+        error = abs(one.weight @ kink - (place**2 + (1 - place) ** 2) / 2)
+        assert error <= one.error_estimate(kink)[0] + 1e-15
 
 
 @pytest.mark.parametrize("criterion", pin.CRITERIA)
@@ -271,8 +271,8 @@ def test_a_limit_that_asks_for_walls_far_above_the_least(load):
     for factor in (1.05, 2.0, 10.0, 20.0):
         soft = replace(p, limit=factor * solid)
         for monotone in (False, True):
-            low = rising(p.lower, p.anchor) if monotone else p.lower
-            found = weigh(soft, low, monotone)
+            low = monotone_majorant(p.lower, p.middle_index) if monotone else p.lower
+            found = minimum_volume(soft, low, monotone)
             bound = (monotone_bound if monotone else pointwise_bound)(soft, low, found.multiplier, found.solidity)
             assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-8
 
@@ -288,17 +288,17 @@ def test_a_slope_beside_a_deflection_leaves_next_to_no_gap(drillable):
 @pytest.mark.parametrize("limit", [8.4e-6, 9e-6, 12e-6])
 def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(limit):
     p = program(tolerance=1e-4, max_deflection=limit, max_slope=0.3)
-    rng, reach = np.random.default_rng(5), reaches(p)
-    low = gentle(p, p.lower)
+    rng, reach = np.random.default_rng(5), slope_steps(p)
+    low = slope_limited(p, p.lower)
     lightest = np.inf
     for _ in range(60):
         wave = np.interp(p.stations.x, np.linspace(0.0, 0.04, 6), rng.uniform(0.0, 1.0, 6))
-        u = thickened(p, gentle(p, np.maximum(low, wave)))
+        u = thickened(p, slope_limited(p, np.maximum(low, wave)))
         lightest = min(lightest, p.volume(u))
     n = low.size - 1
     for size in 10.0 ** rng.uniform(-4.0, 0.5, 60):
         rise, fall = size * rng.uniform(0.0, 1.0, (2, n)) * (rng.uniform(0.0, 1.0, (2, n)) < 0.5)
-        between = Neighbours(rise, fall, reach, np.zeros(n))
+        between = NeighbourMultipliers(rise, fall, reach, np.zeros(n))
         bound = coupled_bound(p, low, 10.0 ** rng.uniform(-3.0, 1.0), between, lightest)
         assert bound <= lightest
 

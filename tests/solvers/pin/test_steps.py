@@ -14,10 +14,10 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.shapes.break_points.bounds import Bounds
 from solvers.pin.shapes.break_points.cells import cells, points
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import BENT, SHEARED
+from solvers.pin.shapes.break_points.paths import BENDING, SHEAR
 from solvers.pin.shapes.break_points.search import lightest_steps
+from solvers.pin.stations.initial_panels import initial_stations, kinks
 from solvers.pin.stations.lobatto_panels import NODES
-from solvers.pin.stations.opening import kinks, opening_stations
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6
@@ -45,11 +45,11 @@ def bored():
 
 def turned(scene):
     """The bushing, its flexibilities from the tube's D and d, the unit being the bore or what the program took."""
-    stations = opening_stations(scene)
+    stations = initial_stations(scene)
     for _ in range(3):
         stations = stations.halved(np.ones(stations.left.size, dtype=bool))
     p = assemble(scene, pin.Limits(max_deflection=6e-6), PAPER, Physics(), stations)
-    d2 = p.sought.kappa
+    d2 = p.variable.kappa
 
     def shear(y):
         m2 = d2 / (y + d2)
@@ -76,13 +76,17 @@ def test_no_rising_steps_through_cells_cost_less_than_the_bound(kind):
             layers.append(cells(half, np.array([t]), np.array([narrow * wide])))
         if trial % 10 == 9:
             layers[1] = layers[0]
-        bound = base.through(layers, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
+        bound = base.path_bound(layers, (0.0,) * 4, np.full(4, top if kind == "pin" else np.inf), lam).total
         assert np.isfinite(bound)
         least = np.inf
         for _ in range(12):
             inner = [layer.t[0] + layer.h[0] * np.clip(rng.uniform(-0.3, 1.3), 0.0, 1.0) for layer in layers]
             places = np.concatenate([[0.0], np.maximum.accumulate(inner), [1.0]])
-            steps = list(zip(np.diff(places), *np.diff(sums.upto(places), axis=1), half.least(places[1:]), strict=True))
+            steps = list(
+                zip(
+                    np.diff(places), *np.diff(sums.integrals(places), axis=1), half.lower_bound(places[1:]), strict=True
+                )
+            )
 
             def cost(u, width, b, s, floor, lam=lam):
                 return u * width + (lam * (b * bend(u) + s * shear(u)) if b > 1e-15 or s > 1e-15 else 0.0)
@@ -109,7 +113,7 @@ def test_the_lines_below_the_deflections_sums():
         h = np.repeat(np.diff(edges) / parts, parts)
         table = cells(half, t, h).table
         for at in rng.uniform(size=(20, t.size)):
-            for row, value in zip((BENT, SHEARED), sums.upto(t + at * h), strict=True):
+            for row, value in zip((BENDING, SHEAR), sums.integrals(t + at * h), strict=True):
                 above = value - table[:, row] - at * (table[:, row + 1] - table[:, row])
                 assert above.min() >= -1e-15
                 assert above.max() <= 0.5 / parts**2
@@ -214,14 +218,14 @@ def test_a_duality_gap_is_closed():
     solid = pin.check(scene, pin.Profile((0.0,), (0.0,)), criterion).value.deflection
     half = Half(program(scene, criterion, min_wall=0.05 * d, max_deflection=1.3 * solid))
     breaks = np.union1d(np.linspace(0.0, 1.0, 601)[1:-1], kinks(scene)[1:-1])
-    least = min(half.weigh(np.array([t, 1.0])).volume for t in breaks)
+    least = min(half.lightest_walls(np.array([t, 1.0])).volume for t in breaks)
     found = lightest_steps(half, 2)
     volume = found.walls.volume
     assert volume <= least * (1 + 1e-12)
     assert volume == pytest.approx(least, rel=1e-4)
     assert volume * (1 - 1e-7) <= found.bound <= volume
     # One multiplier for all breaks leaves more than a ten-thousandth open.
-    one = Bounds(half).around([points(half, half.edges(400))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    one = Bounds(half).dual_bound([points(half, half.edges(400))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert one.value < volume * (1 - 1e-4)
 
 
@@ -234,7 +238,7 @@ def test_stepped_outsides_are_proven_and_no_random_one_is_lighter(bore, limit, s
     outcome = pin.design(problem, accuracy=1e-6)
     assert 0 <= outcome.certificate.gap <= 1e-7
     assert outcome.value.check.deflection <= limit * (1 + 1e-12)
-    stations = opening_stations(scene)
+    stations = initial_stations(scene)
     for _ in range(5):
         stations = stations.halved(np.ones(stations.left.size, dtype=bool))
     p = assemble(scene, pin.Limits(max_deflection=limit), PAPER, Physics(), stations)
@@ -242,7 +246,7 @@ def test_stepped_outsides_are_proven_and_no_random_one_is_lighter(bore, limit, s
     corners = outcome.value.corners
     places = np.array([c[0] for c in corners[1 : 2 * steps : 2]])
     gaps = np.array([c[1] for c in corners[: 2 * steps : 2]]) - bore
-    levels = p.sought.solidity_of(gaps)
+    levels = p.variable.solidity_of(gaps)
     rng, least = np.random.default_rng(steps), np.inf
     for reach in np.repeat([1e-3, 1e-2, 0.1, 0.5], 150):
         breaks = np.sort(np.clip(places[:-1] + reach * 0.04 * rng.normal(size=steps - 1), 0, 0.04))
@@ -287,9 +291,9 @@ def test_many_steps_are_proven_and_no_random_ones_are_lighter(geometry, force, c
         moved = np.sort(np.clip(best[:-1] * np.exp(reach * rng.normal(size=steps - 1)), 0.0, 1.0))
         places = np.append(moved, 1.0)
         if limit is None:
-            volume = float(half.least(places) @ np.diff(places, prepend=0.0))
+            volume = float(half.lower_bound(places) @ np.diff(places, prepend=0.0))
         else:
-            volume = half.weigh(places).volume
+            volume = half.lightest_walls(places).volume
         least = min(least, volume)
     assert outcome.certificate.bound <= least * half.program.mass_unit * (1 + 1e-9)
     assert outcome.value.check.mass <= least * half.program.mass_unit * (1 + 1e-6)
@@ -314,9 +318,9 @@ def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
     assert 0 <= found.certificate.gap <= 1e-7
     half = Half(program(scene, criterion, **limits))
     solid = 0.25 * np.pi * scene.geometry.outer_diameter**2 * scene.geometry.length * material.density
-    lightest = min(half.weigh(np.array([t, 1.0])).volume for t in np.linspace(0.29, 0.31, 2001))
+    lightest = min(half.lightest_walls(np.array([t, 1.0])).volume for t in np.linspace(0.29, 0.31, 2001))
     assert found.certificate.bound <= solid * lightest
     assert found.value.check.mass <= solid * lightest * (1 + 1e-6)
     places = found.value.corners[1][0] / (0.5 * scene.geometry.length)
-    fixed = Bounds(half).around([points(half, np.array([places]))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
+    fixed = Bounds(half).dual_bound([points(half, np.array([places]))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert fixed.value < found.certificate.bound / solid * (1 - 1e-5)

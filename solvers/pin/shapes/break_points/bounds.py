@@ -1,4 +1,4 @@
-"""Bounds of the lightest steps over all break points in layers of cells, at one multiplier or at the best."""
+"""Lower bounds of the volume of steps over layers of cells, for a given multiplier or the best one."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, greatest_dual, trace
+from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, maximise_dual, trace
 
 Array = NDArray[np.float64]
 
 _CALL, _STEP, _PAIR = 20_000, 10, 4
-"""Work in cost evaluations: of a call, of a wall that requires a minimisation, and of one that does not."""
+"""Work, in cost evaluations, of a call, of a wall that requires a minimisation, and of one that does not."""
 
 
 @dataclass(frozen=True)
-class Around:
-    """The multiplier of the greatest bound over point layers, the bound, and the cheapest paths just below and above
-    it, (2, steps): break points, the last being 1, and walls."""
+class DualBound:
+    """The greatest dual bound ``value`` over layers of points, its multiplier, and the cheapest paths for multipliers
+    just below and above it, (2, steps): break points, the last being 1, and walls."""
 
     multiplier: float
     value: float
@@ -34,9 +34,9 @@ class Around:
 
 
 @dataclass(frozen=True)
-class Through:
-    """Bound of layers of cells at one multiplier: the cost of the cheapest path, that of the cheapest one through
-    every cell of every layer, and its break points, the last being 1."""
+class PathBound:
+    """Bound of layers of cells at one multiplier: ``total``, the cost of the cheapest path; ``each``, that of the
+    cheapest path through every cell of every layer; ``path``, the break points of the former, the last being 1."""
 
     total: float
     each: list[Array]
@@ -46,7 +46,7 @@ class Through:
 
 @dataclass(frozen=True)
 class Bounds:
-    """Bounds of all break points of a half in layers of cells, one layer for each break point."""
+    """Bounds over all break points of a half, with one layer of cells per break point."""
 
     half: Half
 
@@ -59,46 +59,46 @@ class Bounds:
         """Return one layer of points, cells of zero width, for each array of positions."""
         return points(self.half, np.concatenate(places)).split([t.size for t in places])
 
-    def _chain(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
-        """Return the layers between the bar's two ends with the walls' bounds, and room for their costs; steps between
-        the same layers share theirs."""
+    def _layers(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
+        """Return the layers from the bar's end to its middle with the walls' bounds, and arrays for their costs; steps
+        between equal layers share one array."""
         known: dict[tuple[int, float], Cells] = {}
         for layer, low in zip([*layers, self._ends[1]], least, strict=True):
             if (id(layer), low) not in known:
-                known[id(layer), low] = layer.floored(low)
+                known[id(layer), low] = layer.with_floor(low)
         own = [self._ends[0]]
         own += [known[id(layer), low] for layer, low in zip([*layers, self._ends[1]], least, strict=True)]
         blocks: dict[tuple[int, int, float], int] = {}
-        begins, room = [], 0
+        begins, size = [], 0
         for (before, after), top in zip(pairwise(own), most.tolist(), strict=True):
             key = id(before), id(after), top
             if key not in blocks:
-                blocks[key] = room
-                room += before.t.size * after.t.size
+                blocks[key] = size
+                size += before.t.size * after.t.size
             begins.append(blocks[key])
         table = np.concatenate([layer.table for layer in own])
         starts = np.cumsum([0, *(layer.t.size for layer in own)])
-        ahead, rest = np.empty((2, len(table), 2))
-        costs = Costs(np.empty((room, 2, 2)), ahead, rest, np.empty((len(table), 2), dtype=np.int64))
+        cost_to_come, cost_to_go = np.empty((2, len(table), 2))
+        costs = Costs(np.empty((size, 2, 2)), cost_to_come, cost_to_go, np.empty((len(table), 2), dtype=np.int64))
         return Layers(table, starts, np.array(begins), most, self.half.law), costs
 
-    def through(self, layers: list[Cells], least: Sequence[float], most: Array, multiplier: float) -> Through:
+    def path_bound(self, layers: list[Cells], least: Sequence[float], most: Array, multiplier: float) -> PathBound:
         """Return the bound of all break points in the layers at one multiplier."""
-        chain, costs = self._chain(layers, least, most)
-        sought = forward(multiplier, chain, costs)
+        chain, costs = self._layers(layers, least, most)
+        minimisations = forward(multiplier, chain, costs)
         backward(chain, costs)
         path = np.empty((2, most.size))
         trace(multiplier, chain, costs, path)
-        each = np.split((costs.ahead + costs.rest).min(axis=1), chain.starts[1:-1])[1:-1]
-        work = _CALL + _STEP * sought + _PAIR * len(costs.step)
-        return Through(float(costs.ahead[-1, 0]), each, path[0], work)
+        each = np.split((costs.cost_to_come + costs.cost_to_go).min(axis=1), chain.starts[1:-1])[1:-1]
+        work = _CALL + _STEP * minimisations + _PAIR * len(costs.step)
+        return PathBound(float(costs.cost_to_come[-1, 0]), each, path[0], work)
 
-    def around(
+    def dual_bound(
         self, layers: list[Cells], least: Sequence[float], most: Array, start: float, tolerance: float,
-        enough: float = math.inf,
-    ) -> Around:  # fmt: skip
-        """Return the greatest bound over the multiplier (see ``greatest_dual``); the layers are points."""
-        chain, costs = self._chain(layers, least, most)
+        target: float = math.inf,
+    ) -> DualBound:  # fmt: skip
+        """Maximise the bound over the multiplier (see ``maximise_dual``); the layers are points."""
+        chain, costs = self._layers(layers, least, most)
         soft, stiff = np.empty((2, 2, most.size))
-        multiplier, value, sought = greatest_dual(chain, costs, start, tolerance, enough, soft, stiff)
-        return Around(multiplier, value, soft, stiff, _CALL + _STEP * sought)
+        multiplier, value, minimisations = maximise_dual(chain, costs, start, tolerance, target, soft, stiff)
+        return DualBound(multiplier, value, soft, stiff, _CALL + _STEP * minimisations)

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import AT, BENT, COLUMNS, FLOOR, SHEARED
+from solvers.pin.shapes.break_points.paths import BENDING, COLUMNS, FLOOR, POSITION, SHEAR
 from solvers.pin.shapes.break_points.sums import Sums
 
 Array = NDArray[np.float64]
@@ -24,16 +24,16 @@ class Cells:
     """Ordered cells [t, t + h], n of them, and ``table`` of shape (n, COLUMNS), laid out as in
     ``solvers.pin.shapes.break_points.paths``.
 
-    ``level`` marks the cells in which f, B and S are constant.
+    ``constant`` marks the cells in which f, B and S are constant.
     """
 
     t: Array
     h: Array
-    level: NDArray[np.bool_]
+    constant: NDArray[np.bool_]
     table: Array
 
-    def floored(self, least: float) -> Cells:
-        """Return the cells with walls of at least ``least``; where f passes it, f is ignored."""
+    def with_floor(self, least: float) -> Cells:
+        """Return the cells with walls of at least ``least``; in a cell where f crosses ``least``, f is ignored."""
         below = self.table[:, FLOOR] < least
         if not below.any():
             return self
@@ -41,48 +41,48 @@ class Cells:
         table[below, FLOOR : FLOOR + 2] = least
         return replace(self, table=table)
 
-    def taken(self, which: NDArray[np.bool_] | slice) -> Cells:
+    def subset(self, which: NDArray[np.bool_] | slice) -> Cells:
         """Return a subset of the cells."""
-        return Cells(self.t[which], self.h[which], self.level[which], self.table[which])
+        return Cells(self.t[which], self.h[which], self.constant[which], self.table[which])
 
     def split(self, counts: list[int]) -> list[Cells]:
         """Return consecutive groups of the cells."""
         ends = np.cumsum(counts)
-        return [self.taken(slice(end - count, end)) for count, end in zip(counts, ends, strict=True)]
+        return [self.subset(slice(end - count, end)) for count, end in zip(counts, ends, strict=True)]
 
 
 def points(half: Half, t: Array) -> Cells:
     """Return cells of zero width, with exact f, B and S."""
     table = np.zeros((t.size, COLUMNS))
-    table[:, AT : AT + 2] = t[:, None]
-    table[:, FLOOR : FLOOR + 2] = half.least(t)[:, None]
+    table[:, POSITION : POSITION + 2] = t[:, None]
+    table[:, FLOOR : FLOOR + 2] = half.lower_bound(t)[:, None]
     if half.sums is not None:
-        bent, sheared = half.sums.upto(t)
-        table[:, BENT : BENT + 2], table[:, SHEARED : SHEARED + 2] = bent[:, None], sheared[:, None]
+        bent, sheared = half.sums.integrals(t)
+        table[:, BENDING : BENDING + 2], table[:, SHEAR : SHEAR + 2] = bent[:, None], sheared[:, None]
     return Cells(t, np.zeros_like(t), np.zeros(t.size, dtype=bool), table)
 
 
 def cells(half: Half, t: Array, h: Array) -> Cells:
-    """Return cells of width h from t, from samples inside each."""
+    """Return cells [t, t + h], with bounds from samples inside each."""
     grid = t[:, None] + h[:, None] * _SAMPLES
     grid[:, -1] = np.minimum(t + h, 1.0)
-    level = half.least(grid.ravel()).reshape(grid.shape)
+    level = half.lower_bound(grid.ravel()).reshape(grid.shape)
     table = np.zeros((t.size, COLUMNS))
-    table[:, AT : AT + 2] = grid[:, [0, -1]]
-    # f is non-decreasing; a kink between two samples shows in the second differences beside it.
-    turn = np.maximum(np.diff(level, 2, axis=1), 0.0)
-    sag = 0.25 * _SAFETY_FACTOR * (np.pad(turn, ((0, 0), (0, 1))) + np.pad(turn, ((0, 0), (1, 0)))).max(axis=1)
+    table[:, POSITION : POSITION + 2] = grid[:, [0, -1]]
+    # f is non-decreasing; a kink between two samples shows in the adjacent second differences.
+    bend = np.maximum(np.diff(level, 2, axis=1), 0.0)
+    sag = 0.25 * _SAFETY_FACTOR * (np.pad(bend, ((0, 0), (0, 1))) + np.pad(bend, ((0, 0), (1, 0)))).max(axis=1)
     first, last = level[:, 0], level[:, -1]
     low = first - (first[:, None] + (last - first)[:, None] * _SAMPLES - level).max(axis=1) - sag
     flat = low < 0.5 * first
     table[:, FLOOR] = np.where(flat, first, low)
     table[:, FLOOR + 1] = np.where(flat, first, low + (last - first))
-    still = np.ones(t.size, dtype=bool)
+    unchanged = np.ones(t.size, dtype=bool)
     if half.sums is not None:
-        value = half.sums.upto(grid.ravel()).reshape(2, *grid.shape)
-        table[:, BENT : BENT + 2], table[:, SHEARED : SHEARED + 2] = _lines_below(grid, value, half.sums)
-        still = np.all(value[:, :, 0] == value[:, :, -1], axis=0)
-    return Cells(t, h, (last <= first) & still, table)
+        value = half.sums.integrals(grid.ravel()).reshape(2, *grid.shape)
+        table[:, BENDING : BENDING + 2], table[:, SHEAR : SHEAR + 2] = _lines_below(grid, value, half.sums)
+        unchanged = np.all(value[:, :, 0] == value[:, :, -1], axis=0)
+    return Cells(t, h, (last <= first) & unchanged, table)
 
 
 def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
@@ -94,7 +94,7 @@ def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
     density = sums.density(inside.ravel()).reshape(2, *inside.shape)
     first, last = value[:, :, :1], value[:, :, -1:]
     short = (first + (last - first) * _SAMPLES - value).max(axis=2)
-    # Between two samples the integral sags by a quarter of the slope increase times their distance.
+    # Between two samples the integral lies below its chord by a quarter of the slope increase times their distance.
     increase = np.maximum(np.diff(density, axis=2).max(axis=2), 0.0)
     sag = 0.25 * _SAFETY_FACTOR * wide * _SAMPLES[1] * increase
     ends = np.concatenate([first, last], axis=2) - (short + sag)[:, :, None]
@@ -104,7 +104,7 @@ def _lines_below(grid: Array, value: Array, sums: Sums) -> Array:
     return ends
 
 
-def finer(half: Half, old: list[Cells]) -> list[Cells]:
+def split_cells(half: Half, old: list[Cells]) -> list[Cells]:
     """Split the cells of every layer into CUT parts each."""
     t, h = (np.concatenate([getattr(layer, name) for layer in old]) for name in ("t", "h"))
     h = h / CUT

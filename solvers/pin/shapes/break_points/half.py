@@ -13,15 +13,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.pin.optimum.discretised import least_walls_at
-from solvers.pin.optimum.lagrangian import Segments, weigh_segments
+from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
 from solvers.pin.optimum.program import Program, folded
 from solvers.pin.shapes.break_points.sums import Sums
-from solvers.pin.stations.opening import kinks
+from solvers.pin.stations.initial_panels import kinks
 
 Array = NDArray[np.float64]
 
-APART = 1e-12
-"""Distance below which two positions of the bar, 0 to 1, are identical."""
+COINCIDENT = 1e-12
+"""Distance below which two positions of the half, 0 to 1, are regarded as identical."""
 _SAMPLES_PER_EDGE = 8
 
 
@@ -39,7 +39,7 @@ class Walls:
 
 @dataclass(frozen=True)
 class Half:
-    """The half that satisfies the constraints of both halves, solid beyond the position ``solid_from`` [m]."""
+    """One half, subject to the constraints of both halves; solid beyond the position ``solid_from`` [m]."""
 
     program: Program
     solid_from: float = math.inf
@@ -48,16 +48,16 @@ class Half:
     def law(self) -> Array:
         """Flexibility law of the sections: kappa (``solvers.pin.section.flexibility``) and Cowper's constants."""
         law = self.program.law
-        return np.array([self.program.sought.kappa, law.a, law.b])
+        return np.array([self.program.variable.kappa, law.a, law.b])
 
     def _least_at(self, x: Array) -> Array:
         """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
         p = self.program
-        least = p.sought.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
+        least = p.variable.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
         return np.where(x > self.solid_from, 1.0, least)
 
     @cached_property
-    def half(self) -> Program:
+    def folded(self) -> Program:
         """The program of the half alone."""
         return folded(self.program)
 
@@ -68,51 +68,51 @@ class Half:
 
     @cached_property
     def _peaks(self) -> Array:
-        return np.maximum.accumulate(self.half.lower)
+        return np.maximum.accumulate(self.folded.lower)
 
     @cached_property
     def sums(self) -> Sums | None:
         """The cumulative deflection coefficients; None without a limit."""
-        half = self.half
+        half = self.folded
         if half.limit is None:
             return None
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
 
-    def least(self, t: Array) -> Array:
+    def lower_bound(self, t: Array) -> Array:
         """Return the running maximum of the lower bound of u from the end to positions in any order."""
         order = np.argsort(t, kind="stable")
         x = t[order] * self.middle
-        before = np.clip(np.searchsorted(self.half.stations.x, x, side="right") - 1, 0, None)
+        before = np.clip(np.searchsorted(self.folded.stations.x, x, side="right") - 1, 0, None)
         found = np.empty_like(t)
         found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
         return found
 
-    def weigh(self, places: Array) -> Walls | None:
-        """Return the lightest walls for steps that end at these positions, the last at 1; None if none are stiff
-        enough."""
-        share, least = np.diff(places, prepend=0.0), self.least(places)
+    def lightest_walls(self, places: Array) -> Walls | None:
+        """Return the lightest walls of steps that end at these positions, the last at 1; None if even solid steps
+        exceed the deflection limit."""
+        weight, least = np.diff(places, prepend=0.0), self.lower_bound(places)
         if self.sums is None:
-            return Walls(least, float(share @ least), 0.0)
-        sums = np.diff(self.sums.upto(np.concatenate([[0.0], places])), axis=1)
-        mean = np.divide(sums, share, out=np.zeros_like(sums), where=share > 0.0)
+            return Walls(least, float(weight @ least), 0.0)
+        sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
+        mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
         bending, shear = np.maximum(mean, 0.0)
         p = self.program
-        steps = Segments(share, bending, shear, 1.0, p.sought.kappa, p.law, places.size)
-        found = weigh_segments(steps, least, True)
-        return None if found is None else Walls(found.solidity, float(share @ found.solidity), found.multiplier)
+        steps = Segments(weight, bending, shear, 1.0, p.variable.kappa, p.law, places.size)
+        found = minimum_segment_volume(steps, least, True)
+        return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
 
     def edges(self, count: int) -> Array:
-        """Return the edges of the first cells: at the half's kinks and at most 1/``count`` apart, from 0 to 1."""
+        """Return the edges of the initial cells, from 0 to 1: at the half's kinks and at most 1/``count`` apart."""
         edges = np.union1d(np.linspace(0.0, 1.0, count + 1), kinks(self.program.scene))
         edges = np.union1d(edges, _plateau_ends(self, edges))
-        return edges[np.concatenate([[True], np.diff(edges) > APART])]
+        return edges[np.concatenate([[True], np.diff(edges) > COINCIDENT])]
 
 
 def _plateau_ends(half: Half, edges: Array) -> list[float]:
-    """Return where the lower bound of u stops and resumes increasing: f has kinks there, and breaks favour the
-    latter."""
+    """Return the positions at which the lower bound of u stops and resumes increasing: kinks of f, and the latter are
+    frequent optimal break points."""
     t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
-    level = half.least(t)
+    level = half.lower_bound(t)
     flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])
     begins, ends = (np.flatnonzero(where) for where in (~flat[:-1] & flat[1:], flat[:-1] & ~flat[1:]))
     found = []
@@ -125,18 +125,18 @@ def _plateau_ends(half: Half, edges: Array) -> list[float]:
     return found
 
 
-def _crossing(half: Half, low: float, high: float, top: float, times: float) -> float:
-    """Return where f reaches ``times`` ``top``."""
+def _crossing(half: Half, low: float, high: float, top: float, factor: float) -> float:
+    """Return the position at which f reaches ``factor`` times ``top``."""
     while high - low > 1e-15:
         grid = np.linspace(low, high, 65)
-        first = int(np.argmax(half.least(grid) >= top * times))
+        first = int(np.argmax(half.lower_bound(grid) >= top * factor))
         if first == 0 or (grid[first - 1] <= low and grid[first] >= high):
             break
         low, high = float(grid[first - 1]), float(grid[first])
-    return high if times == 1.0 else low
+    return high if factor == 1.0 else low
 
 
-def corners_of(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:
+def step_vertices(places: Array, sizes: Array, length: float) -> tuple[tuple[float, float], ...]:
     """Return the vertices of steps of these sizes, with ends at positions of the half, over the whole length."""
     begins = np.concatenate([[0.0], places[:-1]])
     half = [(float(x), float(d)) for b, e, d in zip(begins, places, sizes, strict=True) for x in (b, e)]

@@ -17,9 +17,9 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Sums:
-    """The deflection coefficients, bending and shear over the limit, integrated from the end to any position.
+    """Integrals of the deflection coefficients (bending and shear, over the limit) from the end to any position.
 
-    Between the stations they are the interpolating polynomials of each panel: exact for Macaulay loads.
+    Within each panel the coefficients are their interpolating polynomials: exact for Macaulay loads.
     """
 
     stations: Stations
@@ -39,8 +39,8 @@ class Sums:
         padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
         return left, wide, np.ascontiguousarray(padded), np.ascontiguousarray(sums)
 
-    def upto(self, t: Array) -> Array:
-        """Return both integrals up to positions t, shape (2, n)."""
+    def integrals(self, t: Array) -> Array:
+        """Return both integrals from 0 to positions t, shape (2, n)."""
         left, wide, _, sums = self._series
         found = np.empty((2, t.size))
         _evaluate(left, wide, sums, t, found)

@@ -18,14 +18,14 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Found:
-    """A profile of some form.
+class ShapeResult:
+    """Lightest profile of a form.
 
-    solidity   u at the program's stations
-    volume     mass relative to the solid pin, exact for the shape
-    proof      computes a proven lower bound of the volume over this form on these stations
-    corners    (position [m], bore diameter [m]) vertices of a piecewise linear shape; None: given by the stations
-    doubt      error estimate of the volume per panel: quadrature, or extrema between stations
+    solidity        u at the program's stations
+    volume          mass relative to the solid pin, exact for the shape
+    proof           function that computes a proven lower bound of the volume over this form on these stations
+    corners         (position [m], diameter [m]) vertices of a piecewise linear shape; None: given by the stations
+    error_estimate  of the volume, per panel: quadrature error, or missed extrema between stations
     """
 
     solidity: Array
@@ -34,7 +34,7 @@ class Found:
     method: str
     evidence: Mapping[str, float | int | str] = field(default_factory=dict)
     corners: tuple[tuple[float, float], ...] | None = None
-    doubt: Array | None = None
+    error_estimate: Array | None = None
 
     @cached_property
     def bound(self) -> float:

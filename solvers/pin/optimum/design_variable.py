@@ -1,4 +1,4 @@
-"""Which diameter is sought, with all that depends on it: walls, the measure u of material, flexibilities, masses.
+"""Design variable: bore of a pin or outer diameter of a bushing, with its walls, measure u of material and masses.
 
 With the given diameter G, the thickness t = D - d, and kappa = -1 for a pin's bore, 1 for a bushing's outer diameter
 around a bore and 0 for a shaft's, D^2 - d^2 = t (2 G -+ t) and
@@ -24,17 +24,18 @@ from solvers.numerics.jit import kernel
 from solvers.pin.limits import Limits
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
-from solvers.pin.section.least_wall import least_gap, least_wall
-from solvers.pin.section.strength import StrengthConstraint, uses
+from solvers.pin.section.least_wall import least_bushing_wall, least_wall
+from solvers.pin.section.strength import StrengthConstraint, utilisations
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Sought(ABC):
-    """The diameter sought beside the ``given`` one G [m]; u, walls and sizes (the sought diameter [m]) are arrays (n,).
+class DesignVariable(ABC):
+    """Diameter to be designed, for a fixed value ``given`` G [m] of the other diameter.
 
-    Walls are D - d over ``unit_diameter`` [m], that of the strength constraints; ``unit`` l [m].
+    u, walls and sizes (the unknown diameter [m]) are arrays (n,). Walls are (D - d)/``unit_diameter``, with the unit
+    diameter [m] of the strength constraints; ``unit`` is l [m].
     """
 
     given: float
@@ -61,19 +62,19 @@ class Sought(ABC):
 
     @abstractmethod
     def diameters(self, walls: Array) -> tuple[Array, Array]:
-        """Bores and outer diameters [m] of walls."""
+        """Return bores and outer diameters [m] for given walls."""
 
     @abstractmethod
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
-        """Return the stations whose hoop stress exceeds the allowable, and a description of the sizes concerned."""
+        """Return a mask of the stations whose hoop stress exceeds the allowable, and a description of their sizes."""
 
     @property
     def thickest(self) -> float:
         """Wall of the solid section; infinite for a bushing."""
         return 1.0 if self.kappa < 0.0 else math.inf
 
-    def fitted(self, walls: Array, length: float) -> Sought:
-        """Return a copy with its length unit set, if that depends on the walls."""
+    def rescaled(self, walls: Array, length: float) -> DesignVariable:
+        """Return a copy whose length unit suits the walls, if the unit depends on them."""
         return self
 
     @property
@@ -86,27 +87,27 @@ class Sought(ABC):
         m = scene.material
         return m.elastic_modulus * math.pi * self.unit**4 / 64.0, m.shear_modulus * math.pi * self.unit**2 / 4.0
 
-    def uses(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
+    def utilisations(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
         """Return the strength utilisation of the criterion and of the shear allowable, (2, n)."""
-        return uses(constraints, self.diameters(walls)[0] / self.unit_diameter, walls)
+        return utilisations(constraints, self.diameters(walls)[0] / self.unit_diameter, walls)
 
     def solidity_of(self, walls: Array) -> Array:
-        """u of walls, t (2 G -+ t)/l^2."""
+        """Return u for given walls, t (2 G -+ t)/l^2."""
         scale = self.unit_diameter / self.unit
         return (scale * walls) * (2.0 * self.given / self.unit + (self.sign * scale) * walls)
 
     def wall_of(self, u: Array) -> Array:
-        """Walls of u without cancellation: t = z/(G + sqrt(G^2 +- z)), z = u l^2; 0 where u is not positive."""
+        """Return the walls for given u without cancellation: t = z/(G + sqrt(G^2 +- z)), z = u l^2; 0 where u <= 0."""
         out = np.empty_like(u)
         _walls_of(u, self.given / self.unit, self.sign, self.unit / self.unit_diameter, out)
         return out
 
     def sizes(self, walls: Array) -> Array:
-        """Sought diameter [m] of walls."""
+        """Unknown diameter [m] for given walls."""
         return self.given + (self.sign * self.unit_diameter) * walls
 
     def thickness(self, sizes: Array) -> Array:
-        """D - d [m] at sizes."""
+        """Return D - d [m] for given sizes."""
         return np.maximum(self.sign * (sizes - self.given), 0.0)
 
     def mass_unit(self, scene: Scene) -> float:
@@ -114,23 +115,23 @@ class Sought(ABC):
         return scene.material.density * math.pi / 4.0 * self.unit**2 * scene.geometry.length
 
     def mass_of(self, scene: Scene, x: Array, sizes: Array) -> float:
-        """Mass [kg] of sizes that are linear between positions x [m].
+        """Return the mass [kg] for sizes that vary linearly between positions x [m].
 
-        Over a segment t (2 G -+ t) with t linear has the mean G (t0 + t1) -+ (t0^2 + t0 t1 + t1^2)/3: in terms of t
-        it keeps the digits of a thin tube.
+        With t linear over a segment the mean of t (2 G -+ t) is G (t0 + t1) -+ (t0^2 + t0 t1 + t1^2)/3, free of
+        cancellation for a thin tube.
         """
         t = self.thickness(sizes)
         a, b = t[:-1], t[1:]
         mean = self.given * (a + b) + self.sign * (a * a + a * b + b * b) / 3.0
         return scene.material.density * math.pi / 4.0 * float(np.diff(x) @ mean)
 
-    def growth(self, thickest: float) -> float:
+    def max_derivative(self, thickest: float) -> float:
         """Maximum derivative of u with respect to t [1/m], up to the thickest t [m]."""
         return 2.0 * (self.given + max(self.sign, 0.0) * thickest) / self.unit**2
 
 
-class BoreSought(Sought):
-    """The bore of a pin with outer diameter ``given`` D [m].
+class BoreVariable(DesignVariable):
+    """Bore of a pin with outer diameter ``given`` D [m].
 
     u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D, and the deflection coefficients are
     those of the solid section.
@@ -176,8 +177,8 @@ class BoreSought(Sought):
         return 1.0 - walls > ratio, f"the bore is wider than {ratio * self.given * 1e3:.4g} mm"
 
 
-class OutsideSought(Sought):
-    """The outer diameter of a bushing with bore ``given`` d [m], or of a shaft, d = 0.
+class OuterDiameterVariable(DesignVariable):
+    """Outer diameter of a bushing with bore ``given`` d [m], or of a shaft, d = 0.
 
     The length unit of u is the bore (for a shaft: a length scale from the load), walls are t = D - d [m]. Both
     flexibilities are convex and decreasing for u > 0: a feasible bushing exists for every finite load and every
@@ -213,14 +214,9 @@ class OutsideSought(Sought):
         return math.inf if self.given > 0.0 else floor
 
     def least_walls(self, constraints: tuple[StrengthConstraint, ...], floor: float, stations: int) -> Array:
-        return least_gap(constraints, self.given, floor, stations)
+        return least_bushing_wall(constraints, self.given, floor, stations)
 
-    @property
-    def thickest(self) -> float:
-        """Wall of the solid section; infinite for a bushing."""
-        return 1.0 if self.kappa < 0.0 else math.inf
-
-    def fitted(self, walls: Array, length: float) -> OutsideSought:
+    def rescaled(self, walls: Array, length: float) -> OuterDiameterVariable:
         return replace(self, unit=self.given or float(walls.max()) or length)
 
     def diameters(self, walls: Array) -> tuple[Array, Array]:
@@ -234,12 +230,12 @@ class OutsideSought(Sought):
         return self.sizes(walls) < outer, f"the outer diameter is less than {outer * 1e3:.4g} mm"
 
 
-def sought_in(scene: Scene) -> Sought:
-    """Return which diameter is sought: the one the geometry does not give."""
+def design_variable_of(scene: Scene) -> DesignVariable:
+    """Return the scene's design variable: the diameter that its geometry does not give."""
     g = scene.geometry
     if isinstance(g, BushingGeometry):
-        return OutsideSought(g.bore, g.bore)
-    return BoreSought(g.outer_diameter, g.outer_diameter)
+        return OuterDiameterVariable(g.bore, g.bore)
+    return BoreVariable(g.outer_diameter, g.outer_diameter)
 
 
 @kernel

@@ -58,8 +58,8 @@ def front(
 
     Empty if no design is feasible. Raises InvalidInput for an invalid request.
     """
-    if problem.objective.settles:
-        able = [name for name, objective in OBJECTIVES.items() if not objective.settles]
+    if problem.objective.set_motion:
+        able = [name for name, objective in OBJECTIVES.items() if not objective.set_motion]
         raise InvalidInput("objective", "no front can be drawn of it", ", ".join(able))
     if against not in AGAINST or against == problem.objective.name:
         raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))

@@ -4,9 +4,9 @@
 # fmt: off
 
 TUPLES: dict[str, str] = {
-    "solvers.crank.cycle.forces.Machine": "solvers.crank.motion.slider_crank.Frame f f f f f f f f",
-    "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Frame f f",
-    "solvers.crank.motion.slider_crank.Frame": "f f f f f f",
+    "solvers.crank.cycle.forces.Machine": "solvers.crank.motion.slider_crank.Geometry f f f f f f f f",
+    "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Geometry f f",
+    "solvers.crank.motion.slider_crank.Geometry": "f f f f f f",
     "solvers.linkage.steady_state.collocation.Machine": "f1 f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f1 f2 f2",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2 f3 f3",
@@ -39,7 +39,7 @@ TUPLES: dict[str, str] = {
 
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("flexible-rod", "check"): (
-        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Frame f f"),
+        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Geometry f f"),
         ("solvers.crank.gas.unrolled_pressure._jumps", "solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
         ("solvers.numerics.legendre.legendre_at", "f1 i"),
@@ -143,9 +143,9 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.loads.torque_and_pin_force.peaks_per_energy", "f2 f1 i i"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_slope", "f1 f1"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
+        ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
         ("solvers.linkage.steady_state.collocation.speed_spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
-        ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
         ("solvers.linkage.swept_area.bounding_box.minimum_box_areas", "f2 f1 f1 f1 f f f f f"),
         ("solvers.linkage.swept_area.enclosing_circle.enclosing_radii", "f2"),
         ("solvers.linkage.swept_area.outline.extents", "f1 f"),
@@ -158,9 +158,9 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.cycle.worst_instants.greatest", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 i i f"),
-        ("solvers.crank.effects._background", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
+        ("solvers.crank.effects._reference_loads", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
         ("solvers.crank.gas.pressure_table._unrolled", "f1 f1 f1"),
-        ("solvers.crank.motion.slider_crank._postures", "f1 solvers.crank.motion.slider_crank.Frame"),
+        ("solvers.crank.motion.slider_crank._motion_states", "f1 solvers.crank.motion.slider_crank.Geometry"),
         ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
     ),
 }

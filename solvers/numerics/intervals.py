@@ -91,7 +91,7 @@ def _product(a: float, a_high: float, b: float, b_high: float) -> tuple[float, f
 
 @kernel
 def _intersected(place: float, low: float, high: float, slope: float, slope_high: float, extent: Extent) -> Enclosure:
-    """A result of interval arithmetic, with its values intersected with those of the mean value form."""
+    """Enclosure from interval arithmetic, its values intersected with those of the mean value form."""
     down = max(max(slope_high, 0.0) * extent[0], max(-slope, 0.0) * extent[1])
     up = max(max(-slope, 0.0) * extent[0], max(slope_high, 0.0) * extent[1])
     return place, max(low, place - down), min(high, place + up), slope, slope_high

@@ -17,7 +17,7 @@ from solvers.crank.cycle.group import CylinderGroup, cylinder_group
 from solvers.crank.cycle.loads import LOADS
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, wrapped
 from solvers.numerics.arrays import Array, Index
-from solvers.numerics.brackets import narrow, trial_points
+from solvers.numerics.brackets import shrink_bracket, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 
 ROD_ROWS = slice(1, 3)
@@ -204,7 +204,7 @@ def refined_maxima(
             for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
                 _write_rows(points, pieces, machine, gas, group, first, out)
-                gain_bound = narrow(place, value, points, out[row])
+                gain_bound = shrink_bracket(place, value, points, out[row])
                 if (
                     gain_bound <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
                     or value[1] + gain_bound <= best + slack

@@ -22,7 +22,7 @@ import numpy as np
 from solvers.linkage.mechanism.angular_velocity_ratio import ratio_at_half_angle
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.numerics.arrays import Array
-from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
+from solvers.numerics.brackets import MAX_ITERATIONS, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import largest
 
@@ -165,11 +165,11 @@ def refined_peak(
         for m in range(3):
             place[m] = angle_from_cotangent(cotangents[min(max(j + m - 1, 0), last)])
         value[0], value[1], value[2] = samples[before], sample, samples[after]
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             trial_points(place, value, points)
             for m in range(5):
                 heights[m] = abs(_loads(coefficients, u31_end, points[m])[quantity])
-            if narrow(place, value, points, heights) <= _PEAK_TOLERANCE * value[1]:
+            if shrink_bracket(place, value, points, heights) <= _PEAK_TOLERANCE * value[1]:
                 break
         if value[1] > best:
             best, at = value[1], place[1]

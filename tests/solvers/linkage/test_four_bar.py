@@ -36,7 +36,7 @@ ANGLES = [1e-15, 1e-12, 1e-9, 1e-7, 1e-4, 0.03, 0.7, 1.9, 3.0, math.pi, -2.2, -0
 def test_differences_from_g_are_correctly_rounded(restitution):
     gain = Gain(restitution)
     g = (1 + Fraction(restitution)) / (1 - Fraction(restitution))
-    for power, difference in ((1, gain.below), (2, gain.square_below)):
+    for power, difference in ((1, gain.excess_of), (2, gain.square_excess_of)):
         nearest = float(g**power)
         for ratio in (nearest, math.nextafter(nearest, 0.0), nearest * (1 + 1e-12), 1.7 * nearest, 1e-3, 1e9):
             assert difference(ratio) == float(Fraction(ratio) - g**power)

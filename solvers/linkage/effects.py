@@ -3,7 +3,7 @@
 Three of the four require optional scene data: a drive, a stiffness, a tolerance. Without them they cannot run, which
 the manifest states. A given drive always requires the steady running: its speed may deviate arbitrarily from the
 nominal one, so no energy ratio bounds the influence. An omitted elastic peak, restitution error or blocked
-angle is below the tolerance, relative to the pin force, to one and to a radian respectively.
+angle is below the tolerance relative to the pin force, to 1 and to 1 rad respectively.
 """
 
 from __future__ import annotations

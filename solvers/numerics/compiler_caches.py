@@ -1,4 +1,4 @@
-"""Caches for what numba would otherwise compute repeatedly while it compiles.
+"""Caches for intermediate results that numba otherwise recomputes while it compiles.
 
 - The type of an operator: numba tries about fifty rules for every ``+``, once for type inference and once for code
   generation, a tenth of the compilation time of a kernel.
@@ -60,7 +60,7 @@ def without_block_lifetimes() -> Iterator[None]:
     """Skip the computation of the variables alive at the start of each block of code, within the context.
 
     Only generators and numba's object mode need these variables, and kernels use neither. Lifetimes of variables are
-    still computed on request, by numba's own rule.
+    computed on request, by numba's own rule.
     """
     from inspect import signature
 

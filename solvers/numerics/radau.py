@@ -1,7 +1,7 @@
 """Radau collocation on one element [0, 1]: points and matrices acting on values there.
 
 The points are the element's start and the Radau points, the last of which is its end; the method has order 2 s - 1 for
-s Radau points and damps what its steps cannot resolve.
+s Radau points and damps components too fast for its elements to resolve.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; for the barycentric weights, J.-P.
 Berrut, L. N. Trefethen, SIAM Review 46 (2004).

@@ -1,8 +1,8 @@
 """Critical instants of a cycle, at which its loads are greatest, for one cylinder or several acting together.
 
 All quantities are sampled together at a few points of every piece, including both ends, each piece separately, since
-the pressure may jump at a break. Of the sampled local maxima those are refined that may exceed the incumbent by more
-than the tolerance: with K the bound of the second difference, four times that of the samples, and d the deficit of
+the pressure may jump at a break. A sampled local maximum is refined if it may exceed the incumbent by more than the
+tolerance: with K the bound of the second difference, four times that of the samples, and d the deficit of
 the higher neighbour, a maximum may rise by K/2 (1/2 - d/K)^2. The remaining possible excess counts as error.
 """
 

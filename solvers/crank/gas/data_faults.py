@@ -83,9 +83,9 @@ class RestartedAngles(Fault):
     def offending(self, points: Points) -> Offending:
         """Return a mask of the points of the second revolution."""
         steps = np.diff(points.x, prepend=points.x[0])
-        is_restarted = points.span >= 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
-        again = is_restarted and np.sum(steps < 0) == 1 and steps.min() < -0.75 * REVOLUTION
-        return np.logical_or.accumulate(steps < 0) & again
+        one_revolution_labelled = points.span >= 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
+        restarted = one_revolution_labelled and np.sum(steps < 0) == 1 and steps.min() < -0.75 * REVOLUTION
+        return np.logical_or.accumulate(steps < 0) & restarted
 
     def repaired(self, points: Points) -> Points:
         return replace(points, x=points.x + np.where(self.offending(points), REVOLUTION, 0.0))
@@ -153,9 +153,9 @@ class NotClosed(Fault):
     repair = "first and last point replaced by their mean"
 
     def offending(self, points: Points) -> Offending:
-        apart = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
+        repeats_first = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
         gap = abs(points.pressure[-1] - points.pressure[0])
-        return _last(points, apart and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
+        return _last(points, repeats_first and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
 
     def repaired(self, points: Points) -> Points:
         closed = points.pressure.copy()

@@ -53,7 +53,7 @@ class Gain:
         return 4.0 * self.restitution / (1.0 - self.restitution) ** 2
 
     def excess_of(self, ratio: Number) -> Number:
-        """ratio - g; for a single number correctly rounded, however close the ratio is to g."""
+        """ratio - g; for a float correctly rounded, however close the ratio is to g."""
         if isinstance(ratio, float):
             numerator, denominator = self._exact
             p, q = ratio.as_integer_ratio()
@@ -61,7 +61,7 @@ class Gain:
         return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
 
     def square_excess_of(self, ratio: Number) -> Number:
-        """ratio - g^2, with the same precision."""
+        """ratio - g^2, rounded likewise."""
         if isinstance(ratio, float):
             numerator, denominator = self._exact
             p, q = ratio.as_integer_ratio()
@@ -88,7 +88,7 @@ class Ratios:
 
 
 def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
-    """Ratios as measured, with lambda - 1 by subtraction."""
+    """Ratios from given values, with lambda - 1 by subtraction."""
     return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
 
 
@@ -111,16 +111,16 @@ class ChangePoint(ABC):
         """The mechanism with R_k = R and the free ratio ``parameter``."""
 
     def parameter_limit(self, gain: Gain) -> float:
-        """The crank rotates fully for free ratios above this value. At the value itself, the largest coupler and the
-        largest base are parallelograms."""
+        """Lower limit of the free ratio for full rotation of the crank; there, the largest coupler and the largest base
+        are parallelograms."""
         return gain.value
 
     def pole(self, gain: Gain) -> float:
-        """No mechanism exists for free ratios up to this."""
+        """Free ratio up to which no mechanism exists."""
         return 0.0
 
     def minimum_margin(self, gain: Gain) -> float:
-        """Minimum relative distance of a design's free ratio above its least value."""
+        """Minimum relative distance of a design's free ratio above ``parameter_limit``."""
         return MIN_PARALLELOGRAM_MARGIN
 
     @property
@@ -137,7 +137,7 @@ class ChangePoint(ABC):
         return ratios.base * self._rocker_minus_sign(ratios) * self._crank_pivot_to_joint(ratios)
 
     def straight_swing_margin(self, ratios: Ratios) -> Number:
-        """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
+        """lambda0 lambda3 - lambda2, zero for a rocker swing of 180 degrees."""
         return self.pin_to_pivot(ratios) * self._rocker_minus_sign(ratios)
 
     def pin_to_pivot(self, ratios: Ratios) -> Number:

@@ -1,8 +1,8 @@
-"""Errors of the lengths of a change-point mechanism: of its closure, with their effect on the crank's rotation, and of
-its restitution.
+"""Effects of length errors of a change-point mechanism: on its closure, hence on the crank's rotation, and on its
+restitution.
 
-A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: what
-is left of ``ChangePoint``'s closure less 1) prevents the collinear position within a window phi_w about phi = 0:
+A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: the
+left side of ``ChangePoint``'s closure minus 1) prevents the collinear position within a window phi_w about phi = 0:
 
     delta < 0  the crank is blocked within +-phi_w,    sin^2(phi_w/2) = |delta| (2 e +- |delta|)/(4 lambda0)
     delta > 0  the crank passes, but the rocker reverses short of its end position by psi,
@@ -96,8 +96,8 @@ def crank_angle_limit(bar: FourBar) -> float | None:
     if bar.kind.crank_sign > 0:
         square = (r.coupler + r.rocker - base_minus_crank) * (r.coupler + r.rocker + base_minus_crank) / (4.0 * r.base)
     else:
-        apart = abs(r.coupler - r.rocker)
-        square = (base_plus_crank - apart) * (base_plus_crank + apart) / (4.0 * r.base)
+        difference = abs(r.coupler - r.rocker)
+        square = (base_plus_crank - difference) * (base_plus_crank + difference) / (4.0 * r.base)
     return None if square >= 1.0 else _twice_arcsine(square)
 
 

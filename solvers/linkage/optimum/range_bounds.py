@@ -40,7 +40,7 @@ be sharp; a misfit decides feasibility."""
 
 @dataclass(frozen=True)
 class RangeBounds:
-    """Bounds over the ranges [low, high] of q, shape (n,). ``cutoff``: areas above it need not be known exactly."""
+    """Bounds over the ranges [low, high] of q, shape (n,). Areas above ``cutoff`` need not be sharp."""
 
     subproblem: Subproblem
     family: Family
@@ -70,14 +70,14 @@ class RangeBounds:
         return outlines(bar.kind, ratios, self._lengths[2, :, 0], self._three(bar.swing)[2])
 
     @cached_property
-    def _moves(self) -> tuple[Array, Array]:
+    def _displacement_bounds(self) -> tuple[Array, Array]:
         """d_x and d_y per V."""
         lengths, swings = self._lengths, self._three(self._members.swing)
         crank, base, _, rocker = np.abs(lengths[:2] - lengths[2]).max(axis=0).T
         swing, widest = np.abs(swings[:2] - swings[2]).max(axis=0), swings[:2].max(axis=0)
         sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
-        turned = lengths[:2, :, 3].max(axis=0) * swing
-        along, across = base + rocker + sine * turned, sine * rocker + turned
+        arc_displacement = lengths[:2, :, 3].max(axis=0) * swing
+        along, across = base + rocker + sine * arc_displacement, sine * rocker + arc_displacement
         return np.maximum(crank, along), np.maximum(crank, across)
 
     @cached_property
@@ -92,13 +92,15 @@ class RangeBounds:
     def radius(self) -> Array:
         low, high, middle = self._three(self._members.coefficients)
         swings = self._three(self._members.swing)
-        turns = np.maximum(swings[2] - swings[:2].min(axis=0), 0.0)
-        return radius_lower_bounds(low, middle, high, self._outlines, turns, self.family.gain.value) * (1 - 1e-12)
+        swing_deficits = np.maximum(swings[2] - swings[:2].min(axis=0), 0.0)
+        return radius_lower_bounds(low, middle, high, self._outlines, swing_deficits, self.family.gain.value) * (
+            1 - 1e-12
+        )
 
     @cached_property
     def misfit(self) -> Array:
         width, height = self.subproblem.room
-        found = minimum_misfits(self._outlines, *self._moves, width, height, _FIT_TOLERANCE)
+        found = minimum_misfits(self._outlines, *self._displacement_bounds, width, height, _FIT_TOLERANCE)
         return np.maximum(found * (1 - _FIT_TOLERANCE), 0.0)
 
     def _least(self, which: int) -> Array:
@@ -132,7 +134,7 @@ class RangeBounds:
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
         pads = 2.0 * limits.joint_radius
-        along, across = self._moves
+        along, across = self._displacement_bounds
         room = *limits.sides, _AREA_TOLERANCE, self.cutoff
         found = minimum_box_areas(self._outlines, scale, along, across, pads, *room)[:, 0]
         found = np.where(found < self.cutoff, found * (1.0 - _AREA_TOLERANCE), found)

@@ -17,7 +17,7 @@ from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem
 
 _VANISHING = 1e-3
-"""|u31(2 pi)| at an end of the family below which the base is taken to grow without bound toward it."""
+"""|u31(2 pi)| at an end of the family below which the base is assumed to grow without bound toward that end."""
 
 
 def refuse_unbounded(problem: LinkageProblem) -> None:

@@ -40,12 +40,12 @@ def minimum_box(
     """The box of minimum area within width and height, to a relative tolerance; None if none fits."""
     none = np.zeros(1)
     boxes = minimum_box_areas(outline[None], none + 1.0, none, none, 2.0 * pad, width, height, tolerance, math.inf)
-    area, angle, turned = boxes[0].tolist()
+    area, angle, swapped = boxes[0].tolist()
     if not math.isfinite(area):
         return None
     along, across = (side + 2.0 * pad for side in extents(outline, angle))
     free = math.isinf(width) and math.isinf(height)
-    if turned or (free and angle < 0.0):
+    if swapped or (free and angle < 0.0):
         return Box(across, along, angle + 0.5 * math.pi)
     return Box(along, across, angle if angle >= 0.0 else angle + math.pi)
 
@@ -180,8 +180,8 @@ def minimum_box_areas(
             continue
         # W and H already include the pads minus the deviation, so they are compared with the limits directly.
         search = OrientationSearch(False, width, height, pads, deviation[0], deviation[1], tolerance, cutoff)
-        area, angle, turned = _minimum(outline, search)
-        out[i, 0], out[i, 1], out[i, 2] = area, angle, 1.0 if turned else 0.0
+        area, angle, swapped = _minimum(outline, search)
+        out[i, 0], out[i, 1], out[i, 2] = area, angle, 1.0 if swapped else 0.0
     return out
 
 

@@ -69,9 +69,9 @@ def smallest_circle(outline: Array) -> tuple[float, float, float, Array]:
     """Radius of the smallest circle around the outline, its centre, and the two or three parts that it touches: circles
     (x, y, radius).
 
-    A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
-    and the smallest circle of these four found by enumeration, until nothing protrudes. The radius increases
-    monotonically.
+    Iteration over sets of two or three tangent parts, whose smallest circle is known: the part that protrudes farthest
+    is added, and the smallest circle around these four is found by enumeration, until no part protrudes. The radius
+    increases monotonically.
     """
     r, base, rocker, _, _, _, first, last = outline
     tips = arc_ends(outline)

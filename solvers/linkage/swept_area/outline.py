@@ -71,15 +71,15 @@ def _support(
 ) -> tuple[float, float, float]:
     """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
     r, base, rocker, _, _, _, first, last = outline
-    best, constant, x, y = r, r, 0.0, 0.0
-    if base * cos > best:
-        best, constant, x, y = base * cos, 0.0, base, 0.0
+    support, constant, x, y = r, r, 0.0, 0.0
+    if base * cos > support:
+        support, constant, x, y = base * cos, 0.0, base, 0.0
     for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
-        reach = px * cos + py * sin
-        if reach > best:
-            best, constant, x, y = reach, 0.0, px, py
-    turned = (beta - first) % (2.0 * math.pi)
-    if turned <= last - first and base * cos + rocker > best:
+        projection = px * cos + py * sin
+        if projection > support:
+            support, constant, x, y = projection, 0.0, px, py
+    arc_angle = (beta - first) % (2.0 * math.pi)
+    if arc_angle <= last - first and base * cos + rocker > support:
         constant, x, y = rocker, base, 0.0
     return constant, x, y
 
@@ -109,8 +109,8 @@ def corner_directions(outline: Array) -> Array:
             found[count + 1] = _modulo_quarter_turn(r * x + along * y, r * y - along * x)
             count += 2
     found[count], found[count + 1] = _modulo_quarter_turn(away, rise if blow < base else -rise), 0.0
-    swung = rocker - away if blow > base else away - rocker
-    found[count + 2] = _modulo_quarter_turn(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    pivot_to_end = rocker - away if blow > base else away - rocker
+    found[count + 2] = _modulo_quarter_turn(pivot_to_end, rise) if pivot_to_end != 0.0 or rise != 0.0 else 0.0
     count += 3
     # The crank's circle against the rocker's: n.D + l3 = r.
     inner = (blow if blow < base else base - rocker) + r

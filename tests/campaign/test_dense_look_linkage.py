@@ -53,7 +53,7 @@ def peaks_seen(scene, mechanism):
     torque, force = series(mechanism.bar, mechanism.crank, scene.impact_energy, phi)
     back = np.where(phi > math.pi, np.minimum(phi - 2.0 * math.pi, -1e-300), phi)
     transfer = mechanism.bar.transfer(back)
-    return {"torque": np.abs(torque).max(), "force": force.max(), "greatest": np.abs(transfer).max()}
+    return {"torque": np.abs(torque).max(), "force": force.max(), "u31_max": np.abs(transfer).max()}
 
 
 def sizes_seen(mechanism, pad):

@@ -110,10 +110,8 @@ def analyse(
     cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
     found = whole_cycle(cycle.machine, curve, cycle.sharp_angles, np.array(engine.phases), tolerance)
-    torque_mean, speed_fluctuation = (
-        found.shaft.gas_work / scene.cylinder.period,
-        speed_fluctuation_of(cycle, engine, found.shaft),
-    )
+    torque_mean = found.shaft.gas_work / scene.cylinder.period
+    speed_fluctuation = speed_fluctuation_of(cycle, engine, found.shaft)
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,

@@ -73,13 +73,9 @@ class IndicatorPressure:
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
         (volume, pressure), first, (a, b, c, d, step) = self._ascending
-        high, tolerance = low + swept, END_GAP * swept
+        high, gap = low + swept, END_GAP * swept
         # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
-        if not (
-            low - tolerance < a <= b < low + tolerance
-            and high - tolerance < c <= d < high + tolerance
-            and step > 1e-12 * swept
-        ):
+        if not (low - gap < a <= b < low + gap and high - gap < c <= d < high + gap and step > 1e-12 * swept):
             for index, stroke in enumerate(self.strokes):
                 points = Points(np.array(stroke.volume), np.array(stroke.pressure), low, high)
                 require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")

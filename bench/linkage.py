@@ -20,7 +20,7 @@ from solvers import linkage
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
 from solvers.linkage.optimum.family import Family
-from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.bounding_box import minimum_box
 from solvers.linkage.swept_area.outline import sweep
 
 ANGLES = 360
@@ -145,11 +145,11 @@ def swarm() -> float:
     gain = SCENE.restitution.gain
     for kind in linkage.KINDS.values():
         family = Family(kind, gain)
-        low, high = family.range[0] / 2, math.log(8.0)
+        low, high = family.design_range[0] / 2, math.log(8.0)
 
         def sized(q: float, family: Family = family) -> tuple[FourBar, float] | None:
             bar = family.member(q)
-            crank = SCENE.impact_speed / (SCENE.crank_speed * bar.ratios.rocker * bar.end)
+            crank = SCENE.impact_speed / (SCENE.crank_speed * bar.ratios.rocker * bar.u31_end)
             met = crank * min(1.0, bar.ratios.base, bar.ratios.coupler, bar.ratios.rocker) >= LIMITS.min_link
             inside = LIMITS.transmission_angle[0] <= bar.middle_transmission_angle <= LIMITS.transmission_angle[1]
             return (bar, crank) if met and inside else None
@@ -171,7 +171,7 @@ def swarm() -> float:
         )  # fmt: skip
         member = sized(float(found[0].dimensions[0]))
         if member is not None:
-            best = min(best, least_box(sweep(*member), LIMITS.joint_radius).area)
+            best = min(best, minimum_box(sweep(*member), LIMITS.joint_radius).area)
     return best
 
 

@@ -4,9 +4,9 @@
 # fmt: off
 
 TUPLES: dict[str, str] = {
-    "solvers.crank.cycle.forces.Machine": "solvers.crank.motion.slider_crank.Frame f f f f f f f f",
-    "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Frame f f",
-    "solvers.crank.motion.slider_crank.Frame": "f f f f f f",
+    "solvers.crank.cycle.forces.Machine": "solvers.crank.motion.slider_crank.Geometry f f f f f f f f",
+    "solvers.crank.gas.unrolled_pressure.Unrolled": "f1 f1 f2 i1 b solvers.crank.motion.slider_crank.Geometry f f",
+    "solvers.crank.motion.slider_crank.Geometry": "f f f f f f",
     "solvers.linkage.steady_state.collocation.Machine": "f1 f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f1 f2 f2",
     "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2 f3 f3",
@@ -39,14 +39,14 @@ TUPLES: dict[str, str] = {
 
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("flexible-rod", "check"): (
-        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Frame f f"),
+        ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Geometry f f"),
         ("solvers.crank.gas.unrolled_pressure._jumps", "solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
         ("solvers.numerics.legendre.legendre_at", "f1 i"),
-        ("solvers.numerics.panels._judged", "f2 f1 f1 solvers.numerics.panels.Rule f1 f i"),
-        ("solvers.numerics.panels._place", "f2 f1 b1 f1 f2"),
+        ("solvers.numerics.panels._copy_panels", "f2 f1 b1 f1 f2"),
+        ("solvers.numerics.panels._panels_to_halve", "f2 f1 f1 solvers.numerics.panels.Rule f1 f i"),
         ("solvers.numerics.panels._points", "f1 f1 solvers.numerics.panels.Rule"),
-        ("solvers.numerics.panels.tail_errors", "f2 solvers.numerics.panels.Rule"),
+        ("solvers.numerics.panels.panel_errors", "f2 solvers.numerics.panels.Rule"),
         ("solvers.numerics.panels.values_at", "f1 solvers.numerics.panels.Rule f2 f1"),
         ("solvers.numerics.ripple.amplitude_bounds", "solvers.numerics.ripple.Ripple f1"),
         ("solvers.numerics.ripple.ripple_at", "solvers.numerics.ripple.Ripple i f2 f1"),
@@ -140,27 +140,27 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
-        ("solvers.linkage.loads.torque_and_pin_force.unit_peaks", "f2 f1 i i"),
+        ("solvers.linkage.loads.torque_and_pin_force.peaks_per_energy", "f2 f1 i i"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_slope", "f1 f1"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
+        ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
         ("solvers.linkage.steady_state.collocation.mesh", "f1 i"),
-        ("solvers.linkage.steady_state.collocation.spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
-        ("solvers.linkage.steady_state.collocation.turn", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
-        ("solvers.linkage.swept_area.bounding_box.least_boxes", "f2 f1 f1 f1 f f f f f"),
+        ("solvers.linkage.steady_state.collocation.speed_spread", "solvers.linkage.steady_state.collocation.Machine f2 f1 f f"),
+        ("solvers.linkage.swept_area.bounding_box.minimum_box_areas", "f2 f1 f1 f1 f f f f f"),
         ("solvers.linkage.swept_area.enclosing_circle.enclosing_radii", "f2"),
         ("solvers.linkage.swept_area.outline.extents", "f1 f"),
     ),
     ("impact-linkage", "design"): (
-        ("solvers.linkage.optimum.load_bounds.least_loads", "f2 f2 f2 f1 f i"),
-        ("solvers.linkage.optimum.radius_bounds.least_radii", "f2 f2 f2 f2 f1 f"),
-        ("solvers.linkage.swept_area.bounding_box.least_fits", "f2 f1 f1 f f f"),
+        ("solvers.linkage.optimum.load_bounds.load_lower_bounds", "f2 f2 f2 f1 f i"),
+        ("solvers.linkage.optimum.radius_bounds.radius_lower_bounds", "f2 f2 f2 f2 f1 f"),
+        ("solvers.linkage.swept_area.bounding_box.minimum_misfits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.cycle.worst_instants.greatest", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 i i f"),
-        ("solvers.crank.effects._background", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
+        ("solvers.crank.effects._reference_loads", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
         ("solvers.crank.gas.pressure_table._unrolled", "f1 f1 f1"),
-        ("solvers.crank.motion.slider_crank._postures", "f1 solvers.crank.motion.slider_crank.Frame"),
+        ("solvers.crank.motion.slider_crank._motion_states", "f1 solvers.crank.motion.slider_crank.Geometry"),
         ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
     ),
 }

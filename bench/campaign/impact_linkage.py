@@ -19,7 +19,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
     name = str(rng.choice(list(KINDS)))
     kind = KINDS[name]
     beyond = 10 ** (rng.uniform(-4.0, -1.5) if hard else rng.uniform(-1.5, 1.0))
-    free = kind.least_parameter(Gain(restitution)) * (1.0 + beyond)
+    free = kind.parameter_limit(Gain(restitution)) * (1.0 + beyond)
     body: dict[str, Any] = {
         "restitution": restitution,
         "blow_frequency_hz": 10 ** rng.uniform(0.0, 2.0),

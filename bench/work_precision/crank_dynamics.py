@@ -196,7 +196,12 @@ def cases(count: int) -> list[CrankCase]:
 def _ours(accuracy: float, case: CrankCase) -> Results:
     found = crank.analyse(case.machine, _EFFECTS, accuracy=accuracy, series_angles=2).value
     worst = {w.name: w.force for w in found.worst}
-    values = found.torque_mean, found.swing.work_fluctuation, worst["side_force_max"], worst["crank_pin_load_max"]
+    values = (
+        found.torque_mean,
+        found.speed_fluctuation.work_fluctuation,
+        worst["side_force_max"],
+        worst["crank_pin_load_max"],
+    )
     return dict(zip(JUDGED, values, strict=True))
 
 

@@ -164,7 +164,7 @@ def _least_area(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], crank: mp.mpf, 
 def _ours(accuracy: float, case: LinkageCase) -> Results:
     # From the ratios on, as the peers: scene, mechanism and limits are made within the time.
     found = case_of(case.request)._replace(accuracy=accuracy).evaluate().value
-    values = found.strike.greatest, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
+    values = found.strike.u31_max, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
     return dict(zip(JUDGED, values, strict=True))
 
 
@@ -187,8 +187,8 @@ def _sampled(case: LinkageCase, u: np.ndarray, joint: np.ndarray) -> Results:
         sides = np.array([[math.cos(alpha), math.sin(alpha)], [-math.sin(alpha), math.cos(alpha)]]) @ points
         area = min(area, float(np.prod(np.ptp(sides, axis=1) + 2 * case.pad)))
     return {
-        "u31_max": max(float(np.abs(u).max()), case.bar.end),
-        "peak_torque_nm": 2 * case.energy * float(np.abs(u * slope).max()) / case.bar.end**2,
+        "u31_max": max(float(np.abs(u).max()), case.bar.u31_end),
+        "peak_torque_nm": 2 * case.energy * float(np.abs(u * slope).max()) / case.bar.u31_end**2,
         "box_area_mm2": area * 1e6,
     }
 

@@ -1,9 +1,9 @@
 """Competitors of a linkage design: all allowed types over their free ratio, and over size if free, by scans and local
 searches that only use the check.
 
-The free ratio is min (1 + m). Designs keep m within ``Family.range``; competitors go a thousand times closer to both
-ends, because the certificate covers those as well. Linkages without the requested restitution do not compete; all that
-have it belong to these families.
+The free ratio is min (1 + m). Designs keep m within ``Family.design_range``; competitors go a thousand times closer to
+both ends, because the certificate covers those as well. Linkages without the requested restitution do not compete; all
+that have it belong to these families.
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
 
 def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale: float) -> Look:
     """Evaluate a member at a given size."""
-    scene = problem.settled(scale, bar.end)
-    mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.end), Closure(family.kind, 0.0, 0.0))
+    scene = problem.settled(scale, bar.u31_end)
+    mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.u31_end), Closure(family.kind, 0.0, 0.0))
     found = linkage.check(scene, mechanism, problem.limits, _needed(problem), demands=problem.demands()).value
     kept = margins(problem.limits, found)
     if found.strike is None or found.strike.peaks is None:
@@ -90,12 +90,12 @@ def ways(problem: linkage.LinkageProblem, scale: float) -> Iterator[Way]:
     """All types; ``scale`` is the answer's V [m], or the centre of the size range."""
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
-        low, high = (math.exp(end) for end in family.range)
+        low, high = (math.exp(end) for end in family.design_range)
         ends, sizes = (low / _BEYOND, high * _BEYOND), (scale / _SIZES, scale * _SIZES)
         if problem.fixed_scale is not None:
             yield _way(family, (ends,), lambda p, f=family: (f.member(math.log(p[0])), problem.fixed_scale))
-        elif problem.fixed_end is not None:
-            at = family.where(lambda bar: bar.end, problem.fixed_end, *family.range)
+        elif problem.fixed_u31_end is not None:
+            at = family.solve(lambda bar: bar.u31_end, problem.fixed_u31_end, *family.design_range)
             if at is not None:
                 bar = family.member(at)
                 yield _way(family, (sizes,), lambda p, bar=bar: (bar, float(p[0])))
@@ -129,7 +129,7 @@ def rivals(
     bar, scale = None, problem.scene.impact_speed / problem.scene.crank_speed
     if answer is not None:
         bar = answer.check.mechanism.bar
-        scale = answer.check.mechanism.crank * float(bar.ratios.rocker) * bar.end
+        scale = answer.check.mechanism.crank * float(bar.ratios.rocker) * bar.u31_end
     found = list(ways(problem, scale))
     starts = max(strength.starts // max(len(found), 1), _BEST_OF_SCAN + 2)
     for way in found:
@@ -152,10 +152,10 @@ def _told(problem: linkage.LinkageProblem, way: Way, bar: FourBar, scale: float)
     """The answer's parameters."""
     kind, gain = way.family.kind, way.family.gain
     ratio = float(getattr(bar.ratios, _RATIO[kind.parameter]))
-    beyond = math.log(max(ratio / kind.least_parameter(gain) - 1.0, way.space.lower[0]))
+    beyond = math.log(max(ratio / kind.parameter_limit(gain) - 1.0, way.space.lower[0]))
     if problem.fixed_scale is not None:
         return np.array([beyond])
-    return np.array([math.log(scale)] if problem.fixed_end is not None else [beyond, math.log(scale)])
+    return np.array([math.log(scale)] if problem.fixed_u31_end is not None else [beyond, math.log(scale)])
 
 
 _RATIO = {"lambda0": "base", "lambda2": "coupler"}

@@ -14,7 +14,7 @@ from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
 from solvers.crank.cycle.worst_instants import Worst, worst_instants
 from solvers.crank.effects import choose_for, compose
 from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
-from solvers.crank.engine.speed_fluctuation import SpeedSwing, speed_swing
+from solvers.crank.engine.speed_fluctuation import SpeedFluctuation, speed_fluctuation_of
 from solvers.crank.engine.unbalance import Balance, balance
 from solvers.crank.scene import SINGLE, Scene
 from solvers.crank.whole_cycle import whole_cycle
@@ -45,7 +45,7 @@ class CrankDynamics:
     torque_mean: float
     indicated_power: float
     worst: tuple[Worst, ...]
-    swing: SpeedSwing
+    speed_fluctuation: SpeedFluctuation
     balance: Balance | None
     shared_pin: SharedPin | None
     warnings: tuple[str, ...]
@@ -110,7 +110,8 @@ def analyse(
     cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
     engine = composition.engine or SINGLE
     found = whole_cycle(cycle.machine, curve, cycle.sharp_angles, np.array(engine.phases), tolerance)
-    torque_mean, swing = found.shaft.whole / scene.cylinder.period, speed_swing(cycle, engine, found.shaft)
+    torque_mean = found.shaft.gas_work / scene.cylinder.period
+    speed_fluctuation = speed_fluctuation_of(cycle, engine, found.shaft)
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,
@@ -118,10 +119,10 @@ def analyse(
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
         worst=worst_instants(found.loads, scene.cylinder.period),
-        swing=swing,
+        speed_fluctuation=speed_fluctuation,
         balance=None if composition.engine is None else balance(cycle, engine),
         shared_pin=shared_pin(cycle, engine, tolerance),
-        warnings=_warnings(scene, swing),
+        warnings=_warnings(scene, speed_fluctuation),
     )
     return Outcome(
         status=Status.SUCCEEDED,
@@ -134,10 +135,10 @@ def analyse(
     )
 
 
-def _warnings(scene: Scene, swing: SpeedSwing) -> tuple[str, ...]:
+def _warnings(scene: Scene, speed_fluctuation: SpeedFluctuation) -> tuple[str, ...]:
     out = []
     if scene.mechanism.crank_radius / scene.mechanism.rod_length > _TEXTBOOK_RATIO:
         out.append("r/L exceeds 0.5: the kinematics hold, but no usual machine is built like this")
-    if swing.irregularity is not None and swing.irregularity > 0.1:
+    if speed_fluctuation.irregularity is not None and speed_fluctuation.irregularity > 0.1:
         out.append("the speed would swing by more than a tenth: forces at constant speed are not what will happen")
     return tuple(out)

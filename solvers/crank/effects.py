@@ -15,21 +15,21 @@ from typing import NamedTuple, Protocol
 import numpy as np
 
 from solvers.crank.cycle.forces import Composition, Cycle, Machine, instant
-from solvers.crank.gas.unrolled_pressure import Unrolled, within
+from solvers.crank.gas.unrolled_pressure import Unrolled, wrapped
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, Effect, EffectSelection, choose
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-_ANGLES_PER_TURN = 128
-"""Sampled angles per turn; a sampled maximum is a lower estimate, which makes the bounds conservative."""
+_ANGLES_PER_REVOLUTION = 128
+"""Sampled angles per revolution; a sampled maximum is a lower estimate, which makes the bounds conservative."""
 
 _CAPTURED_FRACTION = 0.9
-"""Fraction of the work fluctuation that sums over the sampled angles are trusted to capture."""
+"""Assumed lower bound of the fraction of the work fluctuation captured by sums over the sampled angles."""
 
 
-class Background(NamedTuple):
-    """Reference loads without an effect, from sampled angles of the cycle, to which the effect is compared.
+class ReferenceLoads(NamedTuple):
+    """Loads without an effect, from sampled angles of the cycle: the reference for its relative influence.
 
     Maximum magnitude of the gas force [N]; minimum of the maximum loads on rod, crank pin and main bearings [N];
     maximum magnitude of the side force [N]; magnitude of one cylinder's mean torque [N m]; work between the extremes
@@ -37,23 +37,28 @@ class Background(NamedTuple):
     """
 
     gas_force: float
-    least_load: float
+    minimum_load: float
     side_force: float
     mean_torque: float
-    work_swing: float
+    work_fluctuation: float
 
-    def change(self, load: float, side: float, work: float) -> float:
-        """Return the greatest relative change by an effect that adds up to this to loads, side force and work."""
-        return max(_relative(load, self.least_load), _relative(side, self.side_force), _relative(work, self.work_swing))
+    def relative_change(self, load: float, side: float, work: float) -> float:
+        """Return the maximum relative change by an effect that adds at most these amounts to the three quantities."""
+        return max(
+            _relative_change(load, self.minimum_load),
+            _relative_change(side, self.side_force),
+            _relative_change(work, self.work_fluctuation),
+        )
 
 
 @kernel
-def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> Background:
+def _reference_loads(machine: Machine, gas: Unrolled, phases: Array, count: int) -> ReferenceLoads:
+    """Loads of one cylinder, and the work fluctuation of all with these ``phases`` [rad], at ``count`` angles."""
     period, last = gas.breaks[-1] - gas.breaks[0], gas.stroke.size - 1
     torque, k = np.empty(count), 0
     force = side = rod = crank_pin = bearing = mean = 0.0
     for i in range(count):
-        phi = within((i + 0.5) * period / count, gas.breaks)
+        phi = wrapped((i + 0.5) * period / count, gas.breaks)
         if phi < gas.breaks[k]:
             k = 0
         while k < last and gas.breaks[k + 1] <= phi:
@@ -63,24 +68,24 @@ def _background(machine: Machine, gas: Unrolled, phases: Array, count: int) -> B
         force, side = max(force, abs(at.gas)), max(side, abs(at.side))
         rod = max(rod, axial * axial + at.side * at.side)
         crank_pin = max(crank_pin, square + (at.radial - machine.big_end) ** 2)
-        bearing = max(bearing, square + (at.radial - machine.turning) ** 2)
-        torque[i] = at.tangential * machine.frame.r
+        bearing = max(bearing, square + (at.radial - machine.rotating) ** 2)
+        torque[i] = at.tangential * machine.geometry.r
         mean += torque[i] / count
     surplus = np.full(count, -mean * phases.size)
     for phase in phases:
         # The other cylinders' torque, interpolated between the sampled angles of the first.
-        later = (-phase * count / period) % count
-        share, low = later - math.floor(later), math.floor(later) % count
+        position = (-phase * count / period) % count
+        weight, low = position - math.floor(position), math.floor(position) % count
         for i in range(count):
             high = low + 1 if low + 1 < count else 0
-            surplus[i] += (1.0 - share) * torque[low] + share * torque[high]
+            surplus[i] += (1.0 - weight) * torque[low] + weight * torque[high]
             low = high
-    work = least = most = 0.0
+    work = least = greatest = 0.0
     for i in range(count):
         work += surplus[i]
-        least, most = min(least, work), max(most, work)
-    swing = _CAPTURED_FRACTION * (most - least) * period / count
-    return Background(force, math.sqrt(min(rod, crank_pin, bearing)), side, abs(mean), swing)
+        least, greatest = min(least, work), max(greatest, work)
+    swing = _CAPTURED_FRACTION * (greatest - least) * period / count
+    return ReferenceLoads(force, math.sqrt(min(rod, crank_pin, bearing)), side, abs(mean), swing)
 
 
 @dataclass(frozen=True)
@@ -94,33 +99,33 @@ class Situation:
     curve: Unrolled
 
     @cached_property
-    def gas(self) -> Background:
+    def gas(self) -> ReferenceLoads:
         """The gas alone, in line."""
-        return self._background(False, False)
+        return self._reference_loads(False, False)
 
     @cached_property
-    def in_line(self) -> tuple[Background, ...]:
+    def in_line(self) -> tuple[ReferenceLoads, ...]:
         """Without an offset: the gas alone, and with the reciprocating inertia."""
-        return self.gas, self._background(False, True)
+        return self.gas, self._reference_loads(False, True)
 
     @cached_property
-    def still(self) -> tuple[Background, ...]:
+    def without_inertia(self) -> tuple[ReferenceLoads, ...]:
         """The gas alone, in line and with the offset."""
-        return (self.gas, self._background(True, False)) if self.scene.mechanism.offset else (self.gas,)
+        return (self.gas, self._reference_loads(True, False)) if self.scene.mechanism.offset else (self.gas,)
 
     @cached_property
-    def every(self) -> tuple[Background, ...]:
+    def all_references(self) -> tuple[ReferenceLoads, ...]:
         """All reference loads."""
-        both = (self._background(True, True),) if self.scene.mechanism.offset else ()
-        return (*self.in_line, *self.still[1:], *both)
+        both = (self._reference_loads(True, True),) if self.scene.mechanism.offset else ()
+        return (*self.in_line, *self.without_inertia[1:], *both)
 
-    def _background(self, offset: bool, inertia: bool) -> Background:
+    def _reference_loads(self, offset: bool, inertia: bool) -> ReferenceLoads:
         scene, composition = self.scene, Composition()
         composition = PinOffset().join(composition, scene) if offset else composition
         composition = ReciprocatingInertia().join(composition, scene) if inertia else composition
         machine = Cycle(scene, composition, self.curve).machine
-        count = _ANGLES_PER_TURN * scene.cylinder.strokes // 2
-        return _background(machine, self.curve, np.array(scene.engine.phases), count)
+        count = _ANGLES_PER_REVOLUTION * scene.cylinder.strokes // 2
+        return _reference_loads(machine, self.curve, np.array(scene.engine.phases), count)
 
     @property
     def cylinders(self) -> int:
@@ -138,16 +143,16 @@ class Situation:
         return m.crank_radius * m.angular_speed**2
 
     @property
-    def least_rod_cosine(self) -> float:
+    def min_rod_cosine(self) -> float:
         """cos(beta) at the maximum rod angle."""
         m = self.scene.mechanism
         sine = (m.crank_radius + abs(m.offset)) / m.rod_length
         return math.sqrt((1.0 - sine) * (1.0 + sine))
 
     @property
-    def greatest_tangent(self) -> float:
+    def max_rod_tangent(self) -> float:
         """tan(beta) at the maximum rod angle."""
-        return math.sqrt(1.0 / self.least_rod_cosine**2 - 1.0)
+        return math.sqrt(1.0 / self.min_rod_cosine**2 - 1.0)
 
 
 class CrankEffect(Effect[Situation], Protocol):
@@ -157,8 +162,8 @@ class CrankEffect(Effect[Situation], Protocol):
         """Return the composition with this effect added."""
 
 
-def _relative(part: float, whole: float) -> float:
-    """part/(whole - part): a change relative to the changed value; inf if it may cancel it."""
+def _relative_change(part: float, whole: float) -> float:
+    """part/(whole - part): a change relative to the changed value; inf if the two may cancel."""
     return part / (whole - part) if part < whole else (0.0 if part == 0 else math.inf)
 
 
@@ -173,12 +178,15 @@ class ReciprocatingInertia:
     )
 
     def influence(self, situation: Situation) -> float:
-        mass, cosine = situation.scene.masses.reciprocating, situation.least_rod_cosine
+        mass, cosine = situation.scene.masses.reciprocating, situation.min_rod_cosine
         force = mass * situation.acceleration * (1.0 + situation.ratio) / cosine**3
         m = situation.scene.mechanism
         energy = 0.5 * mass * (m.crank_radius * m.angular_speed / cosine) ** 2
-        side = force * situation.greatest_tangent
-        return max(beside.change(force / cosine, side, situation.cylinders * energy) for beside in situation.still)
+        side = force * situation.max_rod_tangent
+        return max(
+            reference.relative_change(force / cosine, side, situation.cylinders * energy)
+            for reference in situation.without_inertia
+        )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, reciprocating=scene.masses.reciprocating, piston=scene.masses.piston)
@@ -199,12 +207,15 @@ class RodInertiaCouple:
     )
 
     def influence(self, situation: Situation) -> float:
-        scene, rod = situation.scene, situation.least_rod_cosine
+        scene, rod = situation.scene, situation.min_rod_cosine
         turning = situation.ratio * (1.0 + situation.ratio / rod**2) / rod * scene.mechanism.angular_speed**2
         defect = abs(scene.masses.rod.inertia_defect)
         force = defect * turning / (scene.mechanism.rod_length * rod)
         energy = 0.5 * defect * (situation.ratio * scene.mechanism.angular_speed) ** 2
-        return max(beside.change(force, force, situation.cylinders * energy) for beside in situation.every)
+        return max(
+            reference.relative_change(force, force, situation.cylinders * energy)
+            for reference in situation.all_references
+        )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:
         return replace(composition, inertia_defect=scene.masses.rod.inertia_defect)
@@ -222,13 +233,13 @@ class PinOffset:
         m, masses = situation.scene.mechanism, situation.scene.masses
         if m.offset == 0.0:
             return 0.0
-        turned = abs(m.offset) / (m.rod_length * situation.least_rod_cosine**3)
+        side_factor = abs(m.offset) / (m.rod_length * situation.min_rod_cosine**3)
         force = situation.gas.gas_force + (1.0 + 3.0 * situation.ratio) * masses.reciprocating * situation.acceleration
-        aside, work = force * turned, situation.cylinders * force * turned * m.crank_radius * math.pi
+        side_load, work = force * side_factor, situation.cylinders * force * side_factor * m.crank_radius * math.pi
         return max(
-            2.0 * _relative(abs(m.offset), m.crank_radius),
-            _relative(situation.gas.gas_force * turned * m.crank_radius, situation.gas.mean_torque),
-            *(beside.change(aside, aside, work) for beside in situation.in_line),
+            2.0 * _relative_change(abs(m.offset), m.crank_radius),
+            _relative_change(situation.gas.gas_force * side_factor * m.crank_radius, situation.gas.mean_torque),
+            *(reference.relative_change(side_load, side_load, work) for reference in situation.in_line),
         )
 
     def join(self, composition: Composition, scene: Scene) -> Composition:

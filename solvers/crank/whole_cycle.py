@@ -10,10 +10,10 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
-from solvers.crank.cycle.group import together
+from solvers.crank.cycle.group import cylinder_group
 from solvers.crank.cycle.loads import LOADS
-from solvers.crank.cycle.worst_instants import BRIX, OF_THE_ROD, TORQUE, Greatest, climbed, sampled
-from solvers.crank.engine.gas_work import CANCELLED, gas_work
+from solvers.crank.cycle.worst_instants import BRIX, ROD_ROWS, TORQUE, Maxima, refined_maxima, sampled_rows
+from solvers.crank.engine.gas_work import MIN_MEAN_FRACTION, gas_work
 from solvers.crank.engine.speed_fluctuation import ShaftWork, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.numerics.arrays import Array
@@ -30,64 +30,64 @@ class WholeCycle(NamedTuple):
     number of pieces evaluated.
     """
 
-    loads: Greatest
+    loads: Maxima
     shaft: ShaftWork
     error: float
     pieces: int
 
 
 @kernel
-def whole_cycle(machine: Machine, curve: Unrolled, sharp: Array, phases: Array, tolerance: float) -> WholeCycle:
+def whole_cycle(machine: Machine, curve: Unrolled, extra_breaks: Array, phases: Array, tolerance: float) -> WholeCycle:
     """Analyse one cylinder, and those with these ``phases`` [rad] together, to the relative ``tolerance``.
 
-    ``sharp``: angles [rad] at which pieces are divided (``Cycle.sharp_angles``).
+    ``extra_breaks``: angles [rad] at which pieces are divided (``Cycle.sharp_angles``).
     """
-    gas, single = refined(curve, sharp, LONGEST_PIECE), phases.size == 1
-    group = together(gas, np.zeros(1))
-    places, samples = sampled(machine, gas, group, 0, BRIX if single else TORQUE)
-    loads = climbed(machine, gas, group, 0, places, samples, tolerance)
+    gas, single = refined(curve, extra_breaks, LONGEST_PIECE), phases.size == 1
+    group = cylinder_group(gas, np.zeros(1))
+    places, samples = sampled_rows(machine, gas, group, 0, BRIX if single else TORQUE)
+    loads = refined_maxima(machine, gas, group, 0, places, samples, tolerance)
     torque = loads
     if not single:
-        group = together(gas, phases)
-        places, samples = sampled(machine, gas, group, TORQUE, BRIX - TORQUE)
-        torque = climbed(machine, gas, group, TORQUE, places, samples, tolerance)
-    crossing, least = _CROSSING_TOLERANCE * tolerance, np.inf
+        group = cylinder_group(gas, phases)
+        places, samples = sampled_rows(machine, gas, group, TORQUE, BRIX - TORQUE)
+        torque = refined_maxima(machine, gas, group, TORQUE, places, samples, tolerance)
+    crossing, reference = _CROSSING_TOLERANCE * tolerance, np.inf
     for _ in range(2):
-        work = gas_work(machine, gas, tolerance, least)
-        high, low, missed = work_extremes(machine, gas, group, places, samples[-2], work, crossing)
-        swing, error = max(high - low, 0.0), 2.0 * (missed + phases.size * work.error)
-        if not error > tolerance * swing > 0.0:
+        work = gas_work(machine, gas, tolerance, reference)
+        work_max, work_min, search_error = work_extremes(machine, gas, group, places, samples[-2], work, crossing)
+        fluctuation, error = max(work_max - work_min, 0.0), 2.0 * (search_error + phases.size * work.error)
+        if not error > tolerance * fluctuation > 0.0:
             break
         # The summed work of all cylinders may fluctuate far less than that of one.
-        least = swing / (4.0 * phases.size)
+        reference = fluctuation / (4.0 * phases.size)
     shaft = ShaftWork(
         work.before[-1], work.error, work.magnitude, torque.value[-2], -torque.value[-1],
-        max(torque.error[-2], torque.error[-1]), swing, error, work.nodes,
+        max(torque.error[-2], torque.error[-1]), fluctuation, error, work.nodes,
     )  # fmt: skip
     return WholeCycle(loads, shaft, max(_load_error(loads), _shaft_error(shaft)), gas.stroke.size)
 
 
 @kernel
-def _load_error(loads: Greatest) -> float:
+def _load_error(loads: Maxima) -> float:
     """Return the maximum relative error of the loads."""
-    most, rod = 0.0, CANCELLED * np.abs(loads.value[OF_THE_ROD]).max()
+    largest, rod = 0.0, MIN_MEAN_FRACTION * np.abs(loads.value[ROD_ROWS]).max()
     for i in range(len(LOADS)):
         scale = abs(loads.value[i])
-        if OF_THE_ROD.start <= i < OF_THE_ROD.stop:
+        if ROD_ROWS.start <= i < ROD_ROWS.stop:
             scale = max(scale, rod)
-        most = max(most, loads.error[i] / scale if scale > 0.0 else loads.error[i])
-    return most
+        largest = max(largest, loads.error[i] / scale if scale > 0.0 else loads.error[i])
+    return largest
 
 
 @kernel
 def _shaft_error(shaft: ShaftWork) -> float:
     """Return the maximum relative error of mean torque, work between the extremes of the speed, and torque extremes."""
-    whole, torque = (
-        max(abs(shaft.whole), CANCELLED * shaft.magnitude),
+    mean_work, torque = (
+        max(abs(shaft.gas_work), MIN_MEAN_FRACTION * shaft.magnitude),
         max(abs(shaft.torque_max), abs(shaft.torque_min)),
     )
     return max(
-        shaft.error / whole if whole > 0.0 else 0.0,
+        shaft.error / mean_work if mean_work > 0.0 else 0.0,
         shaft.fluctuation_error / shaft.fluctuation if shaft.fluctuation > 0.0 else 0.0,
         shaft.torque_error / torque if torque > 0.0 else 0.0,
     )

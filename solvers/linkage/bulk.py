@@ -10,11 +10,11 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
 from solvers.linkage.check import Case, check_case, peak_rows
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, peaks_per_energy
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.swept_area.bounding_box import least_boxes
+from solvers.linkage.swept_area.bounding_box import minimum_box_areas
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
@@ -88,16 +88,16 @@ def check_family(
     reach = np.asarray(kind.pin_to_pivot(bar.ratios))
     require(bool(np.all(reach > 0.0)), f"ratios.{kind.parameter}", "gives no mechanism of this type", "above g²")
     rows, none, full = bar.coefficients, np.full(parameter.size, np.nan), np.flatnonzero(bar.rotatable)
-    own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(bar.end[full])
-    loads = _parallel(lambda part: unit_peaks(own[part], own_end[part], TORQUE, 3), full.size, threads)
+    own, own_end = np.ascontiguousarray(rows[full]), np.ascontiguousarray(bar.u31_end[full])
+    loads = _parallel(lambda part: peaks_per_energy(own[part], own_end[part], TORQUE, 3), full.size, threads)
     most, torque, force, area, radius = (none.copy() for _ in range(5))
-    most[full] = np.maximum(loads[:, 4], np.maximum(bar.start, bar.end)[full])
+    most[full] = np.maximum(loads[:, 4], np.maximum(bar.u31_start, bar.u31_end)[full])
     torque[full], force[full] = energy[full] * loads[:, 0], energy[full] / crank[full] * loads[:, 2]
     if joint_radius is not None:
         swept = np.ascontiguousarray(outlines(kind, bar.ratios, crank, bar.swing)[full])
         zero, one = np.zeros(full.size), np.ones(full.size)
         area[full] = _parallel(
-            lambda part: least_boxes(
+            lambda part: minimum_box_areas(
                 swept[part], one[part], zero[part], zero[part], 2.0 * joint_radius, np.inf, np.inf, _ORIENTATION, np.inf
             )[:, 0],
             full.size,
@@ -106,7 +106,7 @@ def check_family(
         radius[full] = _parallel(lambda part: enclosing_radii(swept[part]), full.size, threads) + joint_radius
     lengths = crank[:, None] * np.stack([rows[:, 0], np.ones_like(crank), rows[:, 1], rows[:, 2]], axis=1)
     return LinkageTable(
-        lengths, bar.rotatable, bar.start, bar.end, most, bar.restitution, bar.swing,
+        lengths, bar.rotatable, bar.u31_start, bar.u31_end, most, bar.restitution, bar.swing,
         bar.middle_transmission_angle, torque, force, area, radius,
     )  # fmt: skip
 
@@ -122,7 +122,7 @@ def _ratios(kind: ChangePoint, restitution: Array, parameter: Array) -> Ratios:
     found = {
         n: np.array(np.broadcast_to(v, parameter.shape), float) for n, v in vars(kind.family(gain, parameter)).items()
     }
-    for i in np.flatnonzero(np.abs(parameter / kind.least_parameter(gain) - 1.0) < _NEAR_LIMIT).tolist():
+    for i in np.flatnonzero(np.abs(parameter / kind.parameter_limit(gain) - 1.0) < _NEAR_LIMIT).tolist():
         exact = kind.family(Gain(float(restitution[i])), float(parameter[i]))
         for name, values in found.items():
             values[i] = getattr(exact, name)

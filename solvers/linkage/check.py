@@ -17,7 +17,7 @@ from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
 from solvers.linkage.limits import Limits
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, Peaks, peaks_of, unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, Peaks, peaks_per_energy, scaled_peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
@@ -29,7 +29,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 
 _ROUNDING = 1e-14
 """Relative error of closed-form results."""
-PLAIN = Limits()
+NO_LIMITS = Limits()
 
 
 def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
@@ -40,7 +40,7 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
     """
     bar = _member(kind, scene.restitution.middle, parameter)
     if scene.tool_radius is None:
-        crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.end)
+        crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.u31_end)
     else:
         crank = scene.tool_radius / float(bar.ratios.rocker)
     return Mechanism(bar, crank, Closure(kind, 0.0, 0.0))
@@ -62,7 +62,7 @@ def _member(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
 def check(
     scene: Scene,
     mechanism: Mechanism,
-    limits: Limits = PLAIN,
+    limits: Limits = NO_LIMITS,
     effects: EffectSelection = AUTO,
     effect_tolerance: float = 1e-2,
     accuracy: float = 1e-6,
@@ -83,7 +83,7 @@ class Case(NamedTuple):
 
     scene: Scene
     mechanism: Mechanism
-    limits: Limits = PLAIN
+    limits: Limits = NO_LIMITS
     effects: EffectSelection = AUTO
     effect_tolerance: float = 1e-2
     accuracy: float = 1e-6
@@ -95,13 +95,13 @@ class Case(NamedTuple):
 
 
 def peak_rows(mechanisms: Sequence[Mechanism]) -> list[tuple[float, ...] | None]:
-    """Rows of ``unit_peaks``, in one call for all mechanisms; None for one that cannot strike or rotate fully."""
+    """Rows of ``peaks_per_energy``, in one call for all mechanisms; None for one that cannot strike or rotate fully."""
     striking = [mechanism.can_strike and mechanism.rotatable for mechanism in mechanisms]
     bars = [mechanism.bar for mechanism in compress(mechanisms, striking)]
     rows = iter(())
     if bars:
-        ends = np.array([bar.end for bar in bars])
-        rows = map(tuple, unit_peaks(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3).tolist())
+        ends = np.array([bar.u31_end for bar in bars])
+        rows = map(tuple, peaks_per_energy(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3).tolist())
     return [next(rows) if strikes else None for strikes in striking]
 
 
@@ -110,27 +110,27 @@ def check_case(case: Case, row: tuple[float, ...] | None) -> Outcome[LinkageChec
     started = time.perf_counter()
     require_accuracy(case.accuracy)
     scene, mechanism = case.scene, case.mechanism
-    loads = peaks_of(row, mechanism.crank, scene.impact_energy) if row else None
+    loads = scaled_peaks(row, mechanism.crank, scene.impact_energy) if row else None
     situation = Situation(scene, mechanism, case.limits, case.accuracy, loads)
     choice = choose_for(situation, case.effects, case.effect_tolerance, case.demands)
-    brought = compose(choice, situation)
+    effect_results = compose(choice, situation)
     confined, closure = mechanism.confined, mechanism.closure
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
-    if brought.running is not None:
-        settings["steps"] = brought.running.steps
+    if effect_results.running is not None:
+        settings["steps"] = effect_results.running.steps
     value = LinkageCheck(
         mechanism=mechanism,
         rotatable=mechanism.rotatable,
         confined=confined,
         strike=_strike(scene, mechanism, loads, confined, row) if mechanism.can_strike else None,
         window=None if closure.closes else window(mechanism.bar, closure.surplus),
-        **vars(brought),
+        **vars(effect_results),
     )
     return Outcome(
         status=Status.SUCCEEDED,
         value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
         effects=choice.manifest,
-        accuracy=Accuracy(case.accuracy, max(_ROUNDING, brought.error), settings),
+        accuracy=Accuracy(case.accuracy, max(_ROUNDING, effect_results.error), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -139,16 +139,16 @@ def _strike(
     scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, row: tuple[float, ...] | None
 ) -> Strike:
     bar = mechanism.bar
-    made = bar.restitution
+    design_restitution = bar.restitution
     return Strike(
         mechanism=mechanism,
         confined=confined,
-        start=bar.start,
-        end=bar.end,
-        restitution=made,
-        mismatch=max(abs(scene.restitution.low - made), abs(scene.restitution.high - made)),
+        u31_start=bar.u31_start,
+        u31_end=bar.u31_end,
+        restitution=design_restitution,
+        mismatch=max(abs(scene.restitution.low - design_restitution), abs(scene.restitution.high - design_restitution)),
         impact_speed=scene.tool_speed(mechanism),
         transmission_angle=float(bar.middle_transmission_angle),
         peaks=loads,
-        greatest=max(row[4], bar.start, bar.end) if row else math.inf,
+        u31_max=max(row[4], bar.u31_start, bar.u31_end) if row else math.inf,
     )

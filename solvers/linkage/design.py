@@ -11,13 +11,13 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.linkage.check import check
 from solvers.linkage.constraints import active
 from solvers.linkage.effects import Situation, choose_for
-from solvers.linkage.mechanism.change_point import LONGEST, NEAREST, ChangePoint
+from solvers.linkage.mechanism.change_point import MIN_LONG_LINK_MARGIN, MIN_PARALLELOGRAM_MARGIN, ChangePoint
 from solvers.linkage.mechanism.closure import Closure
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.optimum.branch_and_bound import Proven, search
-from solvers.linkage.optimum.family import FURTHER, GREATEST_MARGIN, Family
+from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
+from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
 from solvers.linkage.optimum.infeasibility import diagnose
-from solvers.linkage.optimum.unbounded import refuse_endless
+from solvers.linkage.optimum.unbounded import refuse_unbounded
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
@@ -66,8 +66,8 @@ def design(
     started = time.perf_counter()
     require_accuracy(accuracy)
     gap = max(accuracy, _LEAST_GAP)
-    refuse_endless(problem)
-    found: list[tuple[Family, Proven]] = []
+    refuse_unbounded(problem)
+    found: list[tuple[Family, FamilyOptimum]] = []
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
         known = min((proven.cost for _, proven in found), default=math.inf)
@@ -89,17 +89,22 @@ def design(
         )
     family, best = min(feasible, key=lambda pair: pair[1].cost)
     mechanism = _mechanism(family, best)
-    scene = problem.settled(best.scale, mechanism.bar.end)
+    scene = problem.settled(best.scale, mechanism.bar.u31_end)
     outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
     value = problem.objective.value(best.cost)
     # The checked value may differ from the one used in the search: the bound is relaxed by the difference.
-    apart = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
-    bound = min(proven.bound for _, proven in found) * (1.0 - (apart if apart > _EQUALITY_TOLERANCE else 0.0))
+    difference = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
+    bound = min(proven.bound for _, proven in found) * (1.0 - (difference if difference > _EQUALITY_TOLERANCE else 0.0))
     alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
     excluded_to = max(1.0 - bound / best.cost, 0.0)
-    judged = _warned(outcome.value, family, best, excluded_to, gap)
+    check_with_warning = _with_search_warning(outcome.value, family, best, excluded_to, gap)
     result = LinkageDesign(
-        judged, scene, problem.objective.name, value, active(problem.limits, outcome.value, _ACTIVE), alternatives
+        check_with_warning,
+        scene,
+        problem.objective.name,
+        value,
+        active(problem.limits, outcome.value, _ACTIVE),
+        alternatives,
     )
     certificate = Certificate(_METHOD, problem.objective.value(bound), excluded_to, _evidence(found))
     return Outcome(
@@ -112,13 +117,13 @@ def design(
     )
 
 
-def _mechanism(family: Family, proven: Proven) -> Mechanism:
+def _mechanism(family: Family, proven: FamilyOptimum) -> Mechanism:
     bar = family.member(proven.q)
-    crank = proven.scale / (float(bar.ratios.rocker) * bar.end)
+    crank = proven.scale / (float(bar.ratios.rocker) * bar.u31_end)
     return Mechanism(bar, crank, Closure(family.kind, 0.0, 0.0))
 
 
-def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alternative:
+def _alternative(problem: LinkageProblem, family: Family, proven: FamilyOptimum) -> Alternative:
     if proven.q is None:
         why = "no mechanism of this type meets the limits"
         if proven.cells == 0:
@@ -127,30 +132,35 @@ def _alternative(problem: LinkageProblem, family: Family, proven: Proven) -> Alt
     return Alternative(family.kind, _mechanism(family, proven), problem.objective.value(proven.cost), "")
 
 
-def _evidence(found: list[tuple[Family, Proven]]) -> dict[str, float | int | str]:
+def _evidence(found: list[tuple[Family, FamilyOptimum]]) -> dict[str, float | int | str]:
     out: dict[str, float | int | str] = {f"ranges_{family.kind.name}": proven.cells for family, proven in found}
     out["searched"] = (
-        f"designs: free ratios beyond their least value, relative to it, by {NEAREST:g} (largest rocker: {LONGEST:g} "
-        f"(1 - 1/g^2)) to {GREATEST_MARGIN:g}; the bound: {FURTHER:g} times further at both ends, up to the "
-        "parallelogram and to where links grow without end and nothing else changes"
+        f"designs: free ratios beyond their least value, relative to it, by {MIN_PARALLELOGRAM_MARGIN:g} "
+        f"(largest rocker: {MIN_LONG_LINK_MARGIN:g} (1 - 1/g^2)) to {MAX_MARGIN:g}; "
+        f"the bound: {PROOF_RANGE_FACTOR:g} times further at both ends, up to the parallelogram and to "
+        "where links grow without end and nothing else changes"
     )
     out["rests_on"] = "lengths, swing and u31 monotone in the free ratio; width and height sinusoids between corners"
     return out
 
 
-def _warned(value: LinkageCheck, family: Family, best: Proven, excluded_to: float, gap: float) -> LinkageCheck:
+def _with_search_warning(
+    value: LinkageCheck, family: Family, best: FamilyOptimum, excluded_to: float, gap: float
+) -> LinkageCheck:
     """The check with a warning if a better mechanism is not excluded to the gap."""
-    said = []
-    low, high = family.range
+    messages = []
+    low, high = family.design_range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
-        kept = 1.0 / (1.0 - min(excluded_to, 0.5)) - 1.0
-        endless = best.q > low or family.kind.least_margin(family.gain) != NEAREST
-        where = "links without end" if endless else "the parallelogram"
-        told = (
-            f"the best mechanism lies at the edge of the search, next to {where}: farther out at most {kept:.1e} of "
-            "the objective would be gained"
+        possible_gain = 1.0 / (1.0 - min(excluded_to, 0.5)) - 1.0
+        unbounded = best.q > low or family.kind.minimum_margin(family.gain) != MIN_PARALLELOGRAM_MARGIN
+        where = "links without end" if unbounded else "the parallelogram"
+        message = (
+            f"the best mechanism lies at the edge of the search, next to {where}: farther out at most "
+            f"{possible_gain:.1e} of the objective would be gained"
         )
-        said.append(f"{told}; a limit on the size would give a mechanism that can be built" if endless else told)
+        messages.append(
+            f"{message}; a limit on the size would give a mechanism that can be built" if unbounded else message
+        )
     elif excluded_to > 2.0 * max(gap, _WIDE):
-        said.append(f"a better mechanism is excluded only to {excluded_to:.1e}")
-    return replace(value, warnings=(*value.warnings, *said)) if said else value
+        messages.append(f"a better mechanism is excluded only to {excluded_to:.1e}")
+    return replace(value, warnings=(*value.warnings, *messages)) if messages else value

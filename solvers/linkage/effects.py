@@ -3,7 +3,7 @@
 Three of the four require optional scene data: a drive, a stiffness, a tolerance. Without them they cannot run, which
 the manifest states. A given drive always requires the steady running: its speed may deviate arbitrarily from the
 nominal one, so no energy ratio bounds the influence. An omitted elastic peak, restitution error or blocked
-angle is below the tolerance, relative to the pin force, to one and to a radian respectively.
+angle is below the tolerance relative to the pin force, to 1 and to 1 rad respectively.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from solvers.linkage.mechanism.closure import Window, closure_error, restitution
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
-from solvers.linkage.steady_state.periodic_solution import steady_running
-from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.steady_state.periodic_solution import steady_state_running
+from solvers.linkage.swept_area.bounding_box import minimum_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
 
@@ -72,7 +72,9 @@ class Envelope:
         limits, outline = situation.limits, sweep(situation.mechanism.bar, situation.mechanism.crank)
         pad = limits.joint_radius
         width, height = (side * (1.0 + _LIMIT_ROUNDING) for side in limits.sides)
-        box = least_box(outline, pad, width, height, _ORIENTATION) or least_box(outline, pad, tolerance=_ORIENTATION)
+        box = minimum_box(outline, pad, width, height, _ORIENTATION) or minimum_box(
+            outline, pad, tolerance=_ORIENTATION
+        )
         error = max(results.error, _ORIENTATION + _ROUNDING)
         return replace(results, box=box, enclosing_radius=enclosing_radius(outline, pad), error=error)
 
@@ -92,7 +94,7 @@ class ImpactDynamics:
             return results
         scene, bar = situation.scene, situation.mechanism.bar
         tool = scene.striking_radius(situation.mechanism)
-        running = steady_running(
+        running = steady_state_running(
             bar, scene, scene.drive, tool, scene.restitution.middle, _STEPS_SHARE * situation.accuracy
         )
         if running is None:
@@ -134,8 +136,8 @@ class LengthTolerances:
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
         if not situation.mechanism.can_strike:
             return results
-        error, missed = self._restitution_error(situation), self._window(situation)
-        return replace(results, restitution_error=error, tolerance_window=missed)
+        error, tolerance_window = self._restitution_error(situation), self._window(situation)
+        return replace(results, restitution_error=error, tolerance_window=tolerance_window)
 
     def _restitution_error(self, situation: Situation) -> float:
         mechanism = situation.mechanism
@@ -148,12 +150,12 @@ class LengthTolerances:
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
 """All effects."""
-_NEEDING = [
+_DATA_REQUIREMENTS = [
     (effect.name, effect.needs, f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs")
     for effect in EFFECTS
     if effect.needs
 ]
-"""Name, need and why it cannot run without it, of each effect that needs something."""
+"""Effects that require optional scene data: name, field, and the reason given if the field is missing."""
 
 
 def choose_for(
@@ -164,7 +166,7 @@ def choose_for(
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     unable = {}
-    for name, needs, why in _NEEDING:
+    for name, needs, why in _DATA_REQUIREMENTS:
         if getattr(situation.scene, needs) is None:
             if name in selection.include:
                 raise InvalidInput(needs, f"the effect {name!r} cannot run without it", "a value")
@@ -173,7 +175,7 @@ def choose_for(
 
 
 def compose(choice: Choice[LinkageEffect], situation: Situation) -> EffectResults:
-    """Results of the selected effects; the others are not computed."""
+    """Results of the selected effects; the other effects are not computed."""
     results = EffectResults()
     for effect in choice.active:
         results = effect.join(results, situation)

@@ -58,9 +58,9 @@ def front(
 
     Empty if no design is feasible. Raises InvalidInput for an invalid request.
     """
-    if problem.objective.settles:
-        able = [name for name, objective in OBJECTIVES.items() if not objective.settles]
-        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(able))
+    if problem.objective.set_motion:
+        allowed = [name for name, objective in OBJECTIVES.items() if not objective.set_motion]
+        raise InvalidInput("objective", "no front can be drawn of it", ", ".join(allowed))
     if against not in AGAINST or against == problem.objective.name:
         raise InvalidInput("front.against", "no front can be drawn against it", ", ".join(AGAINST))
     if not 2 <= points <= MOST_POINTS:
@@ -89,8 +89,8 @@ def front(
     end = problem.objective.read(least.value.check, problem.scene)
     found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
     for limit in np.geomspace(low, high, points)[1:-1]:
-        held = replace(problem.limits, **{AGAINST[against]: float(limit)})
-        outcome = solution(replace(problem, limits=held))
+        tightened = replace(problem.limits, **{AGAINST[against]: float(limit)})
+        outcome = solution(replace(problem, limits=tightened))
         if outcome.value is not None:
             found.append(point(outcome, float(limit)))
     found.append(point(best, high))

@@ -24,8 +24,8 @@ from solvers.numerics.arrays import Array
 class Quantities(Protocol):
     """Quantities of members (one per row), or bounds over ranges of members, at least as good as any in the range.
 
-    ``scale`` is the minimum and maximum feasible V; ``crank`` and ``end_high`` are upper bounds, the others lower ones:
-    per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|; the
+    ``scale`` is the minimum and maximum feasible V; ``crank`` and ``u31_end_high`` are upper bounds, the others lower
+    ones: per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|; the
     minimum over orientations of max(W/width, H/height) per V; and nu(pi) from the allowed range.
     """
 
@@ -34,11 +34,11 @@ class Quantities(Protocol):
     crank: Array
     longest: Array
     radius: Array
-    fit: Array
+    misfit: Array
     torque: Array
     force: Array
-    end_low: Array
-    end_high: Array
+    u31_end_low: Array
+    u31_end_high: Array
 
     def area(self, scale: Array) -> Array:
         """Minimum box area at a V; inf if no orientation keeps within width and height."""
@@ -48,13 +48,14 @@ class Quantities(Protocol):
 class Objective:
     """The objective, as a positive cost to be minimised.
 
-    cost      cost of members, or its lower bound over ranges of members
-    read      the objective [SI] of a checked linkage in its scene
-    sign      -1 for maximisation: the cost is then the reciprocal
-    effect    the effect required for its value
-    settles   the scene with the optimised speed or frequency, from the stroke v/omega [m]; None if they are given
-    grows     it improves with V
-    slows     with a tool at its own radius it improves as |u31(2 pi)| decreases
+    cost                cost of members, or its lower bound over ranges of members
+    read                the objective [SI] of a checked linkage in its scene
+    sign                -1 for maximisation: the cost is then the reciprocal
+    effect              the effect required for its value
+    set_motion          returns the scene with the optimised speed or frequency, from the stroke v/omega [m]; None if
+                        both are given
+    improves_with_scale whether it improves as V increases
+    improves_with_lower_u31_end  whether, with a tool at its own radius, it improves as |u31(2 pi)| decreases
     """
 
     name: str
@@ -62,9 +63,9 @@ class Objective:
     read: Callable[[LinkageCheck, Scene], float]
     sign: int = 1
     effect: str | None = None
-    settles: Callable[[Scene, float], Scene] | None = None
-    grows: bool = False
-    slows: bool = False
+    set_motion: Callable[[Scene, float], Scene] | None = None
+    improves_with_scale: bool = False
+    improves_with_lower_u31_end: bool = False
 
     def value(self, cost: float) -> float:
         """The objective [SI] from a cost, and vice versa."""
@@ -72,12 +73,12 @@ class Objective:
 
 
 def _cost_of_speed(quantities: Quantities) -> Array:
-    stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.end_high)
+    stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.u31_end_high)
     return 1.0 / (quantities.subproblem.scene.crank_speed * stroke)
 
 
 def _cost_of_frequency(quantities: Quantities) -> Array:
-    stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.end_low)
+    stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.u31_end_low)
     return 2.0 * math.pi * stroke / quantities.subproblem.scene.impact_speed
 
 
@@ -100,23 +101,23 @@ PIN_FORCE = Objective(
     "pin_force",
     lambda q: q.subproblem.scene.impact_energy * q.force / q.scale[1],
     lambda check, scene: check.strike.peaks.force,
-    grows=True,
+    improves_with_scale=True,
 )
 IMPACT_SPEED = Objective(
     "impact_speed",
     _cost_of_speed,
     lambda check, scene: scene.impact_speed,
     sign=-1,
-    settles=lambda scene, stroke: replace(scene, impact_speed=scene.crank_speed * stroke),
-    grows=True,
+    set_motion=lambda scene, stroke: replace(scene, impact_speed=scene.crank_speed * stroke),
+    improves_with_scale=True,
 )
 BLOW_FREQUENCY = Objective(
     "blow_frequency",
     _cost_of_frequency,
     lambda check, scene: scene.blow_frequency,
     sign=-1,
-    settles=lambda scene, stroke: replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke)),
-    slows=True,
+    set_motion=lambda scene, stroke: replace(scene, blow_frequency=scene.impact_speed / (2.0 * math.pi * stroke)),
+    improves_with_lower_u31_end=True,
 )
 OBJECTIVES: dict[str, Objective] = {
     objective.name: objective
@@ -133,13 +134,13 @@ class Subproblem:
     limits: Limits
     objective: Objective
     boxed: bool = field(default=True, kw_only=True)
-    """Whether width and height are limits, or only the reference of the fit."""
+    """Whether width and height are limits, or only the reference of the misfit."""
     free_motion: bool = field(default=False, kw_only=True)
-    """Whether speed or frequency is open although the objective does not settle it."""
+    """Whether speed or frequency is free although it is not the objective."""
 
     @property
     def _open_motion(self) -> bool:
-        return self.free_motion or self.objective.settles is not None
+        return self.free_motion or self.objective.set_motion is not None
 
     @property
     def fixed_scale(self) -> float | None:
@@ -149,7 +150,7 @@ class Subproblem:
         return self.scene.impact_speed / self.scene.crank_speed
 
     @property
-    def fixed_end(self) -> float | None:
+    def fixed_u31_end(self) -> float | None:
         """|u31(2 pi)| if fixed by speed, frequency and tool radius."""
         if self._open_motion or self.scene.tool_radius is None:
             return None
@@ -157,14 +158,14 @@ class Subproblem:
 
     @property
     def room(self) -> tuple[float, float] | None:
-        """Width and height left beside the pads, if either is limited."""
+        """Width and height less the pads on both sides, if either is limited."""
         (width, height), pads = self.limits.sides, 2.0 * self.limits.joint_radius
         return None if math.isinf(min(width, height)) else (width - pads, height - pads)
 
     def settled(self, scale: float, end: float) -> Scene:
         """The scene with the speed or the frequency of a member with this scale V and |u31(2 pi)|."""
-        settles = self.objective.settles
-        return self.scene if settles is None else settles(self.scene, self.stroke(scale, end))
+        set_motion = self.objective.set_motion
+        return self.scene if set_motion is None else set_motion(self.scene, self.stroke(scale, end))
 
     def stroke(self, scale: Array | float, end: Array | float) -> Array | float:
         """Impact speed over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""
@@ -181,11 +182,16 @@ class LinkageProblem(Subproblem):
     def __post_init__(self) -> None:
         require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
         free = self.fixed_scale is None
-        if free and self.objective.grows and not self.limits.sized:
+        if free and self.objective.improves_with_scale and not self.limits.sized:
             raise InvalidInput(
                 "limits", f"the larger the mechanism the better its {self.objective.name}", "a limit on its size"
             )
-        if free and not self.objective.grows and self.limits.min_link == 0 and self.limits.max_pin_force is None:
+        if (
+            free
+            and not self.objective.improves_with_scale
+            and self.limits.min_link == 0
+            and self.limits.max_pin_force is None
+        ):
             raise InvalidInput(
                 "limits.min_link", "nothing keeps the mechanism from vanishing", "a least link length above 0"
             )

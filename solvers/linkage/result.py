@@ -11,7 +11,7 @@ import numpy as np
 from solvers.linkage.loads.torque_and_pin_force import Peaks
 from solvers.linkage.mechanism.closure import Window
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.steady_state.periodic_solution import Running
+from solvers.linkage.steady_state.periodic_solution import SteadyState
 from solvers.linkage.swept_area.bounding_box import Box
 from solvers.numerics.arrays import Array
 
@@ -22,20 +22,20 @@ TRANSFER_POINTS = 181
 class Strike:
     """The impact of a mechanism whose links close.
 
-    |u31| after and before it, R_k, the tool's speed [m/s], nu at mid-cycle [rad], peak loads. ``greatest`` is the
+    |u31| after and before it, R_k, the tool's speed [m/s], nu at mid-cycle [rad], peak loads. ``u31_max`` is the
     maximum |u31| over the cycle; ``confined`` as in ``LinkageCheck``.
     """
 
     mechanism: Mechanism
     confined: float | None
-    start: float
-    end: float
+    u31_start: float
+    u31_end: float
     restitution: float
     mismatch: float
     impact_speed: float
     transmission_angle: float
     peaks: Peaks | None
-    greatest: float
+    u31_max: float
 
     @cached_property
     def angles(self) -> Array:
@@ -64,7 +64,7 @@ class EffectResults:
 
     box: Box | None = None
     enclosing_radius: float | None = None
-    running: Running | None = None
+    running: SteadyState | None = None
     coupler_peak: float | None = None
     restitution_error: float | None = None
     tolerance_window: Window | None = None

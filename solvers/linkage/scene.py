@@ -118,4 +118,4 @@ class Scene:
         """Speed [m/s] of the tool before the blow; 0 for a mechanism that cannot strike."""
         if not mechanism.can_strike:
             return 0.0
-        return self.crank_speed * self.striking_radius(mechanism) * mechanism.bar.end
+        return self.crank_speed * self.striking_radius(mechanism) * mechanism.bar.u31_end

@@ -32,7 +32,7 @@ class Given(NamedTuple):
     energy: bool = True
 
 
-_WHOLLY = Given()
+_ALL_GIVEN = Given()
 
 
 def judge(
@@ -40,7 +40,7 @@ def judge(
     scene: Scene,
     accuracy: Accuracy,
     limits: Limits,
-    given: Given = _WHOLLY,
+    given: Given = _ALL_GIVEN,
     designed: bool = False,
 ) -> Verdict:
     """The verdict on a linkage; ``designed`` if it was designed for these limits."""
@@ -53,7 +53,7 @@ def judge(
     slowed = _slowed(check, scene, given)
     if NO_STEADY_RUNNING in check.warnings or check.running is not None:
         criteria.append(yes("runs_steadily", NO_STEADY_RUNNING not in check.warnings and not slowed))
-    for row, limit, judged, known in _limiting(limits, given):
+    for row, limit, judged, known in _set_constraints(limits, given):
         value = row.reached(check) if known else None
         if value is not None:
             criteria.append(judged(row.name, limit, value, slack, row.asked))
@@ -63,8 +63,8 @@ def judge(
 
 
 @lru_cache(maxsize=32)
-def _limiting(limits: Limits, given: Given) -> list[tuple[Constraint, float, Callable[..., Criterion], bool]]:
-    """The constraints that limits set, the limit of each, what judges it, and whether the data that it needs are given.
+def _set_constraints(limits: Limits, given: Given) -> list[tuple[Constraint, float, Callable[..., Criterion], bool]]:
+    """Constraints with a limit set: constraint, limit, criterion function, and whether its scene data are given.
 
     Cached: linkages judged in bulk mostly share both.
     """

@@ -16,7 +16,7 @@ def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
     """Warning messages; empty if there are none."""
     out = []
     if check.window is not None:
-        out.append(_missed(check))
+        out.append(_closure_warning(check))
     if not check.rotatable and check.confined is not None:
         reach = math.degrees(check.confined)
         out.append(f"the crank cannot turn: it is confined to ±{reach:.1f}° about the blow")
@@ -25,8 +25,8 @@ def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
         out.append("the links close, but the rocker does not reverse at the blow: this motion cannot strike")
     if strike is None:
         return tuple(out)
-    if check.confined is None and strike.greatest > strike.end * (1 + 1e-9):
-        share = strike.greatest / strike.end
+    if check.confined is None and strike.u31_max > strike.u31_end * (1 + 1e-9):
+        share = strike.u31_max / strike.u31_end
         out.append(f"the rocker is {share:.3f} times as fast in mid-cycle as at the blow")
     if strike.impact_speed > STRENGTH_SPEED * (1 + 1e-9):
         limit = f"{STRENGTH_SPEED:g} m/s, the strength of the parts"
@@ -44,7 +44,7 @@ def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
     return tuple(out)
 
 
-def _missed(check: LinkageCheck) -> str:
+def _closure_warning(check: LinkageCheck) -> str:
     window, closure = check.window, check.mechanism.closure
     kind = closure.kind.name.replace("_", " ")
     crank = check.mechanism.crank

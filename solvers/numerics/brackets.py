@@ -2,7 +2,7 @@
 
 A bracket holds points a <= c <= b with f(c) the largest known value. An iteration evaluates five points
 (``trial_points``): the parabola's vertex with a near neighbour on either side, and the midpoints of both halves. The
-best point and its neighbours form the next bracket (``narrow``), which is at most half as wide and, for smooth
+best point and its neighbours form the next bracket (``shrink_bracket``), which is at most half as wide and, for smooth
 functions, twenty-five times narrower.
 
 The remaining gain is bounded by concavity: no extended chord between known points lies below the function. At
@@ -19,14 +19,14 @@ from numpy.typing import NDArray
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-_NEAR = 0.02
-_ALIKE = 2.0
+_NEIGHBOUR_DISTANCE = 0.02
+_MAX_CURVATURE_RATIO = 2.0
 """Maximum ratio of neighbouring parabolas' curvatures for a function to count as smooth."""
-_SAFETY = 8.0
+_GAIN_SAFETY = 8.0
 """Safety factor on the gain predicted by a parabola."""
-_FURTHER = 2.0
+_SLOPE_SAFETY = 2.0
 """Safety factor on the cubic correction of the slope."""
-MOST_ROUNDS = 60
+MAX_ITERATIONS = 60
 _EPS = np.finfo(float).eps
 
 
@@ -40,15 +40,15 @@ def trial_points(place: Array, value: Array, out: Array) -> None:
     if left + right > 0.0:
         vertex = c + 0.5 * ((b - c) * right - (c - a) * left) / (left + right)
     vertex = min(max(vertex, a), b)
-    near = _NEAR * (b - a)
-    out[0], out[1], out[2] = max(vertex - near, a), vertex, min(vertex + near, b)
+    offset = _NEIGHBOUR_DISTANCE * (b - a)
+    out[0], out[1], out[2] = max(vertex - offset, a), vertex, min(vertex + offset, b)
     out[3], out[4] = 0.5 * (a + c), 0.5 * (c + b)
 
 
 @kernel
-def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
-    """Replace a bracket by the best point and its nearest distinct neighbours; returns a bound on the remaining
-    gain."""
+def shrink_bracket(place: Array, value: Array, points: Array, heights: Array) -> float:
+    """Replace a bracket by the best point and its nearest distinct neighbours; returns a bound of how much the maximum
+    exceeds the best value."""
     x = (place[0], place[1], place[2], points[0], points[1], points[2], points[3], points[4])
     f = (value[0], value[1], value[2], heights[0], heights[1], heights[2], heights[3], heights[4])
     best = 0
@@ -56,7 +56,7 @@ def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
         if f[m] > f[best]:
             best = m
     c, fc = x[best], f[best]
-    # The two nearest points on either side: the neighbour, and the one needed for its chord at an end.
+    # The two nearest points on either side: the neighbour, and the next one, for the chord at an end of the range.
     a, fa, a2, fa2 = -np.inf, 0.0, -np.inf, 0.0
     b, fb, b2, fb2 = np.inf, 0.0, np.inf, 0.0
     for m in range(8):
@@ -71,53 +71,57 @@ def narrow(place: Array, value: Array, points: Array, heights: Array) -> float:
             elif b < x[m] < b2:
                 b2, fb2 = x[m], f[m]
     first, last = a == -np.inf, b == np.inf
-    missing = 0.0
+    gain_bound = 0.0
     if first and last:
         a, fa, b, fb = c, fc, c, fc
     elif first:
-        missing = np.inf if b2 == np.inf else fb + (fb - fb2) * (b - c) / (b2 - b) - fc
+        gain_bound = np.inf if b2 == np.inf else fb + (fb - fb2) * (b - c) / (b2 - b) - fc
         a, fa = c, fc
     elif last:
-        missing = np.inf if a2 == -np.inf else fa + (fa - fa2) * (c - a) / (a - a2) - fc
+        gain_bound = np.inf if a2 == -np.inf else fa + (fa - fa2) * (c - a) / (a - a2) - fc
         b, fb = c, fc
     else:
-        missing = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
+        gain_bound = max((fc - fa) * (b - c) / (c - a), (fc - fb) * (c - a) / (b - c))
         if a2 != -np.inf and b2 != np.inf:
-            bend = _bend(a, fa, c, fc, b, fb)
-            before, after = _bend(a2, fa2, a, fa, c, fc), _bend(c, fc, b, fb, b2, fb2)
-            if bend < 0.0 and bend * _ALIKE <= min(before, after) and max(before, after) * _ALIKE <= bend:
+            curvature = _divided_difference(a, fa, c, fc, b, fb)
+            before, after = _divided_difference(a2, fa2, a, fa, c, fc), _divided_difference(c, fc, b, fb, b2, fb2)
+            if (
+                curvature < 0.0
+                and curvature * _MAX_CURVATURE_RATIO <= min(before, after)
+                and max(before, after) * _MAX_CURVATURE_RATIO <= curvature
+            ):
                 # the parabola's slope at c, a weighted mean of the chords' slopes
                 slope = abs((fc - fa) / (c - a) * (b - c) + (fb - fc) / (b - c) * (c - a)) / (b - a)
                 # the change of curvature measures its error, also for a slope that cancels
-                change = max(abs(bend - before) / (b - a2), abs(after - bend) / (b2 - a))
-                slope += _FURTHER * change * (c - a) * (b - c)
-                missing = min(missing, _SAFETY * slope * slope / (-4.0 * bend))
+                change = max(abs(curvature - before) / (b - a2), abs(after - curvature) / (b2 - a))
+                slope += _SLOPE_SAFETY * change * (c - a) * (b - c)
+                gain_bound = min(gain_bound, _GAIN_SAFETY * slope * slope / (-4.0 * curvature))
     place[0], place[1], place[2] = a, c, b
     value[0], value[1], value[2] = fa, fc, fb
-    return max(missing, 0.0)
+    return max(gain_bound, 0.0)
 
 
 @kernel
-def _bend(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> float:
+def _divided_difference(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> float:
     """Second divided difference: half the second derivative of the parabola through three points."""
     return ((fb - fc) / (b - c) - (fc - fa) / (c - a)) / (b - a)
 
 
 @kernel
-def mark_humps(samples: Array, peaks: NDArray[np.bool_]) -> None:
+def mark_candidate_maxima(samples: Array, peaks: NDArray[np.bool_]) -> None:
     """Mark every local maximum of periodic samples (n,) that may contain the maximum; ``peaks`` is False initially.
 
     Between samples the function may exceed a sample by half its second difference (a parabola: an eighth). A plateau,
     constant to rounding, is represented by its first sample; constant samples by their largest.
     """
-    count, highest, bare = samples.size, np.argmax(samples), True
+    count, highest, none_marked = samples.size, np.argmax(samples), True
     for n in range(count):
-        before, here, after = samples[n - 1], samples[n], samples[n + 1 if n < count - 1 else 0]
+        before, value, after = samples[n - 1], samples[n], samples[n + 1 if n < count - 1 else 0]
         # a deep minimum elsewhere must not make a low maximum count as constant
-        level = 8.0 * _EPS * max(abs(before), abs(here), abs(after))
-        reach = here + 0.5 * abs(before - 2.0 * here + after)
-        if here > before + level and here >= after - level and reach >= samples[highest]:
+        rounding = 8.0 * _EPS * max(abs(before), abs(value), abs(after))
+        upper_bound = value + 0.5 * abs(before - 2.0 * value + after)
+        if value > before + rounding and value >= after - rounding and upper_bound >= samples[highest]:
             peaks[n] = True
-            bare = False
-    if bare:
+            none_marked = False
+    if none_marked:
         peaks[highest] = True

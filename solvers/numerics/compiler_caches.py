@@ -1,12 +1,12 @@
-"""Caches for what numba would otherwise compute repeatedly while it compiles.
+"""Caches for intermediate results that numba otherwise recomputes while it compiles.
 
 - The type of an operator: numba tries about fifty rules for every ``+``, once for type inference and once for code
   generation, a tenth of the compilation time of a kernel.
-- The size of a type: LLVM parses a module for each question.
-- Which variables are alive in each block of a function: recomputed after nine compiler passes, although only the last
+- The size of a type: LLVM parses a module for every query.
+- The variables alive in each block of a function: recomputed after nine compiler passes, although only the last
   result is used, to place the releases of variables.
 
-This relies on numba's internals; what differs from what is expected is left to numba.
+This relies on numba's internals; where they differ from what is expected, numba's own code is used.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-_FOUND: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
+_OPERATOR_TYPES: dict[tuple[int, tuple[Any, ...]], tuple[Any, Any]] = {}
 """Results by operator identity and argument types. The operator is stored too: as long as it is alive its identity
 stays unique."""
 
@@ -27,7 +27,7 @@ _SIZES: dict[str, int] = {}
 @contextmanager
 def all_caches() -> Iterator[None]:
     """Apply every cache of this module within the block."""
-    with types_of_operators(), sizes_of_types(), last_lifetimes():
+    with types_of_operators(), sizes_of_types(), without_block_lifetimes():
         yield
 
 
@@ -37,15 +37,15 @@ def sizes_of_types() -> Iterator[None]:
     from numba.core.registry import cpu_target
 
     context = cpu_target.target_context
-    find = getattr(context, "get_abi_sizeof", None)
-    if find is None or "get_abi_sizeof" in vars(context):
+    original = getattr(context, "get_abi_sizeof", None)
+    if original is None or "get_abi_sizeof" in vars(context):
         yield
         return
 
     def get_abi_sizeof(type_: Any) -> int:
         name = str(type_)
         if name not in _SIZES:
-            _SIZES[name] = find(type_)
+            _SIZES[name] = original(type_)
         return _SIZES[name]
 
     context.get_abi_sizeof = get_abi_sizeof
@@ -56,35 +56,35 @@ def sizes_of_types() -> Iterator[None]:
 
 
 @contextmanager
-def last_lifetimes() -> Iterator[None]:
+def without_block_lifetimes() -> Iterator[None]:
     """Skip the computation of the variables alive at the start of each block of code, within the context.
 
-    Only generators and numba's object mode need them, and kernels use neither. Lifetimes of variables are still
+    Only generators and numba's object mode need these variables, and kernels use neither. Lifetimes of variables are
     computed on request, by numba's own rule.
     """
     from inspect import signature
 
     from numba.core import postproc, transforms
 
-    process = postproc.PostProcessor.run
-    if list(signature(process).parameters) != ["self", "emit_dels", "extend_lifetimes"]:
+    original = postproc.PostProcessor.run
+    if list(signature(original).parameters) != ["self", "emit_dels", "extend_lifetimes"]:
         yield
         return
 
     def run(self: Any, emit_dels: bool = False, extend_lifetimes: bool = False) -> None:
-        code = self.func_ir
-        if emit_dels or code.is_generator:
-            process(self, emit_dels, extend_lifetimes)
+        function = self.func_ir
+        if emit_dels or function.is_generator:
+            original(self, emit_dels, extend_lifetimes)
             return
-        code.blocks = transforms.canonicalize_cfg(code.blocks)
-        code.variable_lifetime = postproc.VariableLifetime(code.blocks)
-        code.generator_info = None
+        function.blocks = transforms.canonicalize_cfg(function.blocks)
+        function.variable_lifetime = postproc.VariableLifetime(function.blocks)
+        function.generator_info = None
 
     postproc.PostProcessor.run = run
     try:
         yield
     finally:
-        postproc.PostProcessor.run = process
+        postproc.PostProcessor.run = original
 
 
 @contextmanager
@@ -92,18 +92,22 @@ def types_of_operators() -> Iterator[None]:
     """Cache operator types within the block."""
     from numba.core.types.functions import BaseFunction, Function
 
-    find = getattr(BaseFunction, "get_call_type", None)
-    if find is None or "get_call_type" in Function.__dict__:
+    original = getattr(BaseFunction, "get_call_type", None)
+    if original is None or "get_call_type" in Function.__dict__:
         yield
         return
 
-    def get_call_type(self: Any, context: Any, given: Any, named: Any) -> Any:
-        if named or getattr(self.typing_key, "__module__", None) != "_operator" or not all(map(_is_plain, given)):
-            return find(self, context, given, named)
-        key = (id(self), tuple(given))
-        if key not in _FOUND:
-            _FOUND[key] = (self, find(self, context, given, named))
-        return _FOUND[key][1]
+    def get_call_type(self: Any, context: Any, arguments: Any, keywords: Any) -> Any:
+        if (
+            keywords
+            or getattr(self.typing_key, "__module__", None) != "_operator"
+            or not all(map(_is_plain, arguments))
+        ):
+            return original(self, context, arguments, keywords)
+        key = (id(self), tuple(arguments))
+        if key not in _OPERATOR_TYPES:
+            _OPERATOR_TYPES[key] = (self, original(self, context, arguments, keywords))
+        return _OPERATOR_TYPES[key][1]
 
     Function.get_call_type = get_call_type
     try:

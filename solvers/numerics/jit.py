@@ -43,8 +43,8 @@ class Kernel:
     @cached_property
     def compiled(self) -> Any:
         """The entry for Python: compiled for the argument types, or loaded from disk."""
-        dispatcher = _kept(self._dispatcher(cache=True))
-        dispatcher.compile = linking.once(dispatcher.compile)
+        dispatcher = _with_source_digest(self._dispatcher(cache=True))
+        dispatcher.compile = linking.link_once(dispatcher.compile)
         return dispatcher
 
     @cached_property
@@ -65,8 +65,8 @@ class Kernel:
     @property
     def files(self) -> list[Path]:
         """Cache files of the Python entry; empty if numba's cache differs from what is expected."""
-        kept = getattr(getattr(self.__dict__.get("compiled"), "_cache", None), "_cache_file", None)
-        index = getattr(kept, "_index_path", None)
+        cache_file = getattr(getattr(self.__dict__.get("compiled"), "_cache", None), "_cache_file", None)
+        index = getattr(cache_file, "_index_path", None)
         return [] if index is None else sorted(Path(index).parent.glob(f"{escape(Path(index).stem)}.*"))
 
     @property
@@ -78,8 +78,8 @@ class Kernel:
         import numba
 
         # no kernel is passed to C as a function pointer
-        always: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
-        return numba.njit(fastmath=self._fastmath, **always, **options)(self.py_func)
+        common: dict[str, Any] = {"error_model": "numpy", "nogil": True, "no_cfunc_wrapper": True}
+        return numba.njit(fastmath=self._fastmath, **common, **options)(self.py_func)
 
     def __call__(self, *arguments: Any) -> Any:
         return self.compiled(*arguments)
@@ -130,21 +130,21 @@ def _without_literals(call_template: Callable[..., Any]) -> Callable[..., Any]:
     return of_types
 
 
-def _kept(compiled: Any) -> Any:
+def _with_source_digest(compiled: Any) -> Any:
     """Make the cache depend on all sources that the kernel's code may include."""
     # There is no public API for a cache's dependencies; without this attribute numba's own rule applies.
     cache = getattr(compiled, "_cache", None)
-    loading.load_alone(cache)
+    loading.load_without_compiler(cache)
     file = getattr(cache, "_cache_file", None)
     if file is not None and _file(compiled.py_func.__module__) is not None:
-        file._source_stamp = stamp(compiled.py_func.__module__)
+        file._source_stamp = source_digest(compiled.py_func.__module__)
         # numba compares the version before it reads the rest, which may name classes that no longer exist.
         file._version = f"{file._version} {file._source_stamp}"
     return compiled
 
 
 @cache
-def stamp(module: str) -> str:
+def source_digest(module: str) -> str:
     """A digest of the module and everything it imports from this package."""
     digest = hashlib.sha256()
     for path in sources(module):

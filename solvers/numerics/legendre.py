@@ -1,4 +1,4 @@
-"""Legendre's polynomials at points."""
+"""Legendre polynomials."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from solvers.numerics.jit import kernel
 
 @kernel
 def legendre_at(x: Array, degree: int) -> Array:
-    """The polynomials up to this degree, at least 1, by Bonnet's recursion: (points, degree + 1)."""
+    """Evaluate the Legendre polynomials up to ``degree`` >= 1 at ``x`` by Bonnet's recursion: (points, degree + 1)."""
     out = np.empty((x.size, degree + 1))
     for i in range(x.size):
         out[i, 0], out[i, 1] = 1.0, x[i]

@@ -18,13 +18,13 @@ from solvers.numerics import compiler_caches
 
 R = TypeVar("R")
 
-_NEEDED = ("finalize", "_optimize_functions", "_finalize_dynamic_globals", "_get_module_for_linking",
+_REQUIRED_ATTRIBUTES = ("finalize", "_optimize_functions", "_finalize_dynamic_globals", "_get_module_for_linking",
            "_get_compiled_object", "serialize_using_object_code", "codegen")  # fmt: skip
 _ENTRY, _ENVIRONMENT = "_ZN7cpython", "_ZN08NumbaEnv"
 """Prefixes of the names of Python entries and of function environments."""
 
 
-def once(compile_: Callable[..., R]) -> Callable[..., R]:
+def link_once(compile_: Callable[..., R]) -> Callable[..., R]:
     """Wrap a dispatcher's ``compile_`` so that everything it calls is linked before any optimization."""
 
     @wraps(compile_)
@@ -46,12 +46,12 @@ def _linking() -> Iterator[None]:
         yield
         return
     with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), compiler_caches.all_caches():
-        before = generator._library_class
+        original = generator._library_class
         generator._library_class = library
         try:
             yield
         finally:
-            generator._library_class = before
+            generator._library_class = original
 
 
 @contextmanager
@@ -70,31 +70,33 @@ def _library() -> type | None:
     from llvmlite.binding import Linkage
     from numba.core.codegen import JITCodeLibrary
 
-    if not all(hasattr(JITCodeLibrary, name) for name in _NEEDED):
+    if not all(hasattr(JITCodeLibrary, name) for name in _REQUIRED_ATTRIBUTES):
         return None
 
     class Library(JITCodeLibrary):
         _inner = False
 
         def finalize(self) -> None:
-            self._inner = not any(function.name.startswith(_ENTRY) for function in _defined(self._final_module))
+            self._inner = not any(
+                function.name.startswith(_ENTRY) for function in _defined_functions(self._final_module)
+            )
             if self._inner:
                 self._finalize_dynamic_globals()
                 self._finalized = True
             else:
-                self._linking_libraries = _reached(self)
+                self._linking_libraries = _all_callees(self)
                 super().finalize()
 
         def _optimize_functions(self, module: Any) -> None:
             module.data_layout = self._codegen._data_layout
             passes, builder = self._codegen._function_pass_manager()
-            for function in _defined(module):
+            for function in _defined_functions(module):
                 passes.run(function, builder)
 
         def _get_module_for_linking(self) -> Any:
             if not self._inner:
                 return super()._get_module_for_linking()
-            for function in _defined(self._final_module):
+            for function in _defined_functions(self._final_module):
                 if function.linkage == Linkage.external:
                     function.linkage = "linkonce_odr"
             for variable in self._final_module.global_variables:
@@ -114,27 +116,27 @@ def _library() -> type | None:
     return Library
 
 
-def _defined(module: Any) -> list[Any]:
+def _defined_functions(module: Any) -> list[Any]:
     return [function for function in module.functions if not function.is_declaration]
 
 
-def _reached(library: Any) -> list[Any]:
+def _all_callees(library: Any) -> list[Any]:
     """All libraries called directly or indirectly, each linked once.
 
     Callers come before callees, because LLVM drops functions that nothing has called so far.
     """
     found: dict[Any, None] = {}
 
-    def look_into(calling: Any) -> None:
-        for called in calling._linking_libraries:
-            if called not in found:
-                found[called] = None
-                if getattr(called, "_inner", False):
-                    look_into(called)
-                # appended after all its callees, so that it precedes them in the reversed order
-                found[called] = found.pop(called)
+    def visit(caller: Any) -> None:
+        for callee in caller._linking_libraries:
+            if callee not in found:
+                found[callee] = None
+                if getattr(callee, "_inner", False):
+                    visit(callee)
+                # Appended after all its callees, so that it precedes them in the reversed order.
+                found[callee] = found.pop(callee)
 
-    look_into(library)
+    visit(library)
     return [*reversed(found)]
 
 
@@ -142,7 +144,7 @@ def _without_bodies(module: Any) -> bytes:
     """A module with the same entries and empty bodies."""
     from llvmlite.binding import parse_assembly
 
-    entries = [function.name for function in _defined(module) if function.name.startswith(_ENTRY)]
+    entries = [function.name for function in _defined_functions(module) if function.name.startswith(_ENTRY)]
     return parse_assembly("\n".join(f'define void @"{name}"() {{ ret void }}' for name in entries)).as_bitcode()
 
 

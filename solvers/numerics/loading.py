@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 
-def load_alone(cache: Any) -> None:
+def load_without_compiler(cache: Any) -> None:
     """Make a dispatcher's cache load without preparing to compile."""
     load, guarded = getattr(cache, "_load_overload", None), getattr(cache, "_guard_against_spurious_io_errors", None)
     if load is None or guarded is None:

@@ -27,24 +27,24 @@ from numpy.typing import NDArray
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
 
-_SLOWEST = 0.75
-_FASTEST = 0.25
+_MAX_DECREASE_RATIO = 0.75
+_MIN_DECREASE_RATIO = 0.25
 """Limits of the assumed decrease ratio of coefficients: slowest, as at a corner, and fastest trusted."""
 _TAIL = 6
-_MOST_STEPS = 40
-_MOST_HALVINGS = 40
-_NARROWEST = 1e-9
+_MAX_STEPS = 40
+_MAX_HALVINGS = 40
+_MIN_WIDTH = 1e-9
 _EPS = float(np.finfo(float).eps)
 INSIDE = 1e-14
 
 
 class Rule(NamedTuple):
-    """The n points on [-1, 1], their barycentric weights, their shares in the mean (Clenshaw-Curtis), and the matrices
-    from values to derivatives (n, n) and to the last six Chebyshev coefficients (n, 6), a row per value."""
+    """The n points on [-1, 1], their barycentric weights, their weights in the mean (Clenshaw-Curtis), and the matrices
+    from values to derivatives (n, n) and to the last six Chebyshev coefficients (n, 6), one row per value."""
 
     points: Array
     weights: Array
-    shares: Array
+    mean_weights: Array
     derivative: Array
     tail: Array
 
@@ -62,7 +62,7 @@ class Panels(NamedTuple):
 
     @property
     def angles_inside(self) -> Array:
-        """The points with panel ends moved slightly inward, for functions that jump between panels."""
+        """All points, with panel ends moved slightly inward, for functions that jump between panels."""
         return inside(self.angles, self.rule)
 
 
@@ -73,13 +73,13 @@ def rule_of(n: int) -> Rule:
     x[np.abs(x) < 1e-15] = 0.0
     weights = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
     weights[[0, -1]] *= 0.5
-    apart = x[:, None] - x[None, :] + np.eye(n)
-    derivative = weights[None, :] / weights[:, None] / apart
+    differences = x[:, None] - x[None, :] + np.eye(n)
+    derivative = weights[None, :] / weights[:, None] / differences
     np.fill_diagonal(derivative, 0.0)
     np.fill_diagonal(derivative, -derivative.sum(axis=1))
     series, even = np.linalg.inv(chebyshev.chebvander(x, n - 1)), np.arange(0, n, 2)
-    shares = (1.0 / (1.0 - even**2)) @ series[even]
-    return Rule(x, weights, shares, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
+    mean_weights = (1.0 / (1.0 - even**2)) @ series[even]
+    return Rule(x, weights, mean_weights, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
 
 
 @kernel
@@ -113,42 +113,43 @@ def resolve(
 ) -> tuple[Panels, Array, float]:
     """Panels that resolve ``sample``, its values at their points, and the largest remaining error.
 
-    ``sample`` maps angles (m,) to (quantities, m); the first ``checked`` quantities decide: a panel is halved until
-    their errors are below ``tolerance`` times each one's largest magnitude over the revolution, up to ``most_panels``.
+    ``sample`` maps angles (m,) to (quantities, m); a panel is halved until the errors of the first ``checked``
+    quantities are below ``tolerance`` times each one's largest magnitude over the revolution, up to ``most_panels``
+    panels.
     """
-    left, right, missed, kept, count = edges[:-1], edges[1:], 0.0, [], 0
+    left, right, max_error, batches, count = edges[:-1], edges[1:], 0.0, [], 0
     scale = np.full(checked, 1e-300)
-    for _ in range(_MOST_HALVINGS):
+    for _ in range(_MAX_HALVINGS):
         values = sample(_points(left, right, rule))
-        halved, error, *halves = _judged(values, left, right, rule, scale, tolerance, most_panels - count)
-        kept.append((left, halved, values))
-        count, missed = count + int((~halved).sum()), max(missed, error)
+        halved, error, *halves = _panels_to_halve(values, left, right, rule, scale, tolerance, most_panels - count)
+        batches.append((left, halved, values))
+        count, max_error = count + int((~halved).sum()), max(max_error, error)
         if not halves[0].size:
             break
         left, right = halves
-    found, at = np.empty((values.shape[0], count * rule.points.size)), np.empty(count + 1)
-    starts = np.sort(np.concatenate([one[~halved] for one, halved, _ in kept]))
-    for one, halved, values in kept:
-        _place(values, one, halved, starts, found)
-    at[:-1], at[-1] = starts, edges[-1]
-    return Panels(at, rule), found, missed
+    all_values, all_edges = np.empty((values.shape[0], count * rule.points.size)), np.empty(count + 1)
+    starts = np.sort(np.concatenate([starts_of_batch[~halved] for starts_of_batch, halved, _ in batches]))
+    for starts_of_batch, halved, values in batches:
+        _copy_panels(values, starts_of_batch, halved, starts, all_values)
+    all_edges[:-1], all_edges[-1] = starts, edges[-1]
+    return Panels(all_edges, rule), all_values, max_error
 
 
 @kernel
-def _judged(
+def _panels_to_halve(
     values: Array, left: Array, right: Array, rule: Rule, scale: Array, tolerance: float, most_panels: int
 ) -> tuple[NDArray[np.bool_], float, Array, Array]:
-    """Which panels are to be halved, the largest error of the others, and the halves' left and right ends. ``scale``
-    (checked,) is updated with the magnitudes of the quantities that decide."""
+    """Mask of the panels to be halved, the largest error of the others, and the halves' left and right ends. ``scale``
+    (checked,) is updated with the magnitudes of the checked quantities."""
     n, count = rule.points.size, left.size
-    halved, error, missed, number = np.zeros(count, np.bool_), np.zeros(count), 0.0, 0
+    halved, error, max_error, number = np.zeros(count, np.bool_), np.zeros(count), 0.0, 0
     for row in range(scale.size):
         scale[row] = max(scale[row], largest(values[row]))
     for p in range(count):
         for row in range(scale.size):
             error[p] = max(error[p], panel_error(values[row, p * n : (p + 1) * n], rule) / scale[row])
         # rounding errors of this relative size cannot be resolved
-        halved[p] = error[p] > tolerance and right[p] - left[p] > _NARROWEST
+        halved[p] = error[p] > tolerance and right[p] - left[p] > _MIN_WIDTH
         number += halved[p]
     if count + number > most_panels:
         halved, number = np.zeros(count, np.bool_), 0
@@ -159,13 +160,13 @@ def _judged(
             lefts[k], rights[k], lefts[k + 1], rights[k + 1] = left[p], middle, middle, right[p]
             k += 2
         else:
-            missed = max(missed, error[p])
-    return halved, missed, lefts, rights
+            max_error = max(max_error, error[p])
+    return halved, max_error, lefts, rights
 
 
 @kernel
-def _place(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array, out: Array) -> None:
-    """Copy the values of panels that were not halved to where they belong among all panels' ``starts``."""
+def _copy_panels(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array, out: Array) -> None:
+    """Copy the values of the panels that were not halved into ``out``, in the order of all panels' ``starts``."""
     n = out.shape[1] // starts.size
     for p in range(left.size):
         if not halved[p]:
@@ -176,7 +177,7 @@ def _place(values: Array, left: Array, halved: NDArray[np.bool_], starts: Array,
 
 
 @kernel
-def tail_errors(values: Array, rule: Rule) -> Array:
+def panel_errors(values: Array, rule: Rule) -> Array:
     """Estimated errors of the interpolants (quantities, panels), from values (quantities, panels n)."""
     n = rule.points.size
     out = np.empty((values.shape[0], values.shape[1] // n))
@@ -197,7 +198,7 @@ def panel_error(f: Array, rule: Rule) -> float:
     first, middle, last = max(abs(a), abs(b)), max(abs(c), abs(d)), max(abs(e), abs(g))
     # A pair may be small by accident; its neighbours determine magnitude and decrease.
     ratio = max(last / middle if middle > 0.0 else 1.0, middle / first if first > 0.0 else 1.0)
-    ratio = min(max(ratio, _FASTEST), _SLOWEST)
+    ratio = min(max(ratio, _MIN_DECREASE_RATIO), _MAX_DECREASE_RATIO)
     likely = 0.5 * middle * min(middle / first, 1.0) if first > 0.0 else 0.0
     return 4.0 * max(last, likely) * ratio / (1.0 - ratio)
 
@@ -207,33 +208,33 @@ def mean_of(edges: Array, rule: Rule, f: Array) -> tuple[float, float]:
     """Mean of sampled values (panels n,) over the edges' range, and its estimated error."""
     n, mean, error = rule.points.size, 0.0, 0.0
     for p in range(edges.size - 1):
-        values, share = f[p * n : (p + 1) * n], (edges[p + 1] - edges[p]) / (edges[-1] - edges[0])
-        mean += share * (rule.shares @ values)
-        error += share * panel_error(values, rule)
+        values, weight = f[p * n : (p + 1) * n], (edges[p + 1] - edges[p]) / (edges[-1] - edges[0])
+        mean += weight * (rule.mean_weights @ values)
+        error += weight * panel_error(values, rule)
     return mean, error
 
 
 @kernel
 def interpolate(f: Array, rule: Rule, x: float) -> float:
     """The interpolant of one panel at x in [-1, 1]."""
-    above, below = 0.0, 0.0
+    numerator, denominator = 0.0, 0.0
     for j in range(f.size):
-        apart = x - rule.points[j]
-        if apart == 0.0:
+        distance = x - rule.points[j]
+        if distance == 0.0:
             return f[j]
-        share = rule.weights[j] / apart
-        above += share * f[j]
-        below += share
-    return above / below
+        weight = rule.weights[j] / distance
+        numerator += weight * f[j]
+        denominator += weight
+    return numerator / denominator
 
 
 @kernel
 def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
-    """A zero of the interpolant between point ``left`` and the next one by the Illinois method, and the value there;
-    ends at the first value below ``small`` in magnitude."""
+    """Zero of the interpolant between point ``left`` and the next one by the Illinois method, and the value there;
+    stops at a value below ``small`` in magnitude."""
     a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
     x, value = a, fa
-    for _ in range(_MOST_STEPS):
+    for _ in range(_MAX_STEPS):
         before, x = x, b - fb * (b - a) / (fb - fa)
         value = interpolate(f, rule, x)
         if abs(value) <= small or abs(x - before) <= 4.0 * _EPS:
@@ -257,20 +258,20 @@ def slopes_of(f: Array, rule: Rule, out: Array) -> None:
 
 @reducing_kernel
 def largest(f: Array) -> float:
-    """The largest magnitude."""
-    most = 0.0
+    """Maximum of |f|."""
+    magnitude = 0.0
     for i in range(f.size):
-        most = max(most, abs(f[i]))
-    return most
+        magnitude = max(magnitude, abs(f[i]))
+    return magnitude
 
 
 @reducing_kernel
-def _top_and_jump(f: Array, sign: float) -> tuple[float, float]:
+def _maximum_and_jump(f: Array, sign: float) -> tuple[float, float]:
     """Maximum of sign f, and the largest difference between neighbouring points."""
-    most, jump = sign * f[0], 0.0
+    maximum, jump = sign * f[0], 0.0
     for j in range(1, f.size):
-        most, jump = max(most, sign * f[j]), max(jump, abs(f[j] - f[j - 1]))
-    return most, jump
+        maximum, jump = max(maximum, sign * f[j]), max(jump, abs(f[j] - f[j - 1]))
+    return maximum, jump
 
 
 @kernel
@@ -281,19 +282,19 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
     the intersection of the tangents; if that exceeds the best value so far, the zero of the slope is located.
     """
     n = rule.points.size
-    best, top, x, missed = -np.inf, 0, 0.0, 0.0
+    best, best_panel, x, error = -np.inf, 0, 0.0, 0.0
     for p in range(edges.size - 1):
-        most, jump = _top_and_jump(f[p * n : (p + 1) * n], sign)
-        if most > best:
-            best, top = most, p
+        maximum, jump = _maximum_and_jump(f[p * n : (p + 1) * n], sign)
+        if maximum > best:
+            best, best_panel = maximum, p
     for j in range(n):
-        if sign * f[top * n + j] == best:
+        if sign * f[best_panel * n + j] == best:
             x = rule.points[j]
     slope = np.empty(n)
     for p in range(edges.size - 1):
         g = f[p * n : (p + 1) * n]
-        most, jump = _top_and_jump(g, sign)
-        if most + 0.5 * jump <= best:
+        maximum, jump = _maximum_and_jump(g, sign)
+        if maximum + 0.5 * jump <= best:
             continue
         slopes_of(g, rule, slope)
         for j in range(n - 1):
@@ -306,13 +307,13 @@ def greatest(edges: Array, rule: Rule, f: Array, sign: float, tolerance: float) 
             if crossing <= best and max(left, right) < best:
                 continue
             # the value misses the maximum by slope^2 / (2 |second derivative|)
-            bend = (rise + fall) / width
-            place, left_over = _zero(slope, rule, j, math.sqrt(0.1 * tolerance * bend))
+            curvature = (rise + fall) / width
+            place, residual = _zero(slope, rule, j, math.sqrt(0.1 * tolerance * curvature))
             value = sign * interpolate(g, rule, place)
-            if value > best or (p == top and value >= best):
-                best, top, x, missed = value, p, place, left_over * left_over / bend
-    where = 0.5 * (edges[top] + edges[top + 1]) + 0.5 * (edges[top + 1] - edges[top]) * x
-    return best, missed + panel_error(f[top * n : (top + 1) * n], rule) + 4.0 * _EPS * abs(best), where
+            if value > best or (p == best_panel and value >= best):
+                best, best_panel, x, error = value, p, place, residual * residual / curvature
+    where = 0.5 * (edges[best_panel] + edges[best_panel + 1]) + 0.5 * (edges[best_panel + 1] - edges[best_panel]) * x
+    return best, error + panel_error(f[best_panel * n : (best_panel + 1) * n], rule) + 4.0 * _EPS * abs(best), where
 
 
 @kernel

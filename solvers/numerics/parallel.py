@@ -1,4 +1,4 @@
-"""Rows of arrays divided among threads: kernels release the GIL."""
+"""Division of array rows among threads; kernels release the GIL."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Intervals on a line."""
+"""Search for the piece of a piecewise function that contains a point."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from solvers.numerics.jit import kernel
 def piece_at(starts: Array, place: float, near: int) -> int:
     """Return the last piece that starts at or before ``place``, the first if none does; ``starts`` ascend.
 
-    The search begins at ``near``: for places in order it is usually that piece or the next.
+    The search begins at piece ``near``: for ascending places it is usually that piece or the next.
     """
     k = near
     while k > 0 and starts[k] > place:

@@ -1,7 +1,7 @@
 """Radau collocation on one element [0, 1]: points and matrices acting on values there.
 
 The points are the element's start and the Radau points, the last of which is its end; the method has order 2 s - 1 for
-s Radau points and damps what its steps cannot resolve.
+s Radau points and damps components too fast for its elements to resolve.
 
 Source: E. Hairer, G. Wanner, Solving Ordinary Differential Equations II, IV.5; for the barycentric weights, J.-P.
 Berrut, L. N. Trefethen, SIAM Review 46 (2004).
@@ -22,23 +22,29 @@ _TAIL = 4
 
 
 class Radau(NamedTuple):
-    """``points`` (s + 1,) and their barycentric ``weights``; ``first``, ``second``: derivatives at the points, and
-    ``integral`` up to them, of a polynomial given by its values, (s + 1, s + 1); ``once`` and ``twice`` (s, s): single
-    and double integrals up to the Radau points of one given at these only; ``slope`` (s,): from the increments since
-    the start to the slope at the end; ``tail`` (4, s + 1): the last four Legendre coefficients, from the values;
-    ``firsts``, ``seconds``: derivatives of the part of degree 0, 1, … s of a polynomial, (s + 1, s + 1, s + 1)."""
+    """Points and matrices of an element with s Radau points.
+
+    points, weights  all points (s + 1,) and their barycentric weights
+    first, second    first and second derivative at the points, from the values (s + 1, s + 1)
+    integral         integral from the start up to the points, from the values (s + 1, s + 1)
+    single_integral, double_integral  integrals up to the Radau points, from the values at these only (s, s)
+    end_slope        slope at the end, from the increments since the start (s,)
+    tail             last four Legendre coefficients, from the values (4, s + 1)
+    first_by_degree, second_by_degree  derivatives of the Legendre series truncated at degree 0, 1, ... s, from the
+                     values (s + 1, s + 1, s + 1)
+    """
 
     points: Array
     weights: Array
     first: Array
     second: Array
     integral: Array
-    once: Array
-    twice: Array
-    slope: Array
+    single_integral: Array
+    double_integral: Array
+    end_slope: Array
     tail: Array
-    firsts: Array
-    seconds: Array
+    first_by_degree: Array
+    second_by_degree: Array
 
 
 @cache
@@ -50,45 +56,45 @@ def radau(stages: int) -> Radau:
     x -= legendre.legval(x, series) / legendre.legval(x, legendre.legder(series))
     x[-1] = 1.0
     # for values at the Radau points only, and for values at all points
-    inner, places = np.linalg.inv(legendre.legvander(x, stages - 1)), np.append(-1.0, x)
-    whole, points = np.linalg.inv(legendre.legvander(places, stages)), 0.5 * (places + 1.0)
+    radau_series, nodes = np.linalg.inv(legendre.legvander(x, stages - 1)), np.append(-1.0, x)
+    full_series, points = np.linalg.inv(legendre.legvander(nodes, stages)), 0.5 * (nodes + 1.0)
 
-    def acting(change: object, at: Array, coefficients: Array) -> Array:
-        return np.ascontiguousarray(legendre.legval(at, change(coefficients)).T)
+    def matrix_of(operation: object, targets: Array, coefficients: Array) -> Array:
+        return np.ascontiguousarray(legendre.legval(targets, operation(coefficients)).T)
 
-    def of_parts(order: int) -> Array:
+    def derivatives_by_degree(order: int) -> Array:
         """Derivatives of the parts of a polynomial, by their degree."""
-        parts = [np.where(np.arange(stages + 1)[:, None] <= degree, whole, 0.0) for degree in range(stages + 1)]
-        return np.stack([acting(lambda c: legendre.legder(c, order, scl=2.0), places, part) for part in parts])
+        parts = [np.where(np.arange(stages + 1)[:, None] <= degree, full_series, 0.0) for degree in range(stages + 1)]
+        return np.stack([matrix_of(lambda c: legendre.legder(c, order, scl=2.0), nodes, part) for part in parts])
 
-    firsts, seconds = of_parts(1), of_parts(2)
-    once = acting(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), x, inner)
+    first_by_degree, second_by_degree = derivatives_by_degree(1), derivatives_by_degree(2)
+    single_integral = matrix_of(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), x, radau_series)
     return Radau(
         points=points,
         weights=1.0 / np.prod(points[:, None] - points + np.eye(stages + 1), axis=1),
-        first=firsts[-1],
-        second=seconds[-1],
-        integral=acting(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), places, whole),
-        once=once,
-        twice=once @ once,
-        slope=np.ascontiguousarray(np.linalg.inv(once)[-1]),
-        tail=np.ascontiguousarray(whole[-_TAIL:]),
-        firsts=firsts,
-        seconds=seconds,
+        first=first_by_degree[-1],
+        second=second_by_degree[-1],
+        integral=matrix_of(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), nodes, full_series),
+        single_integral=single_integral,
+        double_integral=single_integral @ single_integral,
+        end_slope=np.ascontiguousarray(np.linalg.inv(single_integral)[-1]),
+        tail=np.ascontiguousarray(full_series[-_TAIL:]),
+        first_by_degree=first_by_degree,
+        second_by_degree=second_by_degree,
     )
 
 
 @fusing_kernel
-def shares_of(points: Array, weights: Array, x: float, share: Array) -> None:
+def interpolation_weights(points: Array, weights: Array, x: float, out: Array) -> None:
     """Interpolation weights (s + 1,) of an element's points for polynomials at x in [0, 1]."""
     total = 0.0
-    for k in range(share.size):
-        apart = x - points[k]
-        if apart == 0.0:
-            share[:] = 0.0
-            share[k] = 1.0
+    for k in range(out.size):
+        distance = x - points[k]
+        if distance == 0.0:
+            out[:] = 0.0
+            out[k] = 1.0
             return
-        share[k] = weights[k] / apart
-        total += share[k]
-    for k in range(share.size):
-        share[k] /= total
+        out[k] = weights[k] / distance
+        total += out[k]
+    for k in range(out.size):
+        out[k] /= total

@@ -13,8 +13,8 @@ from typing import Any
 from numba.core.caching import InTreeCacheLocator, UserProvidedCacheLocator, UserWideCacheLocator
 
 
-def _require_kernels(locator: Any) -> None:
-    """Raises OSError if the locator's directory does not exist or holds no compiled kernels."""
+def _require_compiled_kernels(locator: Any) -> None:
+    """Raise OSError if the locator's directory does not exist or holds no compiled kernels."""
     if not any(name.endswith(".nbi") for name in os.listdir(locator.get_cache_path())):
         raise FileNotFoundError(locator.get_cache_path())
 
@@ -22,16 +22,16 @@ def _require_kernels(locator: Any) -> None:
 class Provided(UserProvidedCacheLocator):
     """The directory that ``NUMBA_CACHE_DIR`` names."""
 
-    ensure_cache_path = _require_kernels
+    ensure_cache_path = _require_compiled_kernels
 
 
 class UserWide(UserWideCacheLocator):
     """The user's cache directory."""
 
-    ensure_cache_path = _require_kernels
+    ensure_cache_path = _require_compiled_kernels
 
 
 class InTree(InTreeCacheLocator):
     """``__pycache__`` next to the source."""
 
-    ensure_cache_path = _require_kernels
+    ensure_cache_path = _require_compiled_kernels

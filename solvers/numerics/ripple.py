@@ -17,7 +17,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array, Complex
 from solvers.numerics.jit import fusing_kernel, kernel
-from solvers.numerics.radau import Radau, radau, shares_of
+from solvers.numerics.radau import Radau, interpolation_weights, radau
 
 TURN = 2.0 * math.pi
 _MARGIN = 1.2
@@ -138,7 +138,7 @@ def parts_at(ripple: Ripple, angle: Array) -> Array:
         position = _position(ripple, angle[i])
         e = element_at(ripple, position)
         x = (position - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e])
-        shares_of(ripple.points, ripple.weights, x, share)
+        interpolation_weights(ripple.points, ripple.weights, x, share)
         row[:] = 0.0
         for n in range(modes):
             factor = 0.0j
@@ -196,7 +196,7 @@ def modes_at(
 ) -> tuple[float, float]:
     """The modes' sum and its derivative; ``z`` (2, modes) receives real and imaginary parts of every Z."""
     modes, p = z.shape[1], share.size
-    shares_of(
+    interpolation_weights(
         ripple.points, ripple.weights, (position - ripple.edges[e]) / (ripple.edges[e + 1] - ripple.edges[e]), share
     )
     interpolated[:] = 0.0

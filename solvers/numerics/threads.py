@@ -16,14 +16,14 @@ from threadpoolctl import LibController, ThreadpoolController
 @contextmanager
 def one_thread() -> Iterator[None]:
     """Limit BLAS to one thread within the block."""
-    several = [(one, number) for one in _libraries() if (number := one.get_num_threads() or 1) > 1]
-    for library, _ in several:
+    multithreaded = [(library, threads) for library in _libraries() if (threads := library.get_num_threads() or 1) > 1]
+    for library, _ in multithreaded:
         library.set_num_threads(1)
     try:
         yield
     finally:
-        for library, number in several:
-            library.set_num_threads(number)
+        for library, threads in multithreaded:
+            library.set_num_threads(threads)
 
 
 @cache

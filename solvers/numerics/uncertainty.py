@@ -19,8 +19,8 @@ Function = Callable[[dict[str, NDArray]], dict[str, NDArray]]
 _COMPLEX_STEP = 1e-100
 _DRAWS = 100_000
 _SEED = 20260101
-_NO_SPREAD = 1e-12
-_LINEAR_WITHIN = 0.1
+_ROUNDING = 1e-12
+_LINEAR_TOLERANCE = 0.1
 """Relative difference up to which linear propagation is preferred to Monte Carlo."""
 
 
@@ -73,11 +73,16 @@ def _normal(inputs: int, draws: int) -> NDArray:
 
 def propagate(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> Propagated:
     """Linear propagation if Monte Carlo agrees within a tenth, otherwise Monte Carlo."""
-    straight = linear(function, values, standard)
-    drawn = _monte_carlo(function, values, standard)
-    spread = {name: float(np.std(found)) for name, found in drawn.items()}
-    size = {name: float(np.abs(found)) for name, found in function({n: np.array(v) for n, v in values.items()}).items()}
-    if all(abs(spread[n] - u) <= max(_LINEAR_WITHIN * u, _NO_SPREAD * size[n]) for n, u in straight.items()):
-        return Propagated(straight, "linear", {})
-    interval = {name: tuple(np.quantile(found, [0.025, 0.975]).tolist()) for name, found in drawn.items()}
-    return Propagated(spread, "Monte Carlo", interval)
+    linear_uncertainty = linear(function, values, standard)
+    samples = _monte_carlo(function, values, standard)
+    deviation = {name: float(np.std(found)) for name, found in samples.items()}
+    magnitude = {
+        name: float(np.abs(found)) for name, found in function({n: np.array(v) for n, v in values.items()}).items()
+    }
+    if all(
+        abs(deviation[n] - u) <= max(_LINEAR_TOLERANCE * u, _ROUNDING * magnitude[n])
+        for n, u in linear_uncertainty.items()
+    ):
+        return Propagated(linear_uncertainty, "linear", {})
+    interval = {name: tuple(np.quantile(found, [0.025, 0.975]).tolist()) for name, found in samples.items()}
+    return Propagated(deviation, "Monte Carlo", interval)

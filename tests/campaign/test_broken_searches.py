@@ -99,7 +99,7 @@ def test_a_linkage_is_not_beaten(objective):
 
 def test_a_truncated_range_is_detected(monkeypatch):
     body = {**BLOW, "types": ["largest_rocker"], "objective": "pin_force"}
-    monkeypatch.setattr(Family, "whole", Family.range)
+    monkeypatch.setattr(Family, "proof_range", Family.design_range)
     found = judged("impact-linkage", LinkageProblem(body, 0.0739))
     assert not found.bounded and found.better > 1e-4
 

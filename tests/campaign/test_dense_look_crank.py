@@ -75,7 +75,7 @@ def no_extreme_is_passed_by(scene):
         scale = max(abs(worst.force), rod if worst.name.startswith("rod") else 0.0)
         assert LOADS[worst.name](forces).max() <= worst.force + slack * scale, worst.name
 
-    torque, swing = summed(cycle, angle), found.swing
+    torque, swing = summed(cycle, angle), found.speed_fluctuation
     scale = np.max(np.abs(torque))
     assert torque.max() <= swing.torque_max + slack * scale
     assert torque.min() >= swing.torque_min - slack * scale

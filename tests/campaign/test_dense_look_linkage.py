@@ -15,7 +15,7 @@ from bench.campaign.scenes import scene_of
 from solvers import linkage
 from solvers.effects import EffectSelection
 from solvers.linkage.loads.torque_and_pin_force import series
-from solvers.linkage.steady_state.collocation import Machine, inertias, mesh, turn
+from solvers.linkage.steady_state.collocation import Machine, inertias, integrate_revolution, mesh
 from solvers.linkage.steady_state.periodic_solution import rocker_inertia
 
 ACCURACY = 1e-6
@@ -53,7 +53,7 @@ def peaks_seen(scene, mechanism):
     torque, force = series(mechanism.bar, mechanism.crank, scene.impact_energy, phi)
     back = np.where(phi > math.pi, np.minimum(phi - 2.0 * math.pi, -1e-300), phi)
     transfer = mechanism.bar.transfer(back)
-    return {"torque": np.abs(torque).max(), "force": force.max(), "greatest": np.abs(transfer).max()}
+    return {"torque": np.abs(torque).max(), "force": force.max(), "u31_max": np.abs(transfer).max()}
 
 
 def sizes_seen(mechanism, pad):
@@ -75,11 +75,11 @@ def irregularity_seen(scene, mechanism, running):
     """(Maximum - minimum)/mean crank speed [-] over many time steps of the reported revolution."""
     bar, drive = mechanism.bar, scene.drive
     rocker, tool = rocker_inertia(bar, scene), mechanism.crank * bar.ratios.rocker
-    first = running.impact_speed / (bar.end * tool) * (1.0 + running.jump)
-    energy = 0.5 * (drive.crank_inertia + rocker * bar.start**2) * first**2
+    first = running.impact_speed / (bar.u31_end * tool) * (1.0 + running.jump)
+    energy = 0.5 * (drive.crank_inertia + rocker * bar.u31_start**2) * first**2
     steps = mesh(bar.coefficients, PARTS)
     machine = Machine(bar.coefficients, drive.crank_inertia, rocker, drive.motor.stall_torque, drive.motor.slope)
-    work, _ = turn(inertias(machine, steps), steps, energy, machine)
+    work, _ = integrate_revolution(inertias(machine, steps), steps, energy, machine)
     transfer = bar.transfer(np.append(steps[:, 0], -1e-300))
     speed = np.sqrt(2.0 * (energy + work) / (drive.crank_inertia + rocker * transfer**2))
     return np.ptp(speed) / (2.0 * math.pi * running.blow_frequency)

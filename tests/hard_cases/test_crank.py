@@ -42,12 +42,12 @@ def motions(inputs):
     motion = crank.ExactMotion(r, length, e)
     if "angle" in inputs:
         phi = inputs["angle"]
-        at = motion.posture(phi)
+        at = motion.motion_state(phi)
         yield "displacement", motion.displacement(phi)
         yield "velocity", r * (at.sine + at.cosine * at.tangent)
         yield "acceleration", at.acceleration
         yield "rod_tangent", at.tangent
-        yield "rod_angular_acceleration", at.turning
+        yield "rod_angular_acceleration", at.rod_acceleration
     if "position" in inputs:
         yield "crank_angle", crank_angle_at(inputs["position"], r, length, e)
 
@@ -79,7 +79,7 @@ def answers(case, accuracy):
     found |= {
         "indicated_power": value.indicated_power,
         "torque_mean": value.torque_mean,
-        "work_fluctuation": value.swing.work_fluctuation,
+        "work_fluctuation": value.speed_fluctuation.work_fluctuation,
     }
     return outcome, found
 

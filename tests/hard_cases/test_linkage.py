@@ -19,7 +19,7 @@ from solvers.errors import InvalidInput
 from solvers.linkage.loads.torque_and_pin_force import peaks
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
 from solvers.linkage.mechanism.kinematics import of_family
-from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.bounding_box import minimum_box
 from solvers.linkage.swept_area.outline import sweep
 from tests.hard_cases.make_linkage_references import load_cases
 
@@ -66,8 +66,8 @@ def closed_forms(bar):
     yield "lambda0", float(bar.ratios.base)
     yield "lambda2", float(bar.ratios.coupler)
     yield "lambda3", float(bar.ratios.rocker)
-    yield "start", bar.start
-    yield "end", bar.end
+    yield "start", bar.u31_start
+    yield "end", bar.u31_end
     yield "swing", bar.swing
     yield "transmission_angle", bar.middle_transmission_angle
 
@@ -76,7 +76,7 @@ def searched(bar):
     found = peaks(bar, 1.0, 1.0)
     yield "torque", found.torque
     yield "force", found.force
-    yield "area", least_box(sweep(bar, 1.0), 0.0, tolerance=1e-13).area
+    yield "area", minimum_box(sweep(bar, 1.0), 0.0, tolerance=1e-13).area
 
 
 def checked(case):

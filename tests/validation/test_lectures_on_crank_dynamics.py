@@ -21,9 +21,11 @@ def test_greatest_errors_of_the_two_harmonic_forms(ratio, displacement, accelera
     motion = crank.ExactMotion(r, length)
     moved = kinematics.brix_displacement(angle, r, length) - motion.displacement(angle)
     assert f"{100 * np.max(np.abs(moved)) / r:.2f}" == displacement
-    hastened = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - motion.posture(angle).acceleration
+    acceleration_error = (
+        kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - motion.motion_state(angle).acceleration
+    )
     digits = len(acceleration.split(".")[1])
-    assert f"{100 * np.max(np.abs(hastened)) / (r * (1 + ratio)):.{digits}f}" == acceleration
+    assert f"{100 * np.max(np.abs(acceleration_error)) / (r * (1 + ratio)):.{digits}f}" == acceleration
 
 
 MEASURED = {"pivot_distance": 0.16, "rod_mass": 0.62, "gravity": 9.81}

@@ -20,7 +20,7 @@ from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.schema import MEGA, MILLI, RepairDone, Strict, bulk_answers, envelope, refused, repairs_json, scaled
 from solvers import crank
 from solvers.crank.cycle.forces import Forces
-from solvers.crank.engine.speed_fluctuation import SpeedSwing
+from solvers.crank.engine.speed_fluctuation import SpeedFluctuation
 from solvers.crank.engine.unbalance import Balance
 from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
@@ -186,15 +186,15 @@ def _cycle(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any] | N
 
 
 def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None:
-    swing: SpeedSwing = found.swing
+    fluctuation: SpeedFluctuation = found.speed_fluctuation
     unbalance: Balance | None = found.balance
     if unbalance is None:
         return None
     pin = found.shared_pin
     return {
-        "mean_torque_nm": swing.torque_mean,
-        "torque_max_nm": swing.torque_max,
-        "torque_min_nm": swing.torque_min,
+        "mean_torque_nm": fluctuation.torque_mean,
+        "torque_max_nm": fluctuation.torque_max,
+        "torque_min_nm": fluctuation.torque_min,
         "indicated_power_w": cylinders * found.indicated_power,
         "reciprocating_unbalance": [
             {"order": u.order, "force_n": u.force, "couple_nm": u.couple} for u in unbalance.reciprocating
@@ -248,11 +248,11 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
         "inertia_defect_kg_m2": masses.rod.inertia_defect,
         "mean_torque_nm": found.torque_mean,
         "indicated_power_w": found.indicated_power,
-        "irregularity": found.swing.irregularity,
-        "torque_irregularity": found.swing.torque_irregularity,
-        "work_fluctuation_j": found.swing.work_fluctuation,
-        "shaft_inertia_kg_m2": found.swing.inertia,
-        "flywheel_inertia_wanted_kg_m2": found.swing.flywheel_inertia_wanted,
+        "irregularity": found.speed_fluctuation.irregularity,
+        "torque_irregularity": found.speed_fluctuation.torque_irregularity,
+        "work_fluctuation_j": found.speed_fluctuation.work_fluctuation,
+        "shaft_inertia_kg_m2": found.speed_fluctuation.inertia,
+        "flywheel_inertia_wanted_kg_m2": found.speed_fluctuation.flywheel_inertia_wanted,
         "brix_error": found.tiers.brix_displacement,
         "two_harmonic_error": found.tiers.two_harmonic_acceleration,
         "brix_pressure_error_mpa": scaled(found.tiers.brix_pressure, MEGA),

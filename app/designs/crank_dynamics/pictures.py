@@ -162,10 +162,10 @@ def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
     phi = np.radians(angles)
     motion = ExactMotion(r, length)
     moved = (brix_displacement(phi, r, length) - motion.displacement(phi)) / r
-    hastened = two_harmonic_acceleration(phi, r, length, 1.0) - motion.posture(phi).acceleration
+    acceleration_error = two_harmonic_acceleration(phi, r, length, 1.0) - motion.motion_state(phi).acceleration
     columns = [
         (noted("displacement"), BLUE, (100.0 * moved).tolist()),
-        (noted("acceleration"), GREEN, (100.0 * hastened / (r * (1.0 + r / length))).tolist()),
+        (noted("acceleration"), GREEN, (100.0 * acceleration_error / (r * (1.0 + r / length))).tolist()),
     ]
     if series["brix_pressure_mpa"] is not None:
         greatest = max(abs(p) for p in series["pressure_mpa"]) or 1.0

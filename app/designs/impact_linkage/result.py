@@ -142,11 +142,11 @@ def _strike(strike: Strike | None) -> dict[str, Any]:
     if strike is None:
         return dict.fromkeys(_STRIKE)
     return {
-        "u31_start": strike.start,
-        "u31_end": strike.end,
+        "u31_start": strike.u31_start,
+        "u31_end": strike.u31_end,
         "kinematic_restitution": strike.restitution,
         "restitution_mismatch": strike.mismatch,
-        "u31_max": strike.greatest if math.isfinite(strike.greatest) else None,
+        "u31_max": strike.u31_max if math.isfinite(strike.u31_max) else None,
         "transmission_angle_deg": math.degrees(strike.transmission_angle),
     }
 

@@ -1,10 +1,10 @@
-"""Forces of one cylinder over its cycle: effect of gas and masses on piston, rod, crank pin and bearing.
+"""Forces of one cylinder over its cycle: from gas and masses, on piston, rod, crank pin and bearing.
 
 With the axial force P on the wrist pin (toward the crank) and the rod angle beta: side force N = P tan(beta), rod
 force S = P/cos(beta), tangential T = P sin(phi + beta)/cos(beta), radial (toward the shaft) Z = P cos(phi +
 beta)/cos(beta), torque M = T r. All are expressed in tan(beta), so that Z^2 + T^2 = S^2 = P^2 + N^2 holds to
 rounding. With a couple C on the rod N = P tan(beta) - C/(L cos(beta)), and the force on a pin is not along the rod;
-S = P cos(beta) + N sin(beta) is its part that is, smooth where P changes its sign.
+S = P cos(beta) + N sin(beta) is its component along the rod, smooth where P changes sign.
 
 Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
@@ -19,20 +19,26 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, pressure_of, within
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, acceleration_of, stand_at, turning_of
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, pressure_of, wrapped
+from solvers.crank.motion.slider_crank import (
+    ExactMotion,
+    Geometry,
+    acceleration_of,
+    angle_functions,
+    rod_acceleration_of,
+)
 from solvers.crank.scene import Engine, Scene
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
 
 LONGEST_PIECE = math.pi / 24.0
-_SHARP_LIMIT = 0.3
-_NONE = np.empty(0)
+_MAX_PEAK_WIDTH = 0.3
+_NO_ANGLES = np.empty(0)
 
 
 @dataclass(frozen=True)
 class Composition:
-    """The physics of a scene: what the active effects add to the gas force of one in-line cylinder without masses.
+    """The physics of a scene: contributions of the active effects to the gas force of one in-line, massless cylinder.
 
     ``offset`` of the cylinder axis [m]; ``reciprocating`` mass and the ``piston``'s part of it [kg]; the rod's
     ``inertia_defect`` [kg m2]; the ``engine`` if several cylinders are evaluated together.
@@ -52,15 +58,15 @@ class Machine(NamedTuple):
     the centrifugal forces [N] of the rod's big end and of all rotating masses.
     """
 
-    frame: Frame
+    geometry: Geometry
     speed: float
     area: float
-    back: float
+    back_pressure: float
     reciprocating: float
     piston: float
     defect: float
     big_end: float
-    turning: float
+    rotating: float
 
 
 class Instant(NamedTuple):
@@ -70,7 +76,7 @@ class Instant(NamedTuple):
     pressure: float
     gas: float
     inertia: float
-    on_pin: float
+    wrist_pin_axial: float
     side: float
     rod: float
     tangential: float
@@ -102,26 +108,26 @@ class Forces:
 @inlined_kernel
 def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
     """Return pressure and forces at an angle of a piece."""
-    frame = machine.frame
-    at = stand_at(phi, frame)
+    geometry = machine.geometry
+    at = angle_functions(phi, geometry)
     # An effect's bound may evaluate the pressures of a mechanism with offset in one without.
-    seen = frame.offset == gas.frame.offset
-    pressure = pressure_of(phi, at, piece, gas) if seen else pressure_at(phi, piece, gas)
-    force, hastened = (pressure - machine.back) * machine.area, -machine.speed * machine.speed
-    across = machine.defect * hastened * turning_of(at, frame) * at.secant / frame.length
-    hastened *= acceleration_of(at, frame)
-    inertia = machine.reciprocating * hastened
-    axial = force + inertia
-    side = axial * at.tangent - across
+    same_geometry = geometry.offset == gas.geometry.offset
+    pressure = pressure_of(phi, at, piece, gas) if same_geometry else pressure_at(phi, piece, gas)
+    gas_force, factor = (pressure - machine.back_pressure) * machine.area, -machine.speed * machine.speed
+    couple_force = machine.defect * factor * rod_acceleration_of(at, geometry) * at.secant / geometry.length
+    factor *= acceleration_of(at, geometry)
+    inertia = machine.reciprocating * factor
+    axial = gas_force + inertia
+    side = axial * at.tangent - couple_force
     return Instant(
-        pressure, force, inertia, force + machine.piston * hastened, side,
-        axial * at.secant - across * at.tangent / at.secant,
+        pressure, gas_force, inertia, gas_force + machine.piston * factor, side,
+        axial * at.secant - couple_force * at.tangent / at.secant,
         axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine,
     )  # fmt: skip
 
 
 @inlined_kernel
-def length_of(x: float, y: float) -> float:
+def norm(x: float, y: float) -> float:
     """sqrt(x^2 + y^2)."""
     return math.sqrt(x * x + y * y)
 
@@ -131,15 +137,15 @@ def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
     """The rows of ``Forces``."""
     out = np.empty((12, angle.size))
     for i in range(angle.size):
-        phi = within(angle[i], gas.breaks)
+        phi = wrapped(angle[i], gas.breaks)
         at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
         out[0, i], out[1, i], out[2, i] = at.pressure, at.gas, at.inertia
         out[3, i], out[4, i] = at.gas + at.inertia, at.side
         out[5, i] = at.rod
-        out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.frame.r
-        out[9, i] = length_of(at.on_pin, at.side)
-        out[10, i] = length_of(at.tangential, at.radial - machine.big_end)
-        out[11, i] = length_of(at.tangential, at.radial - machine.turning)
+        out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.geometry.r
+        out[9, i] = norm(at.wrist_pin_axial, at.side)
+        out[10, i] = norm(at.tangential, at.radial - machine.big_end)
+        out[11, i] = norm(at.tangential, at.radial - machine.rotating)
     return out
 
 
@@ -159,12 +165,13 @@ class Cycle:
     @cached_property
     def machine(self) -> Machine:
         """One cylinder with its own rod on the crank pin."""
-        scene, made = self.scene, self.composition
+        scene, composition = self.scene, self.composition
         masses, r, speed = scene.masses, scene.mechanism.crank_radius, scene.mechanism.angular_speed
-        turned = r * speed**2
+        centripetal = r * speed**2
         return Machine(
-            self.motion.frame, speed, scene.cylinder.area, scene.cylinder.crankcase_pressure, made.reciprocating,
-            made.piston, made.inertia_defect, masses.rod.at_crank_pin * turned, masses.rotating(r) * turned,
+            self.motion.geometry, speed, scene.cylinder.area, scene.cylinder.crankcase_pressure,
+            composition.reciprocating, composition.piston, composition.inertia_defect,
+            masses.rod.at_crank_pin * centripetal, masses.rotating(r) * centripetal,
         )  # fmt: skip
 
     @property
@@ -176,12 +183,12 @@ class Cycle:
         halved toward the peak. Empty for longer rods.
         """
         m = self.scene.mechanism
-        sharp = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
-        if sharp > _SHARP_LIMIT:
-            return _NONE
-        beside = sharp * 2.0 ** np.arange(math.ceil(math.log2(_SHARP_LIMIT / sharp)) + 2)
-        across = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
-        return np.unique(np.concatenate([across - beside, across, across + beside], axis=1))
+        peak_width = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
+        if peak_width > _MAX_PEAK_WIDTH:
+            return _NO_ANGLES
+        distances = peak_width * 2.0 ** np.arange(math.ceil(math.log2(_MAX_PEAK_WIDTH / peak_width)) + 2)
+        centres = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
+        return np.unique(np.concatenate([centres - distances, centres, centres + distances], axis=1))
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""

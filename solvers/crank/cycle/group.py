@@ -11,13 +11,13 @@ from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 
-_MOST_BREAKS, _LEAST_MOST = 20_000, 500
+_MAX_BREAKS, _MIN_BREAKS_PER_CYLINDER = 20_000, 500
 """Maximum breaks in total, and its minimum per cylinder: beyond, equal pieces are used to bound the run time."""
 _COINCIDENCE_TOLERANCE = 8.0 * np.finfo(float).eps * 4.0 * math.pi
 """Distance below which breaks of several cylinders coincide up to rounding."""
 
 
-class Group(NamedTuple):
+class CylinderGroup(NamedTuple):
     """Cylinders that act together.
 
     The pieces' bounds (n + 1,) [rad] on the shaft, and for each piece and cylinder the piece of the cylinder's own
@@ -30,38 +30,38 @@ class Group(NamedTuple):
 
 
 @kernel
-def together(gas: Unrolled, phases: Array) -> Group:
+def cylinder_group(gas: Unrolled, phases: Array) -> CylinderGroup:
     """Return the group of cylinders with these phases [rad] on one shaft."""
     if phases.size == 1 and phases[0] == 0.0:
         count = gas.stroke.size
-        return Group(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
-    breaks, most = gas.breaks, max(_MOST_BREAKS // phases.size, _LEAST_MOST)
+        return CylinderGroup(gas.breaks, np.arange(count).reshape(count, 1), np.zeros((count, 1)))
+    breaks, limit = gas.breaks, max(_MAX_BREAKS // phases.size, _MIN_BREAKS_PER_CYLINDER)
     start, period, size = breaks[0], breaks[-1] - breaks[0], breaks.size - 1
-    every = np.empty(size * phases.size + 2)
+    merged = np.empty(size * phases.size + 2)
     for i in range(phases.size):
         for k in range(size):
-            every[i * size + k] = start + (breaks[k] + phases[i] - start) % period
-    every[-2], every[-1] = start, start + period
-    every.sort()
+            merged[i * size + k] = start + (breaks[k] + phases[i] - start) % period
+    merged[-2], merged[-1] = start, start + period
+    merged.sort()
     count = 1
-    for value in every[1:]:
-        if value - every[count - 1] > _COINCIDENCE_TOLERANCE:
-            every[count] = value
+    for value in merged[1:]:
+        if value - merged[count - 1] > _COINCIDENCE_TOLERANCE:
+            merged[count] = value
             count += 1
-    every[count - 1] = start + period
-    followed = count <= most
-    if not followed:
-        count = most
+    merged[count - 1] = start + period
+    exact = count <= limit
+    if not exact:
+        count = limit
         for k in range(count):
-            every[k] = start + period * (k / (count - 1))
-    bounds = every[:count].copy()
+            merged[k] = start + period * (k / (count - 1))
+    bounds = merged[:count].copy()
     piece = np.full((count - 1, phases.size), -1, np.intp)
     shift = np.empty((count - 1, phases.size))
     for n in range(count - 1):
         middle = 0.5 * (bounds[n] + bounds[n + 1])
         for i in range(phases.size):
-            turn = -phases[i] - math.floor((middle - phases[i] - start) / period) * period
-            shift[n, i] = turn
-            if followed:
-                piece[n, i] = piece_of(middle + turn, breaks)
-    return Group(bounds, piece, shift)
+            offset = -phases[i] - math.floor((middle - phases[i] - start) / period) * period
+            shift[n, i] = offset
+            if exact:
+                piece[n, i] = piece_of(middle + offset, breaks)
+    return CylinderGroup(bounds, piece, shift)

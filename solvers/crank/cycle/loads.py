@@ -1,4 +1,4 @@
-"""The loads of one cylinder whose greatest values are found, without importing what finds them."""
+"""Names of the maximum loads of one cylinder, in a module that imports no kernels."""
 
 from __future__ import annotations
 
@@ -11,4 +11,4 @@ LOADS = (
     "crank_pin_load_max",
     "main_bearing_load_max",
 )
-"""Their names, in the order in which they are evaluated."""
+"""The names, in the order of evaluation."""

@@ -16,7 +16,7 @@ import numpy as np
 from solvers.crank.cycle.forces import Cycle
 from solvers.crank.cycle.worst_instants import BRIX, greatest
 
-_ALONE = np.zeros(1)
+_SINGLE_CYLINDER = np.zeros(1)
 """Phases of a single cylinder acting alone [rad]."""
 
 
@@ -37,11 +37,13 @@ class TierErrors:
 def tier_errors(cycle: Cycle, tolerance: float) -> TierErrors:
     """Return the errors; that of the pressure to the relative ``tolerance``."""
     ratio = cycle.motion.crank_radius / cycle.motion.rod_length
-    upright = math.sqrt((1.0 - ratio) * (1.0 + ratio))
+    rod_cosine = math.sqrt((1.0 - ratio) * (1.0 + ratio))
     pressure = None
     if cycle.curve.has_brix:
-        found = greatest(cycle.machine, cycle.curve, cycle.sharp_angles, _ALONE, BRIX, 1, tolerance)
-        pressure = float(found.value[0])
+        maximum = greatest(cycle.machine, cycle.curve, cycle.sharp_angles, _SINGLE_CYLINDER, BRIX, 1, tolerance)
+        pressure = float(maximum.value[0])
     return TierErrors(
-        ratio**3 / (2.0 * (1.0 + upright) ** 2), ratio**3 / (upright * (1.0 + upright) * (1.0 + ratio)), pressure
+        ratio**3 / (2.0 * (1.0 + rod_cosine) ** 2),
+        ratio**3 / (rod_cosine * (1.0 + rod_cosine) * (1.0 + ratio)),
+        pressure,
     )

@@ -1,9 +1,9 @@
 """Critical instants of a cycle, at which its loads are greatest, for one cylinder or several acting together.
 
 All quantities are sampled together at a few points of every piece, including both ends, each piece separately, since
-the pressure may jump at a break. Of the sampled local maxima those are refined that may exceed the incumbent by more
-than the tolerance: with K the bound of the second difference, four times that of the samples, and d the deficit of
-the higher neighbour, a maximum may rise by K/2 (1/2 - d/K)^2. What is left unrefined counts as error.
+the pressure may jump at a break. A sampled local maximum is refined if it may exceed the incumbent by more than the
+tolerance: with K the bound of the second difference, four times that of the samples, and d the deficit of
+the higher neighbour, a maximum may rise by K/2 (1/2 - d/K)^2. The remaining possible excess counts as error.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, length_of
-from solvers.crank.cycle.group import Group, together
+from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, norm
+from solvers.crank.cycle.group import CylinderGroup, cylinder_group
 from solvers.crank.cycle.loads import LOADS
-from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, within
+from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, wrapped
 from solvers.numerics.arrays import Array, Index
-from solvers.numerics.brackets import narrow, trial_points
+from solvers.numerics.brackets import shrink_bracket, trial_points
 from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
 
-OF_THE_ROD = slice(1, 3)
+ROD_ROWS = slice(1, 3)
 """Rows of rod compression and tension: the error of the smaller one is relative to the scale of the larger."""
 CRANK_PIN, TORQUE, BRIX = 5, 7, 9
 """Rows of quantities: the crank pin's load (the loads come first); the torque, followed by its negative; the error of
 Brix's pressure (``textbook_error``)."""
-WITHIN = 4
+SUBINTERVALS = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
 _MAX_REFINED, _MAX_ROUNDS = 64, 40
 _UNREFINED_FRACTION, _REFINED_FRACTION = 0.5, 0.01
@@ -43,7 +43,7 @@ class Worst(NamedTuple):
     pressure: float
 
 
-class Greatest(NamedTuple):
+class Maxima(NamedTuple):
     """Maxima of some rows, their angles [rad], absolute errors, and the pressures there: (rows,) each."""
 
     value: Array
@@ -53,23 +53,25 @@ class Greatest(NamedTuple):
 
 
 @inlined_kernel
-def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrolled, group: Group) -> Instant:
+def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrolled, group: CylinderGroup) -> Instant:
     """Return one cylinder's forces at a shaft angle of the group's piece ``n``."""
     phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
     if k < 0:
-        phi = within(phi, gas.breaks)
+        phi = wrapped(phi, gas.breaks)
         k = piece_of(phi, gas.breaks)
     return instant(phi, k, machine, gas)
 
 
 @kernel
-def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: Group, first: int, out: Array) -> None:
-    """Write the rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces, for all cylinders
-    together.
+def _write_rows(
+    angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, out: Array
+) -> None:
+    """Write the rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces, with crank-pin load,
+    bearing load and torque summed over all cylinders.
 
     Where the piece is -1, the values of the previous angle are repeated.
     """
-    r = machine.frame.r
+    r = machine.geometry.r
     for i in range(angle.size):
         n = pieces[i]
         if n < 0:
@@ -88,16 +90,16 @@ def _rows(angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: G
             radial += other.radial
         if first == 0:
             out[0, i], out[1, i], out[2, i] = at.gas, at.rod, -at.rod
-            out[3, i], out[4, i] = abs(at.side), length_of(at.on_pin, at.side)
+            out[3, i], out[4, i] = abs(at.side), norm(at.wrist_pin_axial, at.side)
         if first <= CRANK_PIN:
-            out[CRANK_PIN - first, i] = length_of(tangential, radial - machine.big_end)
-            out[CRANK_PIN + 1 - first, i] = length_of(tangential, radial - machine.turning)
+            out[CRANK_PIN - first, i] = norm(tangential, radial - machine.big_end)
+            out[CRANK_PIN + 1 - first, i] = norm(tangential, radial - machine.rotating)
         if first + out.shape[0] > TORQUE:
             out[TORQUE - first, i], out[TORQUE + 1 - first, i] = tangential * r, -tangential * r
 
 
 @kernel
-def _joined(n: int, gas: Unrolled, group: Group) -> bool:
+def _is_continuous(n: int, gas: Unrolled, group: CylinderGroup) -> bool:
     """Return whether the pressures are continuous at the start of a piece."""
     for cylinder in range(group.shift.shape[1]):
         k = group.piece[n, cylinder]
@@ -107,39 +109,39 @@ def _joined(n: int, gas: Unrolled, group: Group) -> bool:
 
 
 @kernel
-def sampled(machine: Machine, gas: Unrolled, group: Group, first: int, rows: int) -> tuple[Array, Array]:
+def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, rows: int) -> tuple[Array, Array]:
     """Return the sampling points, WITHIN + 1 per piece, and the rows there, (rows, points)."""
-    count, each = group.bounds.size - 1, WITHIN + 1
+    count, each = group.bounds.size - 1, SUBINTERVALS + 1
     places, pieces, values = np.empty(count * each), np.empty(count * each, np.intp), np.empty((rows, count * each))
     for n in range(count):
         low, high = group.bounds[n], group.bounds[n + 1]
         for j in range(each):
-            places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / WITHIN), high), n
-        if _joined(n, gas, group):
+            places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / SUBINTERVALS), high), n
+        if _is_continuous(n, gas, group):
             pieces[n * each] = -1
-    _rows(places, pieces, machine, gas, group, first, values)
+    _write_rows(places, pieces, machine, gas, group, first, values)
     return places, values
 
 
 @reducing_kernel
-def _bound_pieces(values: Array, bound: Array) -> tuple[float, float, int]:
+def _piece_bounds(values: Array, bound: Array) -> tuple[float, float, int]:
     """Write an upper bound of every piece's maxima; return the highest sample, the largest magnitude, and the first
     piece with that sample.
 
     No maximum exceeds the highest sample of its piece by more than half of four times the greatest second difference.
     """
-    best, least, top = -np.inf, np.inf, 0
+    best, minimum, highest_piece = -np.inf, np.inf, 0
     for n in range(bound.size):
-        first = n * (WITHIN + 1)
-        left, right = values[first], values[first + WITHIN]
-        highest, lowest, bend = max(left, right), min(left, right), 0.0
-        for j in range(first + 1, first + WITHIN):
+        first = n * (SUBINTERVALS + 1)
+        left, right = values[first], values[first + SUBINTERVALS]
+        highest, lowest, second_difference = max(left, right), min(left, right), 0.0
+        for j in range(first + 1, first + SUBINTERVALS):
             highest, lowest = max(highest, values[j]), min(lowest, values[j])
-            bend = max(bend, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
-        bound[n], least = highest + 0.5 * bend, min(least, lowest)
+            second_difference = max(second_difference, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
+        bound[n], minimum = highest + 0.5 * second_difference, min(minimum, lowest)
         if highest > best:
-            best, top = highest, n
-    return best, max(abs(best), abs(least)), top
+            best, highest_piece = highest, n
+    return best, max(abs(best), abs(minimum)), highest_piece
 
 
 @inlined_kernel
@@ -148,88 +150,88 @@ def _upper_estimate(values: Array, first: int, j: int) -> float:
 
     Assumes up to four times the second difference of the samples of the piece that starts at ``first``.
     """
-    fall, here = np.inf, values[first + j]
+    deficit, value = np.inf, values[first + j]
     if j > 0:
-        fall = here - values[first + j - 1]
-    if j < WITHIN:
-        fall = min(fall, here - values[first + j + 1])
-    if not fall >= 0.0:
+        deficit = value - values[first + j - 1]
+    if j < SUBINTERVALS:
+        deficit = min(deficit, value - values[first + j + 1])
+    if not deficit >= 0.0:
         return -np.inf
-    m = first + min(max(j, 1), WITHIN - 1)
-    bend = abs(values[m - 1] - 2.0 * values[m] + values[m + 1])
-    rise = max(2.0 * bend - fall, 0.0)
-    return here + (rise * rise / (8.0 * bend) if rise > 0.0 else 0.0)
+    centre = first + min(max(j, 1), SUBINTERVALS - 1)
+    second_difference = abs(values[centre - 1] - 2.0 * values[centre] + values[centre + 1])
+    rise = max(2.0 * second_difference - deficit, 0.0)
+    return value + (rise * rise / (8.0 * second_difference) if rise > 0.0 else 0.0)
 
 
 @kernel
-def climbed(
-    machine: Machine, gas: Unrolled, group: Group, first: int, places: Array, samples: Array, tolerance: float
-) -> Greatest:
+def refined_maxima(
+    machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, places: Array, samples: Array, tolerance: float
+) -> Maxima:
     """Return the refined maxima of the sampled rows; ``tolerance`` is relative to them."""
-    rows, count, each = samples.shape[0], places.size, WITHIN + 1
+    rows, count, each = samples.shape[0], places.size, SUBINTERVALS + 1
     found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
-    reach, owner, bound = np.empty(count), np.empty(count, np.intp), np.empty(count // each)
+    estimates, owner, piece_bounds = np.empty(count), np.empty(count, np.intp), np.empty(count // each)
     for row in range(rows):
         values = samples[row]
-        best, scale, piece = _bound_pieces(values, bound)
-        at = piece * each
-        while values[at] != best:
-            at += 1
-        where, humps = places[at], 0
-        for n in range(bound.size):
-            if bound[n] <= best:
+        best, scale, piece = _piece_bounds(values, piece_bounds)
+        sample = piece * each
+        while values[sample] != best:
+            sample += 1
+        where, candidates = places[sample], 0
+        for n in range(piece_bounds.size):
+            if piece_bounds[n] <= best:
                 continue
             for j in range(each):
-                high = _upper_estimate(values, n * each, j)
-                if high > best:
-                    reach[humps], owner[humps] = high, n * each + j
-                    humps += 1
-        left = best
-        for turn in range(_MAX_REFINED + 1 if humps else 0):
-            top = np.argmax(reach[:humps])
+                estimate = _upper_estimate(values, n * each, j)
+                if estimate > best:
+                    estimates[candidates], owner[candidates] = estimate, n * each + j
+                    candidates += 1
+        upper_bound = best
+        for iteration in range(_MAX_REFINED + 1 if candidates else 0):
+            candidate = np.argmax(estimates[:candidates])
             slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
-            if reach[top] <= best + slack or turn == _MAX_REFINED:
-                left = max(left, reach[top])
+            if estimates[candidate] <= best + slack or iteration == _MAX_REFINED:
+                upper_bound = max(upper_bound, estimates[candidate])
                 break
-            n, j = owner[top] // each, owner[top] % each
-            reach[top] = -np.inf
+            n, j = owner[candidate] // each, owner[candidate] % each
+            estimates[candidate] = -np.inf
             for i in range(3):
-                m = n * each + min(max(j + i - 1, 0), WITHIN)
+                m = n * each + min(max(j + i - 1, 0), SUBINTERVALS)
                 place[i], value[i] = places[m], values[m]
-            missing = np.inf
+            gain_bound = np.inf
             pieces[:] = n
             for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
-                _rows(points, pieces, machine, gas, group, first, out)
-                missing = narrow(place, value, points, out[row])
+                _write_rows(points, pieces, machine, gas, group, first, out)
+                gain_bound = shrink_bracket(place, value, points, out[row])
                 if (
-                    missing <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
-                    or value[1] + missing <= best + slack
+                    gain_bound <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
+                    or value[1] + gain_bound <= best + slack
                     or place[2] - place[0] <= 1e-15
                 ):
                     break
-            left = max(left, value[1] + missing)
+            upper_bound = max(upper_bound, value[1] + gain_bound)
             if value[1] > best:
                 best, where, piece = value[1], place[1], n
-        found[0, row], found[1, row], found[2, row] = best, where, left - best + _ROUNDING * scale
+        found[0, row], found[1, row], found[2, row] = best, where, upper_bound - best + _ROUNDING * scale
         found[3, row] = instant_of(where, piece, 0, machine, gas, group).pressure
-    return Greatest(found[0], found[1], found[2], found[3])
+    return Maxima(found[0], found[1], found[2], found[3])
 
 
 @kernel
 def greatest(
     machine: Machine, curve: Unrolled, sharp: Array, phases: Array, first: int, rows: int, tolerance: float
-) -> Greatest:  # fmt: skip
+) -> Maxima:  # fmt: skip
     """Return the maxima of ``rows`` rows from ``first`` on, of the cylinders with these phases [rad] together;
     ``tolerance`` is relative to them."""
     gas = refined(curve, sharp, LONGEST_PIECE)
-    group = together(gas, phases)
-    places, samples = sampled(machine, gas, group, first, rows)
-    return climbed(machine, gas, group, first, places, samples, tolerance)
+    group = cylinder_group(gas, phases)
+    places, samples = sampled_rows(machine, gas, group, first, rows)
+    return refined_maxima(machine, gas, group, first, places, samples, tolerance)
 
 
-def worst_instants(found: Greatest, period: float) -> tuple[Worst, ...]:
+def worst_instants(found: Maxima, period: float) -> tuple[Worst, ...]:
     """Return the load rows as named instants."""
     maxima = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
     return tuple(Worst(name, place % period, force, p) for name, place, force, p in maxima)

@@ -30,9 +30,9 @@ def require_pairs(engine: Engine, rods_per_pin: int) -> None:
     if len(engine.phases) % 2:
         raise InvalidInput("engine.phases", "an odd number of rods cannot share crank pins in pairs", "an even number")
     directions = np.asarray(engine.axes) - np.asarray(engine.phases)
-    apart = directions[1::2] - directions[::2]
-    apart = np.abs(np.remainder(apart + math.pi, 2.0 * math.pi) - math.pi)
-    for index in np.flatnonzero(apart > _SAME_DIRECTION):
+    difference = directions[1::2] - directions[::2]
+    difference = np.abs(np.remainder(difference + math.pi, 2.0 * math.pi) - math.pi)
+    for index in np.flatnonzero(difference > _SAME_DIRECTION):
         raise InvalidInput(
             f"engine.phases.{2 * index + 1}",
             "shares a crank pin with the cylinder before it, but their cranks stand in different directions",

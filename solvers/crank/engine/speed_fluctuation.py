@@ -19,11 +19,11 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle, Machine
-from solvers.crank.cycle.group import Group
-from solvers.crank.cycle.worst_instants import WITHIN, instant_of
+from solvers.crank.cycle.group import CylinderGroup
+from solvers.crank.cycle.worst_instants import SUBINTERVALS, instant_of
 from solvers.crank.engine.gas_work import GasWork, work_since_break
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, within
-from solvers.crank.motion.slider_crank import stand_at
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, wrapped
+from solvers.crank.motion.slider_crank import angle_functions
 from solvers.crank.scene import Engine
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
@@ -34,12 +34,12 @@ _MAX_ROUNDS = 60
 class ShaftWork(NamedTuple):
     """Effect of a cycle on the shaft.
 
-    The ``whole`` gas work of one cylinder with its absolute ``error`` and the ``magnitude`` of the cancelling terms
+    The ``gas_work`` of one cylinder with its absolute ``error`` and the ``magnitude`` of the cancelling terms
     [J]; the extremes of the summed torque with their error [N m]; the work between the extremes of the speed, all
     cylinders together, with its error [J]; the number of Gauss ``nodes``.
     """
 
-    whole: float
+    gas_work: float
     error: float
     magnitude: float
     torque_max: float
@@ -51,7 +51,7 @@ class ShaftWork(NamedTuple):
 
 
 @dataclass(frozen=True)
-class SpeedSwing:
+class SpeedFluctuation:
     """The work [J] between the extremes of the speed, and the resulting speed fluctuation.
 
     ``irregularity`` is (omega_max - omega_min)/omega for the existing inertia, None without any;
@@ -70,36 +70,36 @@ class SpeedSwing:
 
 @kernel
 def _surplus_work(
-    angle: float, n: int, machine: Machine, gas: Unrolled, group: Group, work: GasWork
+    angle: float, n: int, machine: Machine, gas: Unrolled, group: CylinderGroup, work: GasWork
 ) -> float:  # fmt: skip
     """Return the sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
     total, mean = 0.0, work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
     for cylinder in range(group.shift.shape[1]):
         phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
         if k < 0:
-            phi = within(phi, gas.breaks)
+            phi = wrapped(phi, gas.breaks)
             k = piece_of(phi, gas.breaks)
-        stands = stand_at(phi, machine.frame)
-        tip = machine.speed * machine.frame.r
-        moved = tip * (stands.sine + stands.cosine * stands.tangent)
-        turned = tip / machine.frame.length * stands.cosine * stands.secant
-        done = work_since_break(phi, k, machine, gas, work.nodes)
-        total += work.before[k] + done - mean * phi
-        total += 0.5 * (machine.defect * turned * turned - machine.reciprocating * moved * moved)
+        at = angle_functions(phi, machine.geometry)
+        crank_pin_speed = machine.speed * machine.geometry.r
+        piston_speed = crank_pin_speed * (at.sine + at.cosine * at.tangent)
+        rod_speed = crank_pin_speed / machine.geometry.length * at.cosine * at.secant
+        piece_work = work_since_break(phi, k, machine, gas, work.nodes)
+        total += work.before[k] + piece_work - mean * phi
+        total += 0.5 * (machine.defect * rod_speed * rod_speed - machine.reciprocating * piston_speed * piston_speed)
     return total
 
 
 @inlined_kernel
-def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: Group) -> float:
+def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: CylinderGroup) -> float:
     total = 0.0
     for cylinder in range(group.shift.shape[1]):
         total += instant_of(angle, n, cylinder, machine, gas, group).tangential
-    return total * machine.frame.r
+    return total * machine.geometry.r
 
 
 @kernel
 def work_extremes(
-    machine: Machine, gas: Unrolled, group: Group, places: Array, torque: Array, work: GasWork, tolerance: float
+    machine: Machine, gas: Unrolled, group: CylinderGroup, places: Array, torque: Array, work: GasWork, tolerance: float
 ) -> tuple[float, float, float]:
     """Return the maximum and the minimum of the summed w, and the remaining error of the search [J].
 
@@ -108,31 +108,31 @@ def work_extremes(
     the break.
     """
     mean = group.shift.shape[1] * work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
-    greatest, least, missed, size = -np.inf, np.inf, 0.0, 0.0
+    greatest, least, error, magnitude = -np.inf, np.inf, 0.0, 0.0
     for i in range(places.size - 1):
-        size += abs(torque[i] - mean) * (places[i + 1] - places[i])
-    last = torque[-1] - mean
+        magnitude += abs(torque[i] - mean) * (places[i + 1] - places[i])
+    previous = torque[-1] - mean
     for i in range(places.size):
-        here, angle, n = torque[i] - mean, places[i], i // (WITHIN + 1)
-        if (last > 0.0) != (here > 0.0):
-            if i % (WITHIN + 1) > 0:
-                a, fa, b, fb, side = places[i - 1], last, angle, here, 0
+        torque_excess, angle, n = torque[i] - mean, places[i], i // (SUBINTERVALS + 1)
+        if (previous > 0.0) != (torque_excess > 0.0):
+            if i % (SUBINTERVALS + 1) > 0:
+                a, fa, b, fb, side = places[i - 1], previous, angle, torque_excess, 0
                 for _ in range(_MAX_ROUNDS):
                     angle = (a * fb - b * fa) / (fb - fa)
                     if not a < angle < b:
                         angle = 0.5 * (a + b)
                     f = _torque(angle, n, machine, gas, group) - mean
-                    if abs(f) * (b - a) <= tolerance * size or b - a <= 1e-15 * (1.0 + abs(b)):
-                        missed = max(missed, abs(f) * (b - a))
+                    if abs(f) * (b - a) <= tolerance * magnitude or b - a <= 1e-15 * (1.0 + abs(b)):
+                        error = max(error, abs(f) * (b - a))
                         break
                     if (f > 0.0) == (fa > 0.0):
                         a, fa, fb, side = angle, f, 0.5 * fb if side == 1 else fb, 1
                     else:
                         b, fb, fa, side = angle, f, 0.5 * fa if side == 2 else fa, 2
-            found = _surplus_work(angle, n, machine, gas, group, work)
-            greatest, least = max(greatest, found), min(least, found)
-        last = here
-    return greatest, least, missed
+            surplus = _surplus_work(angle, n, machine, gas, group, work)
+            greatest, least = max(greatest, surplus), min(least, surplus)
+        previous = torque_excess
+    return greatest, least, error
 
 
 def _shaft_inertia(cycle: Cycle) -> float:
@@ -147,20 +147,22 @@ def _shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_swing(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedSwing:
+def speed_fluctuation_of(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedFluctuation:
     """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
     count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
-    average, doubt = count * found.whole / period, count * found.error / period
-    inertia, wanted = _shaft_inertia(cycle), engine.wanted_irregularity
-    return SpeedSwing(
+    mean_torque, mean_torque_error = count * found.gas_work / period, count * found.error / period
+    inertia, required_irregularity = _shaft_inertia(cycle), engine.wanted_irregularity
+    return SpeedFluctuation(
         work_fluctuation=found.fluctuation,
         inertia=inertia,
         irregularity=found.fluctuation / (inertia * speed**2) if inertia > 0 else None,
         torque_max=found.torque_max,
         torque_min=found.torque_min,
-        torque_mean=average,
-        torque_irregularity=(found.torque_max - found.torque_min) / abs(average) if abs(average) > doubt else None,
+        torque_mean=mean_torque,
+        torque_irregularity=(found.torque_max - found.torque_min) / abs(mean_torque)
+        if abs(mean_torque) > mean_torque_error
+        else None,
         flywheel_inertia_wanted=None
-        if wanted is None
-        else max(found.fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
+        if required_irregularity is None
+        else max(found.fluctuation / (required_irregularity * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
     )

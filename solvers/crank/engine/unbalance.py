@@ -46,8 +46,8 @@ class Balance:
 def _harmonic_samples(cycle: Cycle) -> int:
     """Number of angles that keeps aliasing below rounding: harmonics decay as exp(-k acosh((L - |e|)/r))."""
     m = cycle.scene.mechanism
-    fall = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
-    return min(max(256, 2 ** math.ceil(math.log2(40.0 / fall))), _MOST_SAMPLES)
+    decay = math.acosh((m.rod_length - abs(m.offset)) / m.crank_radius)
+    return min(max(256, 2 ** math.ceil(math.log2(40.0 / decay))), _MOST_SAMPLES)
 
 
 def balance(cycle: Cycle, engine: Engine) -> Balance:
@@ -59,7 +59,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.posture(angle).acceleration)
+    harmonics = np.fft.rfft(cycle.motion.motion_state(angle).acceleration)
     masses = cycle.scene.masses
     per_harmonic = masses.reciprocating * cycle.machine.speed**2 / (samples / 2)
     middle = 0.5 * (min(engine.positions) + max(engine.positions)) if engine.positions else 0.0
@@ -67,7 +67,7 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     ones = [1.0] * len(engine.phases)
 
     def resultant(weights: Sequence[float], order: int) -> float:
-        """|sum w exp(i(alpha + order psi))|; exactly zero where no more than the rounding of the angles is left of it.
+        """|sum w exp(i(alpha + order psi))|; exactly zero if it does not exceed the rounding of the angles.
 
         In plain Python: an array operation on a few cylinders takes as long as the whole sum.
         """
@@ -87,5 +87,5 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     )
     # Rods on one pin share one crank.
     sharing = masses.rods_per_pin if len(engine.phases) > 1 else 1
-    turning = abs(cycle.machine.turning / sharing)
-    return Balance(found, resultant(ones, -1) * turning, resultant(arms, -1) * turning if arms else None)
+    rotating = abs(cycle.machine.rotating / sharing)
+    return Balance(found, resultant(ones, -1) * rotating, resultant(arms, -1) * rotating if arms else None)

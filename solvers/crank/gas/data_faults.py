@@ -14,11 +14,11 @@ from solvers.numerics.arrays import Array
 
 Offending = NDArray[np.bool_]
 
-TURN = 2.0 * math.pi
+REVOLUTION = 2.0 * math.pi
 END_GAP = 5e-3
 """Fraction of the swept volume by which a stroke's points may miss a dead centre; the end's pressure is extended."""
 
-_DEGREE = math.pi / 180.0
+_RADIANS_PER_DEGREE = math.pi / 180.0
 _CLOSURE_TOLERANCE = 1e-6
 """Fraction of the pressure range by which the two ends of a closed table may differ."""
 
@@ -36,7 +36,7 @@ class Points:
     def span(self) -> float:
         return self.high - self.low
 
-    def taking(self, kept: Array) -> Points:
+    def select(self, kept: Array) -> Points:
         return replace(self, x=self.x[kept], pressure=self.pressure[kept])
 
 
@@ -48,16 +48,16 @@ class Fault:
     repair: str = ""
 
     def offending(self, points: Points) -> Offending:
-        """Return which points have the fault, (n,)."""
+        """Return a mask of the points that have the fault, (n,)."""
         raise NotImplementedError
 
-    def mend(self, points: Points) -> Points:
-        """Return the points with the fault repaired; by default without those that have it."""
-        return points.taking(~self.offending(points))
+    def repaired(self, points: Points) -> Points:
+        """Return the points with the fault repaired; by default, without the offending points."""
+        return points.select(~self.offending(points))
 
 
 def _last(points: Points, offends: bool) -> Offending:
-    """The last point, if it offends."""
+    """Mask of the last point if ``offends``, otherwise of none."""
     return np.append(np.zeros(points.x.size - 1, bool), offends)
 
 
@@ -67,41 +67,43 @@ class Radians(Fault):
     repair = "angles taken as radians"
 
     def offending(self, points: Points) -> Offending:
-        return _last(points, 0.8 * TURN <= np.ptp(points.x) / _DEGREE <= 1.001 * points.span)
+        return _last(points, 0.8 * REVOLUTION <= np.ptp(points.x) / _RADIANS_PER_DEGREE <= 1.001 * points.span)
 
-    def mend(self, points: Points) -> Points:
-        return replace(points, x=points.x / _DEGREE)
+    def repaired(self, points: Points) -> Points:
+        return replace(points, x=points.x / _RADIANS_PER_DEGREE)
 
 
-class Relabelled(Fault):
-    """The second turn of a four-stroke cycle restarts at zero."""
+class RestartedAngles(Fault):
+    """The angles restart at zero in the second revolution of a four-stroke cycle."""
 
     reason = "the angle starts again: the second turn of the cycle is labelled like the first"
     allowed = "rising angles over two turns"
     repair = "a turn added to the angles from this point on"
 
     def offending(self, points: Points) -> Offending:
-        """Return the points of the second turn."""
+        """Return a mask of the points of the second revolution."""
         steps = np.diff(points.x, prepend=points.x[0])
-        two_turns = points.span >= 1.5 * TURN and np.ptp(points.x) <= 1.01 * TURN
-        again = two_turns and np.sum(steps < 0) == 1 and steps.min() < -0.75 * TURN
-        return np.logical_or.accumulate(steps < 0) & again
+        one_revolution_labelled = points.span >= 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
+        restarted = one_revolution_labelled and np.sum(steps < 0) == 1 and steps.min() < -0.75 * REVOLUTION
+        return np.logical_or.accumulate(steps < 0) & restarted
 
-    def mend(self, points: Points) -> Points:
-        return replace(points, x=points.x + np.where(self.offending(points), TURN, 0.0))
+    def repaired(self, points: Points) -> Points:
+        return replace(points, x=points.x + np.where(self.offending(points), REVOLUTION, 0.0))
 
 
-class Squeezed(Fault):
-    """Two turns labelled as one."""
+class TwoRevolutionsAsOne(Fault):
+    """Two revolutions given as one."""
 
     reason = "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data"
     allowed = "angles over two turns, or strokes 2"
     repair = "all angles doubled"
 
     def offending(self, points: Points) -> Offending:
-        return _last(points, points.span > 1.5 * TURN and 0.8 * TURN <= np.ptp(points.x) <= 1.001 * TURN)
+        return _last(
+            points, points.span > 1.5 * REVOLUTION and 0.8 * REVOLUTION <= np.ptp(points.x) <= 1.001 * REVOLUTION
+        )
 
-    def mend(self, points: Points) -> Points:
+    def repaired(self, points: Points) -> Points:
         return replace(points, x=points.x[0] + 2.0 * (points.x - points.x[0]))
 
 
@@ -113,8 +115,8 @@ class Unsorted(Fault):
     def offending(self, points: Points) -> Offending:
         return np.diff(points.x, prepend=points.x[0]) < 0
 
-    def mend(self, points: Points) -> Points:
-        return points.taking(np.argsort(points.x, kind="stable"))
+    def repaired(self, points: Points) -> Points:
+        return points.select(np.argsort(points.x, kind="stable"))
 
 
 class NotMonotone(Unsorted):
@@ -137,7 +139,7 @@ class Repeated(Fault):
     def offending(self, points: Points) -> Offending:
         return np.abs(np.diff(points.x, prepend=-np.inf)) <= 1e-12 * points.span
 
-    def mend(self, points: Points) -> Points:
+    def repaired(self, points: Points) -> Points:
         order = np.argsort(points.x, kind="stable")
         x, pressure = points.x[order], points.pressure[order]
         first = np.diff(x, prepend=-np.inf) > 1e-12 * points.span
@@ -151,17 +153,17 @@ class NotClosed(Fault):
     repair = "first and last point replaced by their mean"
 
     def offending(self, points: Points) -> Offending:
-        apart = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
+        repeats_first = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
         gap = abs(points.pressure[-1] - points.pressure[0])
-        return _last(points, apart and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
+        return _last(points, repeats_first and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
 
-    def mend(self, points: Points) -> Points:
+    def repaired(self, points: Points) -> Points:
         closed = points.pressure.copy()
         closed[0] = closed[-1] = 0.5 * (closed[0] + closed[-1])
         return replace(points, pressure=closed)
 
 
-class TooLong(Fault):
+class LongerThanCycle(Fault):
     reason = "lies more than one cycle after the first"
     allowed = "one cycle: one turn for two strokes, two turns for four"
     repair = "points beyond one cycle left out"
@@ -170,7 +172,7 @@ class TooLong(Fault):
         return points.x - points.x[0] > points.span * (1.0 + 1e-9)
 
 
-class Gaping(Fault):
+class LargeGap(Fault):
     """More than half a cycle without a point, which cannot be interpolated or repaired."""
 
     reason = "more than half of the cycle after this point holds no other"
@@ -180,49 +182,49 @@ class Gaping(Fault):
         return np.diff(points.x, append=points.x[0] + points.span) > 0.5 * points.span
 
 
-class Outside(Fault):
+class OutsideVolumeRange(Fault):
     reason = "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)"
     allowed = "between the clearance volume and it plus the swept volume"
     repair = "points outside the cylinder's volumes left out"
 
     def offending(self, points: Points) -> Offending:
-        room = END_GAP * points.span
-        return (points.x < points.low - room) | (points.x > points.high + room)
+        tolerance = END_GAP * points.span
+        return (points.x < points.low - tolerance) | (points.x > points.high + tolerance)
 
 
-class Short(Fault):
+class MissingDeadCentre(Fault):
     reason = "is the last before a dead centre that the points do not reach"
     allowed = "points from the clearance volume to it plus the swept volume"
     repair = "pressure held to the dead centre"
 
-    def _ends(self, points: Points) -> list[tuple[int, float]]:
-        """Return the last points before dead centres that the points do not reach, and the volumes there."""
-        room, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
-        found = [(low, points.low)] if points.x[low] > points.low + room else []
-        return [*found, (high, points.high)] if points.x[high] < points.high - room else found
+    def _missing_ends(self, points: Points) -> list[tuple[int, float]]:
+        """Return, for each dead centre that the data do not reach, the index of the nearest point and the volume."""
+        tolerance, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
+        found = [(low, points.low)] if points.x[low] > points.low + tolerance else []
+        return [*found, (high, points.high)] if points.x[high] < points.high - tolerance else found
 
     def offending(self, points: Points) -> Offending:
-        return np.isin(np.arange(points.x.size), [last for last, _ in self._ends(points)])
+        return np.isin(np.arange(points.x.size), [last for last, _ in self._missing_ends(points)])
 
-    def mend(self, points: Points) -> Points:
-        for last, end in self._ends(points):
+    def repaired(self, points: Points) -> Points:
+        for last, end in self._missing_ends(points):
             points = Points(
                 np.append(points.x, end), np.append(points.pressure, points.pressure[last]), points.low, points.high
             )
-        return points.taking(np.argsort(points.x, kind="stable"))
+        return points.select(np.argsort(points.x, kind="stable"))
 
 
 TABLE_FAULTS: tuple[Fault, ...] = (
     Radians(),
-    Relabelled(),
+    RestartedAngles(),
     Unsorted(),
     Repeated(),
-    Squeezed(),
-    TooLong(),
+    TwoRevolutionsAsOne(),
+    LongerThanCycle(),
     NotClosed(),
-    Gaping(),
+    LargeGap(),
 )
-STROKE_FAULTS: tuple[Fault, ...] = (Outside(), NotMonotone(), Repeated(), Short())
+STROKE_FAULTS: tuple[Fault, ...] = (OutsideVolumeRange(), NotMonotone(), Repeated(), MissingDeadCentre())
 
 
 def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | None:
@@ -237,7 +239,7 @@ def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | 
 def require_finite(field: str, **columns: Sequence[float]) -> None:
     """Raise InvalidInput, naming the first point, for columns with infinite or NaN values."""
     for name, values in columns.items():
-        if not all(map(math.isfinite, values)):  # a third of what it takes to make an array of them
+        if not all(map(math.isfinite, values)):  # takes a third of the time needed to build an array
             first = next(index for index, value in enumerate(values) if not math.isfinite(value))
             raise InvalidInput(f"{field}.{name}.{first}", "must be finite", "finite numbers")
 
@@ -247,7 +249,7 @@ def require_sound_table(points: Points) -> None:
     x, span = points.x, points.span
     reach, steps = x[-1] - x[0], np.diff(x)
     # Such data has no fault; testing each fault separately takes ten times as long.
-    one_cycle = max(0.5 * span, 1.001 * TURN if span > 1.5 * TURN else 0.0) < reach < (1.0 - 1e-9) * span
+    one_cycle = max(0.5 * span, 1.001 * REVOLUTION if span > 1.5 * REVOLUTION else 0.0) < reach < (1.0 - 1e-9) * span
     if not (one_cycle and steps.min() > 1e-12 * span and steps.max() <= 0.5 * span):
         require_sound(points, TABLE_FAULTS, "pressure.angle")
 

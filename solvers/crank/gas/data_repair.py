@@ -1,6 +1,6 @@
 """Repair of indicator data on request.
 
-Data is never repaired silently: by default a faulty table or stroke is rejected, naming the point (``faults``); a
+Data is never repaired silently: by default a faulty table or stroke is rejected, naming the point (``data_faults``); a
 requested repair returns valid data and a record of the changes.
 """
 
@@ -23,14 +23,14 @@ _MAX_ROUNDS = 12
 
 @dataclass(frozen=True)
 class Repair:
-    """A repair of a user's data: the field of the first offending point, and the sentence for the record."""
+    """A repair of a user's data: the field of the first offending point, and a description for the record."""
 
     field: str
     what: str
 
 
 def _repaired(points: Points, faults: Sequence[Fault], field: str, least: int) -> tuple[Points, list[Repair]]:
-    """Repair one fault after another; raises InvalidInput for irreparable data."""
+    """Repair the faults one by one; raises InvalidInput for irreparable data."""
     repairs: list[Repair] = []
     for _ in range(_MAX_ROUNDS):
         found = first_fault(points, faults)
@@ -39,10 +39,10 @@ def _repaired(points: Points, faults: Sequence[Fault], field: str, least: int) -
         fault, index = found
         if not fault.repair:
             break
-        mended = fault.mend(points)
-        if mended.x.size < least:
+        repaired_points = fault.repaired(points)
+        if repaired_points.x.size < least:
             break
-        points = mended
+        points = repaired_points
         repairs.append(Repair(f"{field}.{index}", fault.repair))
     fault, index = first_fault(points, faults) or found
     raise InvalidInput(f"{field}.{index}", fault.reason + "; this cannot be repaired", fault.allowed)
@@ -63,7 +63,7 @@ def repaired_indicator(
     strokes, repairs = [], []
     for index, stroke in enumerate(diagram.strokes):
         points = Points(np.asarray(stroke.volume), np.asarray(stroke.pressure), low, low + swept)
-        mended, applied = _repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
-        strokes.append(Stroke(tuple(mended.x.tolist()), tuple(mended.pressure.tolist())))
+        repaired_points, applied = _repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
+        strokes.append(Stroke(tuple(repaired_points.x.tolist()), tuple(repaired_points.pressure.tolist())))
         repairs += applied
     return IndicatorPressure(tuple(strokes)), tuple(repairs)

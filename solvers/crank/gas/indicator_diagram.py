@@ -16,7 +16,7 @@ import numpy as np
 from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import END_GAP, STROKE_FAULTS, Points, require_finite, require_sound
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, crank_angle_at
+from solvers.crank.motion.slider_crank import ExactMotion, Geometry, crank_angle_at
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
@@ -51,8 +51,8 @@ class IndicatorPressure:
 
     @cached_property
     def _ascending(self) -> tuple[Array, Index, tuple[float, ...]]:
-        """Volumes and pressures of all strokes, each ascending in volume, (2, points); where each stroke begins; the
-        range of the strokes' least volumes, that of their greatest, and the least step."""
+        """Volumes and pressures of all strokes, each ascending in volume, (2, points); the index of each stroke's first
+        point; the ranges of the strokes' minimum and maximum volumes, and the minimum step."""
         columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
         columns = [c if c[0, 0] < c[0, -1] else c[:, ::-1] for c in columns]
         points = np.concatenate(columns, axis=1)
@@ -73,22 +73,22 @@ class IndicatorPressure:
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
         (volume, pressure), first, (a, b, c, d, step) = self._ascending
-        high, room = low + swept, END_GAP * swept
+        high, gap = low + swept, END_GAP * swept
         # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
-        if not (low - room < a <= b < low + room and high - room < c <= d < high + room and step > 1e-12 * swept):
+        if not (low - gap < a <= b < low + gap and high - gap < c <= d < high + gap and step > 1e-12 * swept):
             for index, stroke in enumerate(self.strokes):
                 points = Points(np.array(stroke.volume), np.array(stroke.pressure), low, high)
                 require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")
         top, bottom = motion.dead_centres
         ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
-        frame = motion.frame
-        breaks, begin, cubic, stroke_of = _unrolled(volume, pressure, first, ends, frame, cylinder.area, low)
-        return Unrolled(breaks, begin, cubic, stroke_of, True, frame, cylinder.area, low)
+        geometry = motion.geometry
+        breaks, origin, cubic, stroke_of = _unrolled(volume, pressure, first, ends, geometry, cylinder.area, low)
+        return Unrolled(breaks, origin, cubic, stroke_of, True, geometry, cylinder.area, low)
 
 
 @kernel
 def _unrolled(
-    volume: Array, pressure: Array, first: Index, ends: Array, frame: Frame, area: float, clearance: float
+    volume: Array, pressure: Array, first: Index, ends: Array, geometry: Geometry, area: float, clearance: float
 ) -> tuple[Array, Array, Array, Index]:
     """Return breaks, origins, cubics and strokes of a diagram.
 
@@ -96,33 +96,35 @@ def _unrolled(
     is that of the nearest point.
     """
     size = volume.size + first.size
-    breaks, begin, cubic = np.empty(size + 1), np.empty(size), np.zeros((size, 4))
+    breaks, origin, cubic = np.empty(size + 1), np.empty(size), np.zeros((size, 4))
     stroke, count = np.empty(size, np.intp), 0
     for s in range(first.size - 1):
         x, y = volume[first[s] : first[s + 1]], pressure[first[s] : first[s + 1]]
         cubics, n, upward = monotone_cubics(x, y), x.size, s % 2 == 1
-        here = ends[s]
-        for along in range(n + 1):
+        start = ends[s]
+        for step in range(n + 1):
             # Interval i starts at point i - 1; the last ends at the dead centre.
-            i = n - along if upward else along
-            ahead = ends[s + 1]
-            if along < n:
-                moved = (x[i - 1 if upward else i] - clearance) / area
+            i = n - step if upward else step
+            end = ends[s + 1]
+            if step < n:
+                displacement = (x[i - 1 if upward else i] - clearance) / area
                 # The angle past the lower dead centre follows from the mirrored mechanism.
-                past = crank_angle_at(moved, frame.r, frame.length, -frame.offset if upward else frame.offset)
-                ahead = s // 2 * 2.0 * math.pi + (2.0 * math.pi - past if upward else past)
-                ahead = min(ahead, ends[s + 1])
-            if ahead > here:
-                breaks[count], stroke[count] = here, s
+                angle = crank_angle_at(
+                    displacement, geometry.r, geometry.length, -geometry.offset if upward else geometry.offset
+                )
+                end = s // 2 * 2.0 * math.pi + (2.0 * math.pi - angle if upward else angle)
+                end = min(end, ends[s + 1])
+            if end > start:
+                breaks[count], stroke[count] = start, s
                 if i == 0:
-                    begin[count], cubic[count, 3] = 0.0, y[0]
+                    origin[count], cubic[count, 3] = 0.0, y[0]
                 elif i == n:
-                    begin[count], cubic[count, 3] = x[n - 1], y[n - 1]
+                    origin[count], cubic[count, 3] = x[n - 1], y[n - 1]
                 else:
-                    begin[count] = x[i - 1]
+                    origin[count] = x[i - 1]
                     for power in range(4):
                         cubic[count, power] = cubics[i - 1, power]
-                here = ahead
+                start = end
                 count += 1
     breaks[count] = ends[-1]
-    return breaks[: count + 1].copy(), begin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+    return breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()

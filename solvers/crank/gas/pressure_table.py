@@ -37,19 +37,19 @@ class TablePressure:
         require_finite("pressure", angle=self.angle, pressure=self.pressure)
 
     def open_cycle(self, period: float) -> tuple[Array, Array]:
-        """Angles and pressures without a last point one cycle after the first, which repeats it."""
+        """Angles and pressures, without a last point that repeats the first one a cycle later."""
         last = len(self.angle) - (self.angle[-1] - self.angle[0] >= period * (1.0 - 1e-9))
         return np.array(self.angle[:last]), np.array(self.pressure[:last])
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
-        """Return the table over the crank angle. Raises InvalidInput, naming the point, unless it ascends."""
+        """Return the table over the crank angle. Raises InvalidInput, naming the point, for faulty data."""
         period = cylinder.period
         require_sound_table(Points(np.array(self.angle), np.array(self.pressure), 0.0, period))
         angle, values = self.open_cycle(period)
         centres = motion.dead_centres
         ends = np.array([centre + 2.0 * math.pi * n for n in range(cylinder.strokes // 2) for centre in centres])
-        breaks, begin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
-        return Unrolled(breaks, begin, cubic, stroke, False, motion.frame, cylinder.area, cylinder.clearance_volume)
+        breaks, origin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
+        return Unrolled(breaks, origin, cubic, stroke, False, motion.geometry, cylinder.area, cylinder.clearance_volume)
 
 
 @kernel
@@ -63,18 +63,18 @@ def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, A
         x[i], y[i] = angle[(i - 1) % n] + (i - 1) // n * period, values[(i - 1) % n]
     cubics = monotone_cubics(x, y)
     shift = math.floor((start - angle[0]) / period) * period
-    breaks, begin = np.empty(n + ends.size + 1), np.empty(n + ends.size)
+    breaks, origin = np.empty(n + ends.size + 1), np.empty(n + ends.size)
     cubic, stroke = np.empty((n + ends.size, 4)), np.empty(n + ends.size, np.intp)
     breaks[0], count, along = start, 0, 0
     for j in range(2 * n):
         i, low = j % n, angle[j % n] + (shift + j // n * period)
         high = angle[(j + 1) % n] + (shift + (j + 1) // n * period)
         while breaks[count] < high and along < ends.size - 1:
-            begin[count], stroke[count] = low, along
+            origin[count], stroke[count] = low, along
             for power in range(4):
                 cubic[count, power] = cubics[i + 1, power]
             count += 1
             breaks[count] = min(high, ends[along + 1])
             if ends[along + 1] <= high:
                 along += 1
-    return breaks[: count + 1].copy(), begin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+    return breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.motion.slider_crank import ExactMotion, Frame, Stand, displacement_of, stand_at
+from solvers.crank.motion.slider_crank import AngleFunctions, ExactMotion, Geometry, angle_functions, displacement_of
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import inlined_kernel, kernel
 
@@ -29,11 +29,11 @@ class Unrolled(NamedTuple):
     """
 
     breaks: Array
-    begin: Array
+    origin: Array
     cubic: Array
     stroke: Index
     by_volume: bool
-    frame: Frame
+    geometry: Geometry
     area: float
     clearance: float
 
@@ -44,18 +44,18 @@ class Unrolled(NamedTuple):
 
     def pressure(self, angle: ArrayLike) -> Array:
         """p(phi) [Pa], same shape as the angles; periodic."""
-        return self._over(angle, False)
+        return self._evaluate(angle, False)
 
     @property
     def has_brix(self) -> bool:
         """Whether Brix's construction applies: to a diagram, without an offset."""
-        return self.by_volume and self.frame.offset == 0.0
+        return self.by_volume and self.geometry.offset == 0.0
 
     def brix_pressure(self, angle: ArrayLike) -> Array | None:
         """The pressure of the diagram unrolled by Brix's construction [Pa]; None unless ``has_brix``."""
-        return self._over(angle, True) if self.has_brix else None
+        return self._evaluate(angle, True) if self.has_brix else None
 
-    def _over(self, angle: ArrayLike, brix: bool) -> Array:
+    def _evaluate(self, angle: ArrayLike, brix: bool) -> Array:
         phi = np.asarray(angle, dtype=float)
         return _pressures(np.ascontiguousarray(phi).ravel(), self, brix).reshape(phi.shape)
 
@@ -76,16 +76,16 @@ def piece_of(angle: float, breaks: Array) -> int:
 @inlined_kernel
 def pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
     """Return p [Pa] at an angle of a piece, both its ends included."""
-    return pressure_of(angle, stand_at(angle, gas.frame), piece, gas)
+    return pressure_of(angle, angle_functions(angle, gas.geometry), piece, gas)
 
 
 @inlined_kernel
-def pressure_of(angle: float, at: Stand, piece: int, gas: Unrolled) -> float:
-    """Return p [Pa] at an angle of a piece, with ``at`` the state of the mechanism ``gas.frame`` there."""
+def pressure_of(angle: float, at: AngleFunctions, piece: int, gas: Unrolled) -> float:
+    """Return p [Pa] at an angle of a piece, with ``at`` the state of the mechanism ``gas.geometry`` there."""
     t = angle
     if gas.by_volume:
-        t = gas.clearance + gas.area * displacement_of(at, gas.frame)
-    return _cubic(t - gas.begin[piece], piece, gas)
+        t = gas.clearance + gas.area * displacement_of(at, gas.geometry)
+    return _cubic(t - gas.origin[piece], piece, gas)
 
 
 @inlined_kernel
@@ -97,7 +97,7 @@ def _cubic(t: float, piece: int, gas: Unrolled) -> float:
 @inlined_kernel
 def work_at(volume: float, piece: int, gas: Unrolled) -> float:
     """Return the integral of p dV [J] from the origin of the piece's cubic of the volume."""
-    t, c = volume - gas.begin[piece], gas.cubic
+    t, c = volume - gas.origin[piece], gas.cubic
     return t * (c[piece, 3] + t * (c[piece, 2] / 2.0 + t * (c[piece, 1] / 3.0 + t * c[piece, 0] / 4.0)))
 
 
@@ -105,23 +105,23 @@ def work_at(volume: float, piece: int, gas: Unrolled) -> float:
 def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
     """Return p [Pa] of the diagram at the position of Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi).
 
-    The cubic is searched from that of the exact motion, within the stroke.
+    The cubic at that volume is searched within the stroke, starting from the piece of the exact motion.
     """
     half, sine = math.sin(0.5 * angle), math.sin(angle)
-    r = gas.frame.r
-    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.frame.length * sine * sine)
+    r = gas.geometry.r
+    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * sine * sine)
     stroke, step, k = gas.stroke[piece], 1, piece
     if stroke % 2:
         step = -1
-    while 0 <= k - step < gas.stroke.size and gas.stroke[k - step] == stroke and volume < gas.begin[k]:
+    while 0 <= k - step < gas.stroke.size and gas.stroke[k - step] == stroke and volume < gas.origin[k]:
         k -= step
-    while 0 <= k + step < gas.stroke.size and gas.stroke[k + step] == stroke and volume >= gas.begin[k + step]:
+    while 0 <= k + step < gas.stroke.size and gas.stroke[k + step] == stroke and volume >= gas.origin[k + step]:
         k += step
-    return _cubic(volume - gas.begin[k], k, gas)
+    return _cubic(volume - gas.origin[k], k, gas)
 
 
 @inlined_kernel
-def within(angle: float, breaks: Array) -> float:
+def wrapped(angle: float, breaks: Array) -> float:
     """Return the angle shifted by whole periods into the range of the breaks."""
     start, period = breaks[0], breaks[-1] - breaks[0]
     if start <= angle <= breaks[-1]:
@@ -133,7 +133,7 @@ def within(angle: float, breaks: Array) -> float:
 def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
     out = np.empty(angle.size)
     for i in range(angle.size):
-        phi = within(angle[i], gas.breaks)
+        phi = wrapped(angle[i], gas.breaks)
         k = piece_of(phi, gas.breaks)
         out[i] = brix_pressure_at(phi, k, gas) if brix else pressure_at(phi, k, gas)
     return out
@@ -141,7 +141,7 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
 
 @kernel
 def _jumps(gas: Unrolled) -> tuple[Array, Array]:
-    """Return the angles [rad] at which strokes begin, and the jump [Pa] at each; the last stroke precedes the first."""
+    """Return the angles [rad] at which strokes begin, and the pressure jump [Pa] at each; the cycle is periodic."""
     count = gas.stroke.size
     angle, jump, found = np.empty(count), np.zeros(count), 0
     for k in range(count):
@@ -155,35 +155,35 @@ def _jumps(gas: Unrolled) -> tuple[Array, Array]:
 
 
 @kernel
-def refined(gas: Unrolled, more: Array, longest: float) -> Unrolled:
+def refined(gas: Unrolled, extra_breaks: Array, longest: float) -> Unrolled:
     """Return the same pressures in pieces no longer than ``longest`` [rad], with breaks at the ascending angles
-    ``more``."""
-    at, count, size = 0, 0, gas.breaks.size + more.size
-    ends, owner = np.empty(size), np.empty(size, np.intp)
+    ``extra_breaks``."""
+    next_extra, count, size = 0, 0, gas.breaks.size + extra_breaks.size
+    ends, source_piece = np.empty(size), np.empty(size, np.intp)
     for k in range(gas.stroke.size):
-        ends[count], owner[count] = gas.breaks[k], k
+        ends[count], source_piece[count] = gas.breaks[k], k
         count += 1
-        while at < more.size and more[at] < gas.breaks[k + 1]:
-            if more[at] > ends[count - 1]:
-                ends[count], owner[count] = more[at], k
+        while next_extra < extra_breaks.size and extra_breaks[next_extra] < gas.breaks[k + 1]:
+            if extra_breaks[next_extra] > ends[count - 1]:
+                ends[count], source_piece[count] = extra_breaks[next_extra], k
                 count += 1
-            at += 1
+            next_extra += 1
     ends[count] = gas.breaks[-1]
     total = 0
     for k in range(count):
         total += max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
-    breaks, begin, cubic = np.empty(total + 1), np.empty(total), np.empty((total, 4))
-    stroke, m = np.empty(total, np.intp), 0
+    breaks, origin, cubic = np.empty(total + 1), np.empty(total), np.empty((total, 4))
+    stroke, n = np.empty(total, np.intp), 0
     for k in range(count):
         parts = max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
         for part in range(parts):
-            breaks[m] = ends[k] + (ends[k + 1] - ends[k]) * (part / parts)
-            begin[m], stroke[m] = gas.begin[owner[k]], gas.stroke[owner[k]]
+            breaks[n] = ends[k] + (ends[k + 1] - ends[k]) * (part / parts)
+            origin[n], stroke[n] = gas.origin[source_piece[k]], gas.stroke[source_piece[k]]
             for i in range(4):
-                cubic[m, i] = gas.cubic[owner[k], i]
-            m += 1
+                cubic[n, i] = gas.cubic[source_piece[k], i]
+            n += 1
     breaks[total] = ends[count]
-    return Unrolled(breaks, begin, cubic, stroke, gas.by_volume, gas.frame, gas.area, gas.clearance)
+    return Unrolled(breaks, origin, cubic, stroke, gas.by_volume, gas.geometry, gas.area, gas.clearance)
 
 
 class Pressure(Protocol):

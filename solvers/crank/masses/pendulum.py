@@ -14,14 +14,14 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
+from solvers.crank.masses.reduced_rod import RodMasses, evaluate, reduced_masses, require_known
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.numerics.uncertainty import combined, sensitivities
 
 STANDARD_GRAVITY = 9.80665
 _NOMINAL_UNCERTAINTY = 1e-5
 """Best attainable relative uncertainty of a period, used to judge a request without uncertainties."""
-_MEANINGLESS = 0.1
+_MAX_RELATIVE_UNCERTAINTY = 0.1
 """Uncertainty of the centre of mass, relative to the rod's length, above which the result is rejected."""
 
 
@@ -66,7 +66,7 @@ class Pendulum:
 
 
 _INPUTS = tuple(field.name for field in fields(Pendulum) if field.name != "uncertainty")
-"""The quantities of a pendulum."""
+"""Names of the measured quantities."""
 
 
 def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
@@ -74,15 +74,15 @@ def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDA
     return gravity * (period / amplitude_factor(amplitude)) ** 2 / (4.0 * math.pi**2)
 
 
-def _swung(x: dict[str, NDArray]) -> dict[str, NDArray]:
-    """Evaluate the pendulum's formulas on named arrays."""
+def _pendulum_formulas(x: dict[str, NDArray]) -> dict[str, NDArray]:
+    """Centre of mass, reduced masses and moment of inertia from named arrays of measured quantities."""
     pivots = x["pivot_distance"]
     small = reduced_length(x["period_small_end"], x["amplitude"], x["gravity"])
     big = reduced_length(x["period_big_end"], x["amplitude"], x["gravity"])
     from_pivot = pivots * (big - pivots) / (small + big - 2.0 * pivots)
     cg = from_pivot - x["small_end_bore_radius"]
     length = pivots - x["small_end_bore_radius"] - x["big_end_bore_radius"]
-    return shares(cg, length, x["rod_mass"], x["rod_mass"] * from_pivot * (small - from_pivot))
+    return reduced_masses(cg, length, x["rod_mass"], x["rod_mass"] * from_pivot * (small - from_pivot))
 
 
 def swing(pendulum: Pendulum) -> RodMasses:
@@ -93,34 +93,43 @@ def swing(pendulum: Pendulum) -> RodMasses:
     """
     values = {name: float(getattr(pendulum, name)) for name in _INPUTS}
     given = {name: float(u) for name, u in pendulum.uncertainty.items() if u > 0}
-    judged = given or {
+    assumed = given or {
         n: _NOMINAL_UNCERTAINTY * values[n] for n in ("period_small_end", "period_big_end", "pivot_distance")
     }
     length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
     with np.errstate(all="ignore"):
-        found = _swung({name: np.array(value) for name, value in values.items()})
-        moves = sensitivities(_swung, values)["rod_cg_from_pin"]
-        spread = combined(moves, judged) if np.isfinite(list(found.values())).all() else math.inf
-    if not spread <= _MEANINGLESS * length:
-        by = "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
-        told = f"is uncertain by {spread:.3g} m{by}" if math.isfinite(spread) else "is not determined at all"
+        results = _pendulum_formulas({name: np.array(value) for name, value in values.items()})
+        derivatives = sensitivities(_pendulum_formulas, values)["rod_cg_from_pin"]
+        cg_uncertainty = combined(derivatives, assumed) if np.isfinite(list(results.values())).all() else math.inf
+    if not cg_uncertainty <= _MAX_RELATIVE_UNCERTAINTY * length:
+        condition = (
+            "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
+        )
+        statement = (
+            f"is uncertain by {cg_uncertainty:.3g} m{condition}"
+            if math.isfinite(cg_uncertainty)
+            else "is not determined at all"
+        )
         raise InvalidInput(
             "period_big_end",
-            f"the periods fit almost every centre of mass: its distance from the wrist pin {told}, the rod being "
+            f"the periods fit almost every centre of mass: its distance from the wrist pin {statement}, the rod being "
             f"{length:.3g} m long (A_C + A_D is too near 2L)",
             "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
         )
     require(
-        bool(0 < found["rod_cg_from_pin"] < length and found["rod_inertia"] > 0),
+        bool(0 < results["rod_cg_from_pin"] < length and results["rod_inertia"] > 0),
         "period_small_end",
         "no rod has these periods: its centre of mass would lie outside it, or its moment of inertia would be negative",
         "periods longer than that of a simple pendulum as long as the distance of the centre of mass",
     )
     warnings = []
-    shift = moves["period_small_end"] * values["period_small_end"] + moves["period_big_end"] * values["period_big_end"]
+    shift = (
+        derivatives["period_small_end"] * values["period_small_end"]
+        + derivatives["period_big_end"] * values["period_big_end"]
+    )
     if abs(shift) * 1e-3 > 0.005 * length:
         warnings.append(
             f"a common error of +0.1 % in both periods moves the centre of mass by {shift * 1e-3 * 1e3:+.2f} mm; "
             "weighing both ends is the robust alternative"
         )
-    return evaluated(_swung, values, pendulum.uncertainty, warnings)
+    return evaluate(_pendulum_formulas, values, pendulum.uncertainty, warnings)

@@ -23,13 +23,15 @@ class RodMasses:
 
 
 def require_known(owner: object, uncertainty: Mapping[str, float]) -> None:
+    """Raise InvalidInput for an uncertainty that is negative or belongs to no quantity of ``owner``."""
     for name, u in uncertainty.items():
         known = isinstance(getattr(owner, name, None), (int, float))
         require(known, f"uncertainty.{name}", "belongs to no quantity that was given", "names of the quantities")
         require(math.isfinite(u) and u >= 0, f"uncertainty.{name}", "must not be negative", "[0, inf)")
 
 
-def shares(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dict[str, NDArray]:
+def reduced_masses(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dict[str, NDArray]:
+    """Two-mass model of a rod: m_A = m (L - l_A)/L, m_B = m l_A/L, Delta J = m l_A (L - l_A) - J_0. SI units."""
     return {
         "rod_cg_from_pin": cg,
         "rod_mass_at_pin": mass * (length - cg) / length,
@@ -40,10 +42,10 @@ def shares(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray) -> dic
     }
 
 
-def evaluated(
+def evaluate(
     formula: Function, values: Mapping[str, float], uncertainty: Mapping[str, float], warnings: Sequence[str]
 ) -> RodMasses:
-    """The formula at these values, with its uncertainty if any of theirs is positive."""
+    """Evaluate a formula at input values, and propagate their standard uncertainties if any is positive."""
     found = formula({name: np.array(value) for name, value in values.items()})
     given = {name: float(u) for name, u in uncertainty.items() if u > 0 and name in values}
     return RodMasses(

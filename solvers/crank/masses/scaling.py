@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 
 from numpy.typing import NDArray
 
-from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known
+from solvers.crank.masses.reduced_rod import RodMasses, evaluate, require_known
 from solvers.errors import require_positive
 
 USUAL = {
@@ -49,4 +49,4 @@ def estimate(request: Estimate) -> RodMasses:
         high = max(ranges[index][1] for ranges in USUAL.values())
         if not low <= value <= high:
             warnings.append(f"the {part} lies outside {low:g} … {high:g} kg/m2, the usual figures of textbooks")
-    return evaluated(scaled, values, request.uncertainty, warnings)
+    return evaluate(scaled, values, request.uncertainty, warnings)

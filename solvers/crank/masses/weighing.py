@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.crank.masses.pendulum import STANDARD_GRAVITY, reduced_length
-from solvers.crank.masses.reduced_rod import RodMasses, evaluated, require_known, shares
+from solvers.crank.masses.reduced_rod import RodMasses, evaluate, reduced_masses, require_known
 from solvers.errors import require, require_not_negative, require_positive
 
 
@@ -40,7 +40,7 @@ class Weighing:
         require_known(self, self.uncertainty)
 
 
-_CLOSURE = 0.02
+_MAX_SUM_ERROR = 0.02
 """Relative difference between the sum of the readings and the rod's mass above which the data is rejected."""
 
 
@@ -50,31 +50,31 @@ def weigh(weighing: Weighing) -> RodMasses:
     Raises InvalidInput if the readings do not add up to the rod's mass, or no rod has the period.
     """
     names = ["length", "small_end_reading", "big_end_reading", "amplitude", "gravity", "small_end_bore_radius"]
-    swung = weighing.period_small_end is not None
-    values = {name: float(getattr(weighing, name)) for name in [*names, *(["period_small_end"] if swung else [])]}
+    has_period = weighing.period_small_end is not None
+    values = {name: float(getattr(weighing, name)) for name in [*names, *(["period_small_end"] if has_period else [])]}
     total = weighing.small_end_reading + weighing.big_end_reading
     warnings = []
     if weighing.rod_mass is not None:
-        gap = total / weighing.rod_mass - 1.0
+        difference = total / weighing.rod_mass - 1.0
         require(
-            abs(gap) <= _CLOSURE,
+            abs(difference) <= _MAX_SUM_ERROR,
             "rod_mass",
-            f"differs by {abs(gap) * 100:.2g} % from the sum of the two readings",
+            f"differs by {abs(difference) * 100:.2g} % from the sum of the two readings",
             "within 2 % of small_end_reading + big_end_reading",
         )
-        warnings.append(f"the readings' sum differs from the rod's mass by {gap * 100:+.3f} %")
+        warnings.append(f"the readings' sum differs from the rod's mass by {difference * 100:+.3f} %")
 
-    def read(x: dict[str, NDArray]) -> dict[str, NDArray]:
+    def formulas(x: dict[str, NDArray]) -> dict[str, NDArray]:
         mass = x["small_end_reading"] + x["big_end_reading"]
         cg = x["length"] * x["big_end_reading"] / mass
-        found = shares(cg, x["length"], mass, np.zeros_like(cg))
-        if not swung:
+        found = reduced_masses(cg, x["length"], mass, np.zeros_like(cg))
+        if not has_period:
             return {name: v for name, v in found.items() if name not in ("rod_inertia", "inertia_defect")}
         arm = cg + x["small_end_bore_radius"]
         inertia = mass * arm * (reduced_length(x["period_small_end"], x["amplitude"], x["gravity"]) - arm)
-        return shares(cg, x["length"], mass, inertia)
+        return reduced_masses(cg, x["length"], mass, inertia)
 
-    masses = evaluated(read, values, weighing.uncertainty, warnings)
+    masses = evaluate(formulas, values, weighing.uncertainty, warnings)
     require(
         masses.values.get("rod_inertia", 1.0) > 0,
         "period_small_end",

@@ -22,8 +22,8 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
 
 
-class Posture(NamedTuple):
-    """State of a mechanism at some angles, each of their shape: displacement x [m], sin phi, cos phi, tan beta,
+class MotionState(NamedTuple):
+    """Motion at crank angles, each array of their shape: displacement x [m], sin phi, cos phi, tan beta,
     d2x/dphi2 [m] and d2beta/dphi2."""
 
     displacement: Array
@@ -31,11 +31,11 @@ class Posture(NamedTuple):
     cosine: Array
     tangent: Array
     acceleration: Array
-    turning: Array
+    rod_acceleration: Array
 
 
-class Frame(NamedTuple):
-    """Kernel data of a mechanism: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
+class Geometry(NamedTuple):
+    """Geometry of a mechanism: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
 
     r: float
     length: float
@@ -60,6 +60,7 @@ class ExactMotion:
 
     @property
     def dead_centres(self) -> tuple[float, float]:
+        """Crank angles of the upper dead centre and of the following lower one [rad]."""
         r, length, e = self.crank_radius, self.rod_length, self.offset
         return math.asin(e / (length + r)), math.pi + math.asin(e / (length - r))
 
@@ -67,29 +68,29 @@ class ExactMotion:
     def stroke(self) -> float:
         """H - h, with H^2 = (L + r)^2 - e^2 and h^2 = (L - r)^2 - e^2, as 4 L r/(H + h)."""
         r, length, e = self.crank_radius, self.rod_length, abs(self.offset)
-        high = math.sqrt((length + r - e) * (length + r + e))
-        low = math.sqrt((length - r - e) * (length - r + e))
-        return 4.0 * length * r / (high + low)
+        top_height = math.sqrt((length + r - e) * (length + r + e))
+        bottom_height = math.sqrt((length - r - e) * (length - r + e))
+        return 4.0 * length * r / (top_height + bottom_height)
 
     @cached_property
-    def frame(self) -> Frame:
+    def geometry(self) -> Geometry:
         r, length, e = self.crank_radius, self.rod_length, self.offset
         sine = e / (length + r)
-        return Frame(r, length, e, math.asin(sine), sine, math.sqrt((1.0 - sine) * (1.0 + sine)))
+        return Geometry(r, length, e, math.asin(sine), sine, math.sqrt((1.0 - sine) * (1.0 + sine)))
 
     def displacement(self, angle: ArrayLike) -> Array:
         """x [m] from the upper dead centre toward the crank."""
-        return self.posture(angle).displacement
+        return self.motion_state(angle).displacement
 
-    def posture(self, angle: ArrayLike) -> Posture:
-        """tan beta = sin beta/cos beta; d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
+    def motion_state(self, angle: ArrayLike) -> MotionState:
+        """Motion at crank angles [rad]: d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
         d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
         phi = np.asarray(angle, dtype=float)
-        return Posture(*_postures(phi.ravel(), self.frame).reshape(6, *phi.shape))
+        return MotionState(*_motion_states(phi.ravel(), self.geometry).reshape(6, *phi.shape))
 
 
-class Stand(NamedTuple):
-    """Kernel state of a mechanism at one angle: sin phi, cos phi, tan beta, 1/cos beta, and the sine and cosine of
+class AngleFunctions(NamedTuple):
+    """Functions of one crank angle: sin phi, cos phi, tan beta, 1/cos beta, and the sine and cosine of
     h = (phi - phi_t)/2."""
 
     sine: float
@@ -101,79 +102,92 @@ class Stand(NamedTuple):
 
 
 @inlined_kernel
-def stand_at(phi: float, frame: Frame) -> Stand:
-    """Return all functions of the angle from sine and cosine of one half angle.
+def angle_functions(phi: float, geometry: Geometry) -> AngleFunctions:
+    """Compute the functions of a crank angle from sine and cosine of one half angle.
 
     cos beta = sqrt((L - s)(L + s))/L, s = r sin phi - e; the difference of L and r, e is formed first. With 1 - |sin
     phi| = cos^2 phi/(1 + |sin phi|) it avoids cancellation where crank and rod are nearly perpendicular to the
     cylinder axis.
     """
-    half = 0.5 * (phi - frame.top)
+    half = 0.5 * (phi - geometry.top)
     half_sine, half_cosine = math.sin(half), math.cos(half)
-    whole, across = 2.0 * half_sine * half_cosine, (half_cosine - half_sine) * (half_cosine + half_sine)
-    sine = whole * frame.top_cosine + across * frame.top_sine
-    cosine = across * frame.top_cosine - whole * frame.top_sine
-    rise, aside = abs(sine), -frame.offset if sine < 0.0 else frame.offset
-    near = (frame.length - frame.r + aside) + frame.r * cosine * cosine / (1.0 + rise)
-    upright = 1.0 / math.sqrt(near * (frame.length + frame.r * rise - aside))
-    return Stand(
-        sine, cosine, (frame.r * sine - frame.offset) * upright, frame.length * upright, half_sine, half_cosine
+    double_sine, double_cosine = 2.0 * half_sine * half_cosine, (half_cosine - half_sine) * (half_cosine + half_sine)
+    sine = double_sine * geometry.top_cosine + double_cosine * geometry.top_sine
+    cosine = double_cosine * geometry.top_cosine - double_sine * geometry.top_sine
+    absolute_sine, signed_offset = abs(sine), -geometry.offset if sine < 0.0 else geometry.offset
+    short_side = (geometry.length - geometry.r + signed_offset) + geometry.r * cosine * cosine / (1.0 + absolute_sine)
+    inverse_height = 1.0 / math.sqrt(short_side * (geometry.length + geometry.r * absolute_sine - signed_offset))
+    return AngleFunctions(
+        sine,
+        cosine,
+        (geometry.r * sine - geometry.offset) * inverse_height,
+        geometry.length * inverse_height,
+        half_sine,
+        half_cosine,
     )
 
 
 @inlined_kernel
-def displacement_of(at: Stand, frame: Frame) -> float:
+def displacement_of(at: AngleFunctions, geometry: Geometry) -> float:
     """x from the upper dead centre, free of cancellation there:
     2 r sin^2 h (cos beta + cos phi_t + 2 lambda cos h cos((phi + phi_t)/2))/(1 + cos(beta - phi_t))."""
-    along = at.half_cosine * frame.top_cosine - at.half_sine * frame.top_sine
-    rod = 1.0 / at.secant
-    lean = rod + frame.top_cosine + 2.0 * frame.r / frame.length * at.half_cosine * along
-    square = 2.0 * frame.r * at.half_sine * at.half_sine
-    return square * lean / (1.0 + rod * (frame.top_cosine + at.tangent * frame.top_sine))
+    mean_cosine = at.half_cosine * geometry.top_cosine - at.half_sine * geometry.top_sine
+    rod_cosine = 1.0 / at.secant
+    numerator = rod_cosine + geometry.top_cosine + 2.0 * geometry.r / geometry.length * at.half_cosine * mean_cosine
+    square = 2.0 * geometry.r * at.half_sine * at.half_sine
+    return square * numerator / (1.0 + rod_cosine * (geometry.top_cosine + at.tangent * geometry.top_sine))
 
 
 @inlined_kernel
-def acceleration_of(at: Stand, frame: Frame) -> float:
+def acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
     """d2x/dphi2 [m]."""
-    swept = at.cosine * at.secant
-    return frame.r * (at.cosine - at.sine * at.tangent + frame.r / frame.length * swept * swept * at.secant)
+    cosine_ratio = at.cosine * at.secant
+    return geometry.r * (
+        at.cosine - at.sine * at.tangent + geometry.r / geometry.length * cosine_ratio * cosine_ratio * at.secant
+    )
 
 
 @inlined_kernel
-def turning_of(at: Stand, frame: Frame) -> float:
-    """d2beta/dphi2."""
-    ratio = frame.r / frame.length
+def rod_acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
+    """d2beta/dphi2, the rod's angular acceleration divided by omega^2."""
+    ratio = geometry.r / geometry.length
     rate = ratio * at.cosine * at.secant
     return rate * rate * at.tangent - ratio * at.sine * at.secant
 
 
 @kernel
-def _postures(phi: Array, frame: Frame) -> Array:
+def _motion_states(phi: Array, geometry: Geometry) -> Array:
     out = np.empty((6, phi.size))
     for i in range(phi.size):
-        at = stand_at(phi[i], frame)
-        out[0, i], out[1, i], out[2, i] = displacement_of(at, frame), at.sine, at.cosine
-        out[3, i], out[4, i], out[5, i] = at.tangent, acceleration_of(at, frame), turning_of(at, frame)
+        at = angle_functions(phi[i], geometry)
+        out[0, i], out[1, i], out[2, i] = displacement_of(at, geometry), at.sine, at.cosine
+        out[3, i], out[4, i], out[5, i] = at.tangent, acceleration_of(at, geometry), rod_acceleration_of(at, geometry)
     return out
 
 
 @kernel
 def crank_angle_at(displacement: float, r: float, length: float, e: float) -> float:
-    """Return the angle [rad], past the upper dead centre on the downward stroke, of a piston displacement [m].
+    """Return the crank angle [rad] of a piston displacement [m] on the downward stroke from the upper dead centre.
 
-    The inverse of ``ExactMotion.displacement``; outside the stroke that of the nearest dead centre.
+    The inverse of ``ExactMotion.displacement``; outside the stroke, the angle of the nearest dead centre.
     With d the distance of the wrist pin from the shaft: half-angle forms of the triangle r, L, d, whose two small
     sides L + r - d and d - (L - r) are computed from the distances to the dead centres. Free of cancellation at
     both; roots are taken factor by factor, so that x = 1e-300 does not underflow.
     """
-    aside = abs(e)
-    high = math.sqrt((length + r - aside) * (length + r + aside))
-    low = math.sqrt((length - r - aside) * (length - r + aside))
-    stroke = 4.0 * length * r / (high + low)
+    offset = abs(e)
+    top_height = math.sqrt((length + r - offset) * (length + r + offset))
+    bottom_height = math.sqrt((length - r - offset) * (length - r + offset))
+    stroke = 4.0 * length * r / (top_height + bottom_height)
     x = min(max(displacement, 0.0), stroke)
-    rest = stroke - x
-    height = high - x if x < rest else low + rest
+    remaining = stroke - x
+    height = top_height - x if x < remaining else bottom_height + remaining
     distance = math.sqrt(height * height + e * e)
-    down = math.sqrt(x) * math.sqrt((2.0 * high - x) / (length + r + distance)) * math.sqrt(length + distance - r)
-    up = math.sqrt(rest) * math.sqrt((2.0 * low + rest) / (distance + length - r)) * math.sqrt(distance + r + length)
-    return math.atan2(e, height) + 2.0 * math.atan2(down, up)
+    sine_part = (
+        math.sqrt(x) * math.sqrt((2.0 * top_height - x) / (length + r + distance)) * math.sqrt(length + distance - r)
+    )
+    cosine_part = (
+        math.sqrt(remaining)
+        * math.sqrt((2.0 * bottom_height + remaining) / (distance + length - r))
+        * math.sqrt(distance + r + length)
+    )
+    return math.atan2(e, height) + 2.0 * math.atan2(sine_part, cosine_part)

@@ -33,7 +33,7 @@ def first_peak(mismatch: float) -> float:
     m = mismatch if abs(mismatch) > _MIN_MISMATCH else _MIN_MISMATCH
     # y = m w avoids cancellation for small m.
     w, slope, phi = 0.0, 1.0, 0.0
-    before, last = 0.0, 0.0
+    previous_but_one, previous = 0.0, 0.0
     while phi < 50.0:
         a1, b1 = slope, -w * (phi + m * w) * (phi + 2.0 * m * w)
         mid, x = phi + 0.5 * _STEP, w + 0.5 * _STEP * a1
@@ -46,17 +46,17 @@ def first_peak(mismatch: float) -> float:
         slope += _STEP * (b1 + 2.0 * b2 + 2.0 * b3 + b4) / 6.0
         phi = end
         force = w * (phi + m * w)
-        if force < last:
-            bend = before - 2.0 * last + force
-            return last - (force - before) ** 2 / (8.0 * bend)
-        before, last = last, force
-    return last
+        if force < previous:
+            second_difference = previous_but_one - 2.0 * previous + force
+            return previous - (force - previous_but_one) ** 2 / (8.0 * second_difference)
+        previous_but_one, previous = previous, force
+    return previous
 
 
-def elastic_peak(stiffness: float, energy: float, restitution: float, made: float) -> float:
-    """First pin-force peak [N] after a blow of restitution R in a mechanism made for R_k, due to elasticity alone."""
-    mismatch = restitution - made
-    return first_peak(mismatch / (1.0 + made)) * math.sqrt(2.0 * stiffness * energy) * abs(mismatch)
+def elastic_peak(stiffness: float, energy: float, restitution: float, kinematic_restitution: float) -> float:
+    """First pin-force peak [N] after a blow of restitution R in a mechanism with R_k, due to elasticity alone."""
+    mismatch = restitution - kinematic_restitution
+    return first_peak(mismatch / (1.0 + kinematic_restitution)) * math.sqrt(2.0 * stiffness * energy) * abs(mismatch)
 
 
 def worst_elastic_peak(bar: FourBar, stiffness: float, energy: float, restitution: Restitution) -> float:

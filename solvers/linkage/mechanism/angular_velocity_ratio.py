@@ -29,30 +29,30 @@ from solvers.numerics.jit import kernel
 
 
 @kernel
-def transfer_and_slope(row: Array, angles: Array) -> tuple[Array, Array]:
+def transfer_and_slope(coefficients: Array, angles: Array) -> tuple[Array, Array]:
     """u31 and du31/dphi of a design (its row of coefficients) at crank angles in [-2 pi, 2 pi], (m,) each."""
     transfer, slope = np.empty(angles.size), np.empty(angles.size)
     for k in range(angles.size):
         s, c = abs(math.sin(0.5 * angles[k])), math.cos(0.5 * angles[k])
-        transfer[k], rate, _ = motion(row, s, -c if angles[k] < 0.0 else c)
+        transfer[k], rate, _ = ratio_at_half_angle(coefficients, s, -c if angles[k] < 0.0 else c)
         slope[k] = s * rate
     return transfer, slope
 
 
 @kernel
-def motion(row: Array, s: float, c: float) -> tuple[float, float, float]:
+def ratio_at_half_angle(coefficients: Array, s: float, c: float) -> tuple[float, float, float]:
     """u31, X = u31'/s and T of a design at a half angle."""
-    base, coupler, rocker, numerator, margin, kappa, sigma = row
-    lever, cc, ss = base * coupler, c * c, s * s
-    root = np.sqrt(lever * rocker * cc + margin * ss)
+    base, coupler, rocker, numerator, margin, kappa, sigma = coefficients
+    base_coupler, cc, ss = base * coupler, c * c, s * s
+    root = np.sqrt(base_coupler * rocker * cc + margin * ss)
     if c >= 0.0:
-        d, a = rocker * c + root, root + lever * c
+        d, a = rocker * c + root, root + base_coupler * c
     else:
         d = (rocker * kappa * cc + margin * ss) / (root - rocker * c)
-        a = (margin * ss - lever * kappa * cc) / (root - lever * c)
-    along = sigma * base * c
-    gap = margin / (root + along) if along > 0.0 else root - along
+        a = (margin * ss - base_coupler * kappa * cc) / (root - base_coupler * c)
+    signed_base = sigma * base * c
+    gap = margin / (root + signed_base) if signed_base > 0.0 else root - signed_base
     b = (d * d + numerator * numerator * ss) / rocker
     factor = numerator / (root * b)
-    rate = factor * (a / b * gap * gap / root - 0.5 * lever * margin / (root * root))
+    rate = factor * (a / b * gap * gap / root - 0.5 * base_coupler * margin / (root * root))
     return factor * a, rate, root

@@ -26,11 +26,11 @@ Number = Any
 """A float, an array, or an interval."""
 
 
-NEAREST = 1e-6
+MIN_PARALLELOGRAM_MARGIN = 1e-6
 """Minimum relative distance of a design from the parallelogram, where the crank barely passes the second change
 point."""
 
-LONGEST = 1e-3
+MIN_LONG_LINK_MARGIN = 1e-3
 """Minimum distance of a design from infinitely long links, as a fraction of g^2 - 1."""
 
 
@@ -49,24 +49,24 @@ class Gain:
         return self.value**2
 
     @property
-    def square_less_one(self) -> float:
+    def square_minus_one(self) -> float:
         return 4.0 * self.restitution / (1.0 - self.restitution) ** 2
 
-    def below(self, ratio: Number) -> Number:
-        """ratio - g; for a single number correctly rounded, however close the ratio is to g."""
+    def excess_of(self, ratio: Number) -> Number:
+        """ratio - g; for a float correctly rounded, however close the ratio is to g."""
         if isinstance(ratio, float):
-            up, down = self._exact
+            numerator, denominator = self._exact
             p, q = ratio.as_integer_ratio()
-            return (p * down - q * up) / (q * down)
+            return (p * denominator - q * numerator) / (q * denominator)
         return ((ratio - 1.0) - self.restitution * (ratio + 1.0)) / (1.0 - self.restitution)
 
-    def square_below(self, ratio: Number) -> Number:
-        """ratio - g^2, with the same precision."""
+    def square_excess_of(self, ratio: Number) -> Number:
+        """ratio - g^2, rounded likewise."""
         if isinstance(ratio, float):
-            up, down = self._exact
+            numerator, denominator = self._exact
             p, q = ratio.as_integer_ratio()
-            return (p * down**2 - q * up**2) / (q * down**2)
-        return (ratio - 1.0) - self.square_less_one
+            return (p * denominator**2 - q * numerator**2) / (q * denominator**2)
+        return (ratio - 1.0) - self.square_minus_one
 
     @property
     def _exact(self) -> tuple[int, int]:
@@ -82,13 +82,13 @@ class Ratios:
     base: Number
     coupler: Number
     rocker: Number
-    base_less_one: Number
-    coupler_less_one: Number
-    rocker_less_one: Number
+    base_minus_one: Number
+    coupler_minus_one: Number
+    rocker_minus_one: Number
 
 
 def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
-    """Ratios as measured, with lambda - 1 by subtraction."""
+    """Ratios from given values, with lambda - 1 by subtraction."""
     return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
 
 
@@ -110,18 +110,18 @@ class ChangePoint(ABC):
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         """The mechanism with R_k = R and the free ratio ``parameter``."""
 
-    def least_parameter(self, gain: Gain) -> float:
-        """The crank rotates fully for free ratios above this value. At the value itself, the largest coupler and the
-        largest base are parallelograms."""
+    def parameter_limit(self, gain: Gain) -> float:
+        """Lower limit of the free ratio for full rotation of the crank; there, the largest coupler and the largest base
+        are parallelograms."""
         return gain.value
 
     def pole(self, gain: Gain) -> float:
-        """No mechanism exists for free ratios up to this."""
+        """Free ratio up to which no mechanism exists."""
         return 0.0
 
-    def least_margin(self, gain: Gain) -> float:
-        """Minimum relative distance of a design's free ratio above its least value."""
-        return NEAREST
+    def minimum_margin(self, gain: Gain) -> float:
+        """Minimum relative distance of a design's free ratio above ``parameter_limit``."""
+        return MIN_PARALLELOGRAM_MARGIN
 
     @property
     def closure_signs(self) -> tuple[float, float, float]:
@@ -130,27 +130,27 @@ class ChangePoint(ABC):
 
     def half_angle_coefficient(self, ratios: Ratios) -> Number:
         """N, the coefficient in the numerator of tan(phi3/2)."""
-        return self.crank_sign * self._lever(ratios)
+        return self.crank_sign * self._crank_pivot_to_joint(ratios)
 
     def rotatability_margin(self, ratios: Ratios) -> Number:
         """M = lambda0 (lambda2 lambda3 - lambda0); the crank rotates fully if it is not negative."""
-        return ratios.base * self._beside(ratios) * self._lever(ratios)
+        return ratios.base * self._rocker_minus_sign(ratios) * self._crank_pivot_to_joint(ratios)
 
-    def half_turn_margin(self, ratios: Ratios) -> Number:
-        """lambda0 lambda3 - lambda2: 0 where the rocker swings through half a turn."""
-        return self.pin_to_pivot(ratios) * self._beside(ratios)
+    def straight_swing_margin(self, ratios: Ratios) -> Number:
+        """lambda0 lambda3 - lambda2, zero for a rocker swing of 180 degrees."""
+        return self.pin_to_pivot(ratios) * self._rocker_minus_sign(ratios)
 
     def pin_to_pivot(self, ratios: Ratios) -> Number:
         """e, the distance from the rocker's pivot to the crank pin at the blow."""
-        return ratios.base_less_one if self.crank_sign > 0 else ratios.base + 1.0
+        return ratios.base_minus_one if self.crank_sign > 0 else ratios.base + 1.0
 
-    def _lever(self, ratios: Ratios) -> Number:
+    def _crank_pivot_to_joint(self, ratios: Ratios) -> Number:
         """|N| = lambda2 + rocker_sign."""
-        return ratios.coupler + 1.0 if self.rocker_sign > 0 else ratios.coupler_less_one
+        return ratios.coupler + 1.0 if self.rocker_sign > 0 else ratios.coupler_minus_one
 
-    def _beside(self, ratios: Ratios) -> Number:
+    def _rocker_minus_sign(self, ratios: Ratios) -> Number:
         """lambda3 - crank_sign rocker_sign."""
-        return ratios.rocker_less_one if self.crank_sign * self.rocker_sign > 0 else ratios.rocker + 1.0
+        return ratios.rocker_minus_one if self.crank_sign * self.rocker_sign > 0 else ratios.rocker + 1.0
 
 
 @dataclass(frozen=True)
@@ -161,15 +161,15 @@ class LargestCoupler(ChangePoint):
     rocker_sign = 1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
-        down = parameter + gain.square
-        base_less_one = parameter * gain.square_less_one / down
+        denominator = parameter + gain.square
+        base_minus_one = parameter * gain.square_minus_one / denominator
         return Ratios(
-            base=1.0 + base_less_one,
+            base=1.0 + base_minus_one,
             coupler=parameter,
-            rocker=parameter * (parameter + 1.0) / down,
-            base_less_one=base_less_one,
-            coupler_less_one=parameter - 1.0,
-            rocker_less_one=gain.below(parameter) * (parameter + gain.value) / down,
+            rocker=parameter * (parameter + 1.0) / denominator,
+            base_minus_one=base_minus_one,
+            coupler_minus_one=parameter - 1.0,
+            rocker_minus_one=gain.excess_of(parameter) * (parameter + gain.value) / denominator,
         )
 
 
@@ -181,28 +181,28 @@ class LargestRocker(ChangePoint):
     rocker_sign = -1.0
 
     def family(self, gain: Gain, parameter: Number) -> Ratios:
-        less_one = parameter - 1.0
-        down = gain.square_below(parameter)
-        base_less_one = parameter * gain.square_less_one / down
-        rocker_less_one = (less_one * less_one + gain.square_less_one) / down
+        coupler_minus_one = parameter - 1.0
+        denominator = gain.square_excess_of(parameter)
+        base_minus_one = parameter * gain.square_minus_one / denominator
+        rocker_minus_one = (coupler_minus_one * coupler_minus_one + gain.square_minus_one) / denominator
         return Ratios(
-            base=1.0 + base_less_one,
+            base=1.0 + base_minus_one,
             coupler=parameter,
-            rocker=1.0 + rocker_less_one,
-            base_less_one=base_less_one,
-            coupler_less_one=less_one,
-            rocker_less_one=rocker_less_one,
+            rocker=1.0 + rocker_minus_one,
+            base_minus_one=base_minus_one,
+            coupler_minus_one=coupler_minus_one,
+            rocker_minus_one=rocker_minus_one,
         )
 
-    def least_parameter(self, gain: Gain) -> float:
+    def parameter_limit(self, gain: Gain) -> float:
         return gain.square
 
     def pole(self, gain: Gain) -> float:
         return gain.square
 
-    def least_margin(self, gain: Gain) -> float:
+    def minimum_margin(self, gain: Gain) -> float:
         # The base is then about 1000 g^2 cranks long.
-        return LONGEST * gain.square_less_one / gain.square
+        return MIN_LONG_LINK_MARGIN * gain.square_minus_one / gain.square
 
 
 @dataclass(frozen=True)
@@ -215,7 +215,7 @@ class LargestBase(ChangePoint):
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         # Closure and restitution are those of the largest coupler with base and coupler exchanged.
         r = LARGEST_COUPLER.family(gain, parameter)
-        return Ratios(r.coupler, r.base, r.rocker, r.coupler_less_one, r.base_less_one, r.rocker_less_one)
+        return Ratios(r.coupler, r.base, r.rocker, r.coupler_minus_one, r.base_minus_one, r.rocker_minus_one)
 
 
 LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()

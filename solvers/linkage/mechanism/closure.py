@@ -1,8 +1,8 @@
-"""Errors of the lengths of a change-point mechanism: of its closure, with their effect on the crank's rotation, and of
-its restitution.
+"""Effects of length errors of a change-point mechanism: on its closure, hence on the crank's rotation, and on its
+restitution.
 
-A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: what
-is left of ``ChangePoint``'s closure less 1) prevents the collinear position within a window phi_w about phi = 0:
+A change-point mechanism requires exact closure of its lengths. A closure surplus delta (in cranks: the
+left side of ``ChangePoint``'s closure minus 1) prevents the collinear position within a window phi_w about phi = 0:
 
     delta < 0  the crank is blocked within +-phi_w,    sin^2(phi_w/2) = |delta| (2 e +- |delta|)/(4 lambda0)
     delta > 0  the crank passes, but the rocker reverses short of its end position by psi,
@@ -21,7 +21,7 @@ from dataclasses import dataclass
 from solvers.linkage.mechanism.change_point import KINDS, ChangePoint
 from solvers.linkage.mechanism.kinematics import FourBar
 
-_CLOSES = 1e-12
+_CLOSURE_TOLERANCE = 1e-12
 """Relative closure error attributable to the rounding of decimal lengths."""
 
 
@@ -35,7 +35,7 @@ class Closure:
 
     @property
     def closes(self) -> bool:
-        return abs(self.relative) <= _CLOSES
+        return abs(self.relative) <= _CLOSURE_TOLERANCE
 
 
 @dataclass(frozen=True)
@@ -70,34 +70,34 @@ def window(bar: FourBar, surplus: float) -> Window:
     From the law of cosines in the triangle of base and crank, and in that of base and rocker with crank and coupler
     collinear.
     """
-    r, miss = bar.ratios, abs(surplus)
-    reach, turn = float(bar.kind.pin_to_pivot(r)), abs(float(bar.kind.half_angle_coefficient(r)))
-    angle = _twice_arcsine(miss * (2.0 * reach + bar.kind.crank_sign * miss) / (4.0 * r.base))
+    r, error = bar.ratios, abs(surplus)
+    pin_distance, joint_distance = float(bar.kind.pin_to_pivot(r)), abs(float(bar.kind.half_angle_coefficient(r)))
+    angle = _twice_arcsine(error * (2.0 * pin_distance + bar.kind.crank_sign * error) / (4.0 * r.base))
     if surplus < 0:
         return Window(angle, True, 0.0)
-    stop = miss * (2.0 * turn + bar.kind.rocker_sign * miss) / (4.0 * r.base * r.rocker)
-    return Window(angle, False, _twice_arcsine(stop))
+    square = error * (2.0 * joint_distance + bar.kind.rocker_sign * error) / (4.0 * r.base * r.rocker)
+    return Window(angle, False, _twice_arcsine(square))
 
 
 def _twice_arcsine(square: float) -> float:
     return 2.0 * math.asin(math.sqrt(min(max(square, 0.0), 1.0)))
 
 
-def turns_fully(base: float, crank: float, coupler: float, rocker: float) -> bool:
+def rotates_fully(base: float, crank: float, coupler: float, rocker: float) -> bool:
     """Whether the crank rotates fully: the coupler reaches from its pin to the rocker at every angle."""
     near, far = abs(base - crank), base + crank
     return near >= abs(coupler - rocker) and far <= coupler + rocker
 
 
-def confinement(bar: FourBar) -> float | None:
+def crank_angle_limit(bar: FourBar) -> float | None:
     """The crank angle [rad] on either side of the blow beyond which the links cannot close; None if it is unlimited."""
     r = bar.ratios
-    base_less, base_more = r.base_less_one, r.base + 1.0
+    base_minus_crank, base_plus_crank = r.base_minus_one, r.base + 1.0
     if bar.kind.crank_sign > 0:
-        square = (r.coupler + r.rocker - base_less) * (r.coupler + r.rocker + base_less) / (4.0 * r.base)
+        square = (r.coupler + r.rocker - base_minus_crank) * (r.coupler + r.rocker + base_minus_crank) / (4.0 * r.base)
     else:
-        apart = abs(r.coupler - r.rocker)
-        square = (base_more - apart) * (base_more + apart) / (4.0 * r.base)
+        difference = abs(r.coupler - r.rocker)
+        square = (base_plus_crank - difference) * (base_plus_crank + difference) / (4.0 * r.base)
     return None if square >= 1.0 else _twice_arcsine(square)
 
 
@@ -111,9 +111,10 @@ def restitution_error(bar: FourBar, crank: float, tolerance: float) -> float:
     """
     r, gain = bar.ratios, bar.gain
     sensitivity = gain / abs(gain * gain - 1.0) if gain != 1.0 else math.inf
-    least, less, more, most = sorted(1.0 / (crank * link) for link in (1.0, r.base, r.coupler, r.rocker))
+    smallest, small, large, largest = sorted(1.0 / (crank * link) for link in (1.0, r.base, r.coupler, r.rocker))
     opposed = bar.kind.crank_sign != bar.kind.rocker_sign
-    return sensitivity * tolerance * (most + more - less - least if opposed else most + more + less + least)
+    change = largest + large - small - smallest if opposed else largest + large + small + smallest
+    return sensitivity * tolerance * change
 
 
 def closure_error(crank: float, tolerance: float) -> float:

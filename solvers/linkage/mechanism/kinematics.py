@@ -29,8 +29,8 @@ class FourBar:
         numerator = kind.half_angle_coefficient(r)
         kappa, margin = abs(numerator) * kind.pin_to_pivot(r), kind.rotatability_margin(r)
         out = np.empty((*np.shape(numerator), 7))
-        for k, part in enumerate((r.base, r.coupler, r.rocker, numerator, margin, kappa, kind.rocker_sign)):
-            out[..., k] = part
+        for k, value in enumerate((r.base, r.coupler, r.rocker, numerator, margin, kappa, kind.rocker_sign)):
+            out[..., k] = value
         return out
 
     @cached_property
@@ -39,19 +39,19 @@ class FourBar:
         return (self.ratios.base * self.ratios.coupler / self.ratios.rocker) ** 0.5
 
     @cached_property
-    def start(self) -> Number:
+    def u31_start(self) -> Number:
         """|u31(0)| = (g - 1)/e, after the blow; without cancellation, as g^2 - 1 = |N| e/lambda3."""
         return abs(self.kind.half_angle_coefficient(self.ratios)) / self.ratios.rocker / (self.gain + 1.0)
 
     @cached_property
-    def end(self) -> Number:
+    def u31_end(self) -> Number:
         """|u31(2 pi)| = (g + 1)/e, before the blow."""
         return (self.gain + 1.0) / self.kind.pin_to_pivot(self.ratios)
 
     @property
     def restitution(self) -> Number:
         """R_k = (g - 1)/(g + 1)."""
-        return self.start / self.end
+        return self.u31_start / self.u31_end
 
     @cached_property
     def rotatable(self) -> Number:
@@ -70,7 +70,7 @@ class FourBar:
 
         Accurate near pi: g/lambda0 = sqrt(lambda2/(lambda0 lambda3)).
         """
-        margin = np.maximum(self.kind.half_turn_margin(self.ratios), 0.0)
+        margin = np.maximum(self.kind.straight_swing_margin(self.ratios), 0.0)
         return 2.0 * np.arctan2(np.sqrt(self.ratios.coupler), np.sqrt(margin))
 
     @cached_property
@@ -96,14 +96,14 @@ class FourBar:
         base, coupler, rocker, numerator, margin, kappa, _ = self.coefficients
         # Zero, up to rounding, where a crank that cannot rotate fully is stopped.
         root = np.sqrt(np.maximum(base * coupler * rocker * c * c + margin * s * s, 0.0))
-        back = (rocker * kappa * c * c + margin * s * s) / (root + rocker * np.abs(c))
-        return 2.0 * np.arctan2(numerator * s, np.where(c < 0, back, rocker * c + root))
+        return_numerator = (rocker * kappa * c * c + margin * s * s) / (root + rocker * np.abs(c))
+        return 2.0 * np.arctan2(numerator * s, np.where(c < 0, return_numerator, rocker * c + root))
 
     def joints(self, phi: Array | float) -> tuple[Array, Array]:
         """Crank pin B and rocker joint C in cranks, each (2, n); crank pivot at 0, rocker pivot at (lambda0, 0)."""
-        angle, swung = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
+        angle, rocker_angle = np.atleast_1d(np.asarray(phi, float)), np.atleast_1d(self.rocker_angle(phi))
         pin = self.kind.crank_sign * np.stack([np.cos(angle), np.sin(angle)])
-        joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(swung), np.sin(swung)])
+        joint = self.kind.rocker_sign * self.ratios.rocker * np.stack([np.cos(rocker_angle), np.sin(rocker_angle)])
         joint[0] += self.ratios.base
         return pin, joint
 

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 from solvers.errors import InvalidInput, require_positive
 from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
-from solvers.linkage.mechanism.closure import Closure, closure, confinement, turns_fully
+from solvers.linkage.mechanism.closure import Closure, closure, crank_angle_limit, rotates_fully
 from solvers.linkage.mechanism.kinematics import FourBar
 
 _NAMES = ("base", "crank", "coupler", "rocker")
@@ -56,7 +56,7 @@ class Mechanism:
     @cached_property
     def rotatable(self) -> bool:
         """Whether the crank rotates fully."""
-        return self.bar.rotatable if self.closure.closes else turns_fully(*self.links)
+        return self.bar.rotatable if self.closure.closes else rotates_fully(*self.links)
 
     @property
     def can_strike(self) -> bool:
@@ -66,7 +66,7 @@ class Mechanism:
     @property
     def confined(self) -> float | None:
         """Maximum crank angle [rad] on either side of the blow; None if unlimited."""
-        return None if self.rotatable else confinement(self.bar)
+        return None if self.rotatable else crank_angle_limit(self.bar)
 
 
 @lru_cache(maxsize=32)

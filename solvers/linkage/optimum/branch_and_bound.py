@@ -23,13 +23,13 @@ from solvers.linkage.optimum.range_bounds import RangeBounds
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.numerics.arrays import Array
 
-_CELLS, _TAIL_CELLS, _PARTS = 24, 8, 6
+_SUBINTERVALS, _TAIL_SUBINTERVALS, _PARTS = 24, 8, 6
 """Initial numbers of subintervals in the design range and in each tail, and of the parts into which one is divided."""
 _TRIALS = 12
-"""Members tried in a round: as many of the cheapest subintervals, and of others."""
-_MAX_CELLS = 160_000
+"""Members evaluated per iteration: this many of the cheapest subintervals, and as many of the others."""
+_MAX_SUBINTERVALS = 160_000
 _MIN_WIDTH, _TAIL_WIDTH = 1e-11, 0.01
-"""Widths below which subintervals are not divided further; the latter in tails that hardly gain anything."""
+"""Widths below which subintervals are not divided further; the second applies in tails without a notable gain."""
 _ROUNDING = 1e-9
 """Minimum relative gain for which a trial is refined."""
 _BEYOND = 1e-8
@@ -38,14 +38,15 @@ _MIN_TAIL_GAIN = 5e-3
 """Minimum relative gain for which a design outside the design range is returned."""
 _OTHER_TYPES_GAP = 1e-3
 """Maximum gap of the proof for types other than the best one."""
-_EVEN, _ASIDE = np.arange(1, 8) / 8.0, 1e-3
-"""Trials of a refinement in widths of the bracket: evenly spaced ones, and the distance of an estimate's neighbours."""
+_EVENLY_SPACED, _OFFSET = np.arange(1, 8) / 8.0, 1e-3
+"""Trial points of a refinement, relative to the bracket: evenly spaced ones, and the offset of an estimate's
+neighbours."""
 _FLAT = 1e-11
 """Refinement ends where the best cost and its neighbours agree to this relative difference."""
 
 
 @dataclass(frozen=True)
-class Proven:
+class FamilyOptimum:
     """Best member: q, V [m], cost, certified lower bound of the cost (inf: infeasible), and number of subintervals.
 
     ``q`` is None if no member is feasible. The bound also covers members outside the design range.
@@ -64,22 +65,22 @@ def search(
     gap: float,
     known: float = math.inf,
     ends: tuple[float, float] | None = None,
-) -> Proven:
-    """Best member of a family between two ends of q (``Family.range``), and a lower bound of the cost of all.
+) -> FamilyOptimum:
+    """Best member of a family between two ends of q (``Family.design_range``), and a lower bound of the cost of all.
 
     Another family has a member of cost ``known``: this one is proven to be best to the relative ``gap`` if it is
     cheaper, otherwise to ``_OTHER_TYPES_GAP``, and the bound is that of both families. Designs are searched for in the
     tails too if feasible members are found there first, or considerably better ones; slightly better ones only lower
     the bound.
     """
-    if subproblem.fixed_end is not None:
+    if subproblem.fixed_u31_end is not None:
         return _only_member(subproblem, family)
     low, high = _allowed_range(subproblem, family)
-    first, last = np.clip((low, high), *(ends or family.range))
+    first, last = np.clip((low, high), *(ends or family.design_range))
     if low > high or (first == last and ends):
-        return Proven()
-    tails = np.linspace(low, first, _TAIL_CELLS + 1), np.linspace(last, high, _TAIL_CELLS + 1)
-    edges = np.unique(np.concatenate([*tails, np.linspace(first, last, _CELLS + 1)]))
+        return FamilyOptimum()
+    tails = np.linspace(low, first, _TAIL_SUBINTERVALS + 1), np.linspace(last, high, _TAIL_SUBINTERVALS + 1)
+    edges = np.unique(np.concatenate([*tails, np.linspace(first, last, _SUBINTERVALS + 1)]))
     lows, highs, bounds = edges[:-1], edges[1:], np.zeros(edges.size - 1)
     q, cost, bound, cells = math.nan, math.inf, math.inf, 0
     while lows.size:
@@ -92,20 +93,20 @@ def search(
         k = int(np.argmin(inside))
         if inside[k] < cost * (1.0 - _ROUNDING):
             near = np.clip(middles[k] + widths[tried[k]] * np.array([-1.0, 0.0, 1.0]), first, last)
-            q, cost = min((q, cost), _refined(subproblem, family, np.unique(near)), key=itemgetter(1))
+            q, cost = min((q, cost), _minimise(subproblem, family, np.unique(near)), key=itemgetter(1))
         rival = min(known, cost) if math.isfinite(cost) else cost
         if np.min(costs) < rival * (1.0 - _MIN_TAIL_GAIN) and ends is None:
-            return search(subproblem, family, gap, known, family.whole)
+            return search(subproblem, family, gap, known, family.proof_range)
         sought = rival * (1.0 - gap) * (1.0 + _BEYOND)
-        enough = max(sought, cost * (1.0 - max(gap, _OTHER_TYPES_GAP)))
-        bounds = _cost(RangeBounds(subproblem, family, lows, highs, enough))
+        cutoff = max(sought, cost * (1.0 - max(gap, _OTHER_TYPES_GAP)))
+        bounds = _cost(RangeBounds(subproblem, family, lows, highs, cutoff))
         cells += lows.size
         outside = (highs <= first) | (lows >= last)
-        alive = bounds < np.where(outside, sought, enough)
+        alive = bounds < np.where(outside, sought, cutoff)
         slight = outside & (widths < _TAIL_WIDTH) & (bounds >= rival * (1.0 - _MIN_TAIL_GAIN))
         # Subintervals this narrow that are neither feasible nor excluded differ from excluded ones by rounding only.
         done = alive & (slight | (widths < _MIN_WIDTH))
-        if cells + _PARTS * np.count_nonzero(alive) > _MAX_CELLS:
+        if cells + _PARTS * np.count_nonzero(alive) > _MAX_SUBINTERVALS:
             done = alive
         bound = np.min(bounds[done], initial=bound)
         alive &= ~done
@@ -115,34 +116,38 @@ def search(
         edges[:, -1] = highs[alive]
         lows, highs, bounds = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(bounds, _PARTS)
     if not math.isfinite(cost):
-        return Proven(cells=cells)
-    return Proven(q, _scale(subproblem, family, q), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
+        return FamilyOptimum(cells=cells)
+    return FamilyOptimum(q, _scale(subproblem, family, q), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
 
 
-def _only_member(subproblem: Subproblem, family: Family) -> Proven:
-    """Given speed, frequency and tool radius there is at most one member."""
-    q = family.where(lambda bar: bar.end, subproblem.fixed_end, *family.range)
+def _only_member(subproblem: Subproblem, family: Family) -> FamilyOptimum:
+    """The optimum if speed, frequency and tool radius determine the free ratio: at most one member."""
+    q = family.solve(lambda bar: bar.u31_end, subproblem.fixed_u31_end, *family.design_range)
     if q is None:
-        return Proven()
+        return FamilyOptimum()
     cost = float(_costs(subproblem, family, np.array([q]))[0])
-    return Proven(q, _scale(subproblem, family, q), cost, cost, 1) if math.isfinite(cost) else Proven(cells=1)
+    return (
+        FamilyOptimum(q, _scale(subproblem, family, q), cost, cost, 1)
+        if math.isfinite(cost)
+        else FamilyOptimum(cells=1)
+    )
 
 
 def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float]:
-    """Range of q by the limits that are monotone in it: nu(pi) and the crank per V decrease with q."""
-    low, high = family.whole
+    """Range of q within the limits on quantities monotone in q: nu(pi) and the crank per V decrease with it."""
+    low, high = family.proof_range
     if subproblem.limits.transmission_angle is not None:
-        low, high = family.part(lambda bar: bar.middle_transmission_angle, *subproblem.limits.transmission_angle)
+        low, high = family.subrange(lambda bar: bar.middle_transmission_angle, *subproblem.limits.transmission_angle)
     if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
         crank = subproblem.limits.min_link / subproblem.fixed_scale
-        first, last = family.part(lambda bar: 1.0 / (bar.ratios.rocker * bar.end), crank, math.inf)
+        first, last = family.subrange(lambda bar: 1.0 / (bar.ratios.rocker * bar.u31_end), crank, math.inf)
         low, high = max(low, first), min(high, last)
     return low, high
 
 
 def _scale(subproblem: Subproblem, family: Family, q: float) -> float:
     low, high = MemberQuantities(subproblem, family, np.array([q])).scale
-    return float(high[0] if subproblem.objective.grows else low[0])
+    return float(high[0] if subproblem.objective.improves_with_scale else low[0])
 
 
 def _cost(quantities: Quantities) -> Array:
@@ -155,7 +160,7 @@ def _costs(subproblem: Subproblem, family: Family, q: Array) -> Array:
     return _cost(MemberQuantities(subproblem, family, q))
 
 
-def _refined(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, float]:
+def _minimise(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, float]:
     """Minimise the cost within a bracket of increasing q, its ends included: (q, cost), cost inf if none is feasible.
 
     The best point and its neighbours form the next bracket. Trials are evenly spaced, for costs that a limit cuts off,
@@ -170,13 +175,13 @@ def _refined(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, f
         flat = max(costs[low], costs[high]) - costs[k] <= _FLAT * abs(costs[k])
         if flat or q[high] - q[low] <= _MIN_WIDTH * max(1.0, abs(q[k])):
             return float(q[k]), float(costs[k])
-        trials = np.append(q[low] + (q[high] - q[low]) * _EVEN, _estimates(q, costs, k))
+        trials = np.append(q[low] + (q[high] - q[low]) * _EVENLY_SPACED, _estimated_minimisers(q, costs, k))
         trials = np.clip(trials, q[low], q[high])
         q, places = np.unique(np.append(q, trials), return_index=True)
         costs = np.append(costs, _costs(subproblem, family, trials))[places]
 
 
-def _estimates(q: Array, costs: Array, k: int) -> Array:
+def _estimated_minimisers(q: Array, costs: Array, k: int) -> Array:
     """Estimated minimisers with near neighbours: the best of up to five points, the k-th; the vertex of the parabola
     through the inner three; the intersection of the lines through the outer pairs."""
     found = [q[k]]
@@ -186,4 +191,4 @@ def _estimates(q: Array, costs: Array, k: int) -> Array:
         if rising > falling:
             found.append(q[2] + 0.5 * ((q[3] - q[2]) * right - (q[2] - q[1]) * left) / (left + right))
             found.append(q[0] + (costs[3] - costs[0] - rising * (q[3] - q[0])) / (falling - rising))
-    return np.add.outer(found, _ASIDE * (q[-1] - q[0]) * np.array([-1.0, 0.0, 1.0])).ravel()
+    return np.add.outer(found, _OFFSET * (q[-1] - q[0]) * np.array([-1.0, 0.0, 1.0])).ravel()

@@ -25,10 +25,10 @@ from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.numerics.arrays import Array
 
-GREATEST_MARGIN = 1e3
+MAX_MARGIN = 1e3
 """Maximum relative distance of a design's free ratio from its least value: beyond it the links grow without bound."""
 
-FURTHER = 1e6
+PROOF_RANGE_FACTOR = 1e6
 """Factor by which proofs extend closer to both ends of the family: to 1e-12 from the parallelogram and to links of 1e9
 cranks. Beyond these ends no quantity changes by more than a relative 1e-8, except those that grow without bound."""
 
@@ -41,15 +41,15 @@ class Family:
     gain: Gain
 
     @property
-    def range(self) -> tuple[float, float]:
-        """Ends of q for designs."""
-        return math.log(self.kind.least_margin(self.gain)), math.log(GREATEST_MARGIN)
+    def design_range(self) -> tuple[float, float]:
+        """Range of q for designs."""
+        return math.log(self.kind.minimum_margin(self.gain)), math.log(MAX_MARGIN)
 
     @property
-    def whole(self) -> tuple[float, float]:
-        """Ends of q for proofs."""
-        low, high = self.range
-        return low - math.log(FURTHER), high + math.log(FURTHER)
+    def proof_range(self) -> tuple[float, float]:
+        """Range of q covered by proofs."""
+        low, high = self.design_range
+        return low - math.log(PROOF_RANGE_FACTOR), high + math.log(PROOF_RANGE_FACTOR)
 
     def member(self, q: float) -> FourBar:
         return FourBar(self.kind, self.kind.family(self.gain, float(self._parameter(q))))
@@ -59,25 +59,25 @@ class Family:
         return FourBar(self.kind, self.kind.family(self.gain, self._parameter(q)))
 
     def _parameter(self, q: Array | float) -> Array:
-        return self.kind.least_parameter(self.gain) * (1.0 + np.exp(q))
+        return self.kind.parameter_limit(self.gain) * (1.0 + np.exp(q))
 
-    def part(self, read: Callable[[FourBar], float], least: float, greatest: float) -> tuple[float, float]:
-        """The part of the whole in which ``read``, which decreases with q, lies within limits; (inf, -inf): none."""
-        low, high = self.whole
-        top, bottom = read(self.member(low)), read(self.member(high))
+    def subrange(self, quantity: Callable[[FourBar], float], least: float, greatest: float) -> tuple[float, float]:
+        """Range of q in which ``quantity``, decreasing in q, lies within limits; (inf, -inf): none."""
+        low, high = self.proof_range
+        top, bottom = quantity(self.member(low)), quantity(self.member(high))
         if top < least or bottom > greatest:
             return math.inf, -math.inf
         return (
-            self.where(read, greatest, low, high) if top > greatest else low,
-            self.where(read, least, low, high) if bottom < least else high,
+            self.solve(quantity, greatest, low, high) if top > greatest else low,
+            self.solve(quantity, least, low, high) if bottom < least else high,
         )
 
-    def where(self, read: Callable[[FourBar], float], wanted: float, low: float, high: float) -> float | None:
-        """q between two ends at which ``read``, monotone in q, takes the wanted value; None if it does not."""
+    def solve(self, quantity: Callable[[FourBar], float], wanted: float, low: float, high: float) -> float | None:
+        """The q in [low, high] at which ``quantity``, monotone in q, equals ``wanted``; None if there is none."""
         from scipy.optimize import brentq
 
         try:
-            return float(brentq(lambda q: read(self.member(q)) - wanted, low, high, xtol=1e-15, rtol=1e-15))
+            return float(brentq(lambda q: quantity(self.member(q)) - wanted, low, high, xtol=1e-15, rtol=1e-15))
         except ValueError:
             return None
 
@@ -87,4 +87,4 @@ def lengths_per_stroke(members: FourBar) -> Array:
     r = members.ratios
     out = np.empty((r.base.size, 4))
     out[:, 0], out[:, 1], out[:, 2], out[:, 3] = 1.0, r.base, r.coupler, r.rocker
-    return out / (r.rocker * members.end)[:, None]
+    return out / (r.rocker * members.u31_end)[:, None]

@@ -24,10 +24,14 @@ _GAP = 1e-2
 """Gap to which an attainable value is proven optimal; the value itself is that of an actual linkage, to rounding."""
 
 
-_FIT = Objective("fit", lambda q: q.scale[0] * q.fit, lambda check, scene: math.nan)
+_MISFIT = Objective("fit", lambda q: q.scale[0] * q.misfit, lambda check, scene: math.nan)
 """Minimise max(W/width, H/height), the misfit of the box."""
 _SHORTEST_LINK = Objective(
-    "min_link", lambda q: 1.0 / (q.scale[1] * q.crank), lambda check, scene: min(check.mechanism.links), -1, grows=True
+    "min_link",
+    lambda q: 1.0 / (q.scale[1] * q.crank),
+    lambda check, scene: min(check.mechanism.links),
+    -1,
+    improves_with_scale=True,
 )
 """Maximise the crank, the shortest link."""
 
@@ -65,41 +69,43 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     asked = problem.limits
     free = problem.fixed_scale is None
     # With a free size the minimum link determines the size, so it is kept.
-    bare = Limits(
+    minimal = Limits(
         min_link=asked.min_link if free else 0.0,
         joint_radius=asked.joint_radius,
         transmission_angle=asked.transmission_angle,
     )
-    if problem.fixed_end is not None and _best(problem, bare, PEAK_TORQUE) is None:
-        return (_motion(problem),)
-    boxes = replace(bare, width=asked.width, height=asked.height)
+    if problem.fixed_u31_end is not None and _best(problem, minimal, PEAK_TORQUE) is None:
+        return (_speed_shortfall(problem),)
+    box_limits = replace(minimal, width=asked.width, height=asked.height)
     return (
-        _infeasible_limits(problem, lambda _: bare, boxes, "out of reach even alone")
+        _infeasible_limits(problem, lambda _: minimal, box_limits, "out of reach even alone")
         or _infeasible_limits(
             problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others"
         )
-        or (_motion(problem),)
+        or (_speed_shortfall(problem),)
     )
 
 
 def _infeasible_limits(
-    problem: LinkageProblem, company: Callable[[_Limit], Limits], boxes: Limits, why: str
+    problem: LinkageProblem, others: Callable[[_Limit], Limits], box_limits: Limits, why: str
 ) -> tuple[Shortfall, ...]:
-    """The limits that cannot be met together with others."""
+    """Shortfalls of the limits that cannot be met together with the others."""
     asked, out = problem.limits, []
     for limit in _LIMITS:
         required = getattr(asked, limit.name)
-        if not required or not _judged(problem, limit, company(limit)):
+        if not required or not _is_bounded(problem, limit, others(limit)):
             continue
-        found = _best(problem, company(limit), limit.objective)
+        found = _best(problem, others(limit), limit.objective)
         if found is None or not limit.met(asked, found[0]):
-            out.append(_entry(limit.name, required, found, why, limit.advice))
-    return tuple(out) + _sides(problem, boxes, why)
+            out.append(_shortfall(limit.name, required, found, why, limit.advice))
+    return tuple(out) + _box_shortfalls(problem, box_limits, why)
 
 
-def _judged(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
+def _is_bounded(problem: LinkageProblem, limit: _Limit, limits: Limits) -> bool:
     """Whether the best value for a limit is finite: a free size must be bounded on the relevant side."""
-    bounded = limits.sized if limit.objective.grows else limits.min_link > 0 or limits.max_pin_force is not None
+    bounded = (
+        limits.sized if limit.objective.improves_with_scale else limits.min_link > 0 or limits.max_pin_force is not None
+    )
     return problem.fixed_scale is not None or bounded
 
 
@@ -107,7 +113,7 @@ def _best(
     problem: LinkageProblem, limits: Limits, objective: Objective, boxed: bool = True
 ) -> tuple[float, str] | None:
     """The best value of the objective among the mechanisms within the limits, and its type."""
-    free_motion = problem.objective.settles is not None
+    free_motion = problem.objective.set_motion is not None
     subproblem = Subproblem(problem.scene, limits, objective, boxed=boxed, free_motion=free_motion)
     best, name = math.inf, ""
     for kind in problem.kinds:
@@ -117,11 +123,11 @@ def _best(
     return (objective.value(best), name) if name else None
 
 
-def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:
-    """Width and height together: the minimum factor by which the space left beside the pads must grow."""
-    if (limits.width is None and limits.height is None) or not _judged(problem, _LIMITS[1], limits):
+def _box_shortfalls(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall, ...]:
+    """Shortfalls of width and height: the minimum factor by which the room between the pads must grow."""
+    if (limits.width is None and limits.height is None) or not _is_bounded(problem, _LIMITS[1], limits):
         return ()
-    found = _best(problem, limits, _FIT, boxed=False)
+    found = _best(problem, limits, _MISFIT, boxed=False)
     if found is not None and found[0] <= 1 + 1e-9:
         return ()
     pads, out = 2.0 * limits.joint_radius, []
@@ -129,18 +135,18 @@ def _sides(problem: LinkageProblem, limits: Limits, why: str) -> tuple[Shortfall
         value = getattr(limits, side)
         if value is not None:
             reached = None if found is None else (found[0] * (value - pads) + pads, found[1])
-            out.append(_entry(side, value, reached, why, _SMALLER))
+            out.append(_shortfall(side, value, reached, why, _SMALLER))
     return tuple(out)
 
 
-def _motion(problem: LinkageProblem) -> Shortfall:
-    """The remaining cause if every limit can be met: the speed, the tool radius or the transmission angle."""
+def _speed_shortfall(problem: LinkageProblem) -> Shortfall:
+    """Shortfall if every limit can be met: speed, tool radius or transmission angle are incompatible."""
     scene = problem.scene
     reason = "no allowed type strikes at this speed, frequency and tool radius within the transmission angle's limits"
     return Shortfall("impact_speed", scene.impact_speed, None, f"{reason}; another tool radius or frequency may do")
 
 
-def _entry(name: str, required: float, found: tuple[float, str] | None, why: str, advice: str) -> Shortfall:
+def _shortfall(name: str, required: float, found: tuple[float, str] | None, why: str, advice: str) -> Shortfall:
     if found is None:
         return Shortfall(name, required, None, f"the other limits leave no mechanism at all; {advice}")
     closest = found[1].replace("_", " ")

@@ -20,56 +20,61 @@ import math
 
 import numpy as np
 
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, highest, sampled
+from solvers.linkage.loads.torque_and_pin_force import TORQUE, refined_peak, sampled_loads
 from solvers.linkage.optimum.ratio_of_base_to_rocker import ratios
 from solvers.numerics.arrays import Array
-from solvers.numerics.intervals import minus, over, plus, raised, rooted, scaled, squared, times
+from solvers.numerics.intervals import add, divide, multiply, scaled, shifted, square_root, squared, subtract
 from solvers.numerics.jit import kernel
 
-_MOST_LOCATED = 128
-"""Number of ranges, in ascending order, from which on neighbours share an angle."""
+_MAX_LOCATED = 128
+"""Maximum number of ranges with a crank angle of their own; of more ranges, neighbours share one."""
 
 
 @kernel
-def least_loads(low: Array, rows: Array, high: Array, end: Array, gain: float, which: int) -> Array:
+def load_lower_bounds(low: Array, rows: Array, high: Array, u31_end: Array, gain: float, quantity: int) -> Array:
     """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,).
 
     ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
-    each range, (n, 7) each; ``end`` is |u31(2 pi)| of those within.
+    each range, (n, 7) each; ``u31_end`` is |u31(2 pi)| of those within.
     """
     out, angle = np.empty(rows.shape[0]), 0.0
     for i in range(out.size):
-        if i % (1 + out.size // _MOST_LOCATED) == 0:
-            cotangents, samples = sampled(rows[i], end[i])
-            _, angle = highest(rows[i], end[i], cotangents, samples[which], which)
-        out[i] = _least_load(low[i], rows[i], high[i], gain, which, -math.sin(0.5 * angle), -math.cos(0.5 * angle))
+        if i % (1 + out.size // _MAX_LOCATED) == 0:
+            cotangents, samples = sampled_loads(rows[i], u31_end[i])
+            _, angle = refined_peak(rows[i], u31_end[i], cotangents, samples[quantity], quantity)
+        out[i] = _load_lower_bound(
+            low[i], rows[i], high[i], gain, quantity, -math.sin(0.5 * angle), -math.cos(0.5 * angle)
+        )
     return out
 
 
 @kernel
-def _least_load(low: Array, row: Array, high: Array, gain: float, which: int, s: float, c: float) -> float:
-    """The bound over one range at a half angle's sine and cosine; 0 if there is none."""
-    y, n, _, m, reach = ratios(low, row, high, gain)
+def _load_lower_bound(low: Array, row: Array, high: Array, gain: float, quantity: int, s: float, c: float) -> float:
+    """Lower bound over one range at a crank angle, given sine and cosine of its half; 0 if none can be proven."""
+    y, n, _, m, extent = ratios(low, row, high, gain)
     sigma, square, cc, ss = row[6], gain * gain, c * c, s * s
-    opened = scaled(m, ss)
-    under = raised(opened, square * cc)
-    if not under[1] > 0.0:
+    margin_term = scaled(m, ss)
+    root_square = shifted(margin_term, square * cc)
+    if not root_square[1] > 0.0:
         return 0.0
-    t = rooted(under, reach)
+    t = square_root(root_square, extent)
     if c >= 0.0:
-        d, a = raised(t, c), raised(t, square * c)
+        d, a = shifted(t, c), shifted(t, square * c)
     else:
-        d = over(raised(opened, (square - 1.0) * cc), raised(t, -c), reach)
-        a = over(raised(opened, -square * (square - 1.0) * cc), raised(t, -square * c), reach)
+        d = divide(shifted(margin_term, (square - 1.0) * cc), shifted(t, -c), extent)
+        a = divide(shifted(margin_term, -square * (square - 1.0) * cc), shifted(t, -square * c), extent)
     along = scaled(y, abs(c))
-    h = over(m, plus(t, along, reach), reach) if sigma * c > 0.0 else plus(t, along, reach)
-    b = plus(squared(d, reach), scaled(squared(n, reach), ss), reach)
+    h = divide(m, add(t, along, extent), extent) if sigma * c > 0.0 else add(t, along, extent)
+    b = add(squared(d, extent), scaled(squared(n, extent), ss), extent)
     if not b[1] > 0.0:
         return 0.0
-    risen, falling = over(times(a, squared(h, reach), reach), b, reach), scaled(over(m, t, reach), 0.5 * square)
-    part = over(minus(risen, falling, reach), times(times(under, t, reach), b, reach), reach)
-    if which == TORQUE:
-        load, scale = over(times(part, a, reach), b, reach), 2.0 * s * (gain - 1.0) ** 2
+    first, second = (
+        divide(multiply(a, squared(h, extent), extent), b, extent),
+        scaled(divide(m, t, extent), 0.5 * square),
+    )
+    factor = divide(subtract(first, second, extent), multiply(multiply(root_square, t, extent), b, extent), extent)
+    if quantity == TORQUE:
+        load, scale = divide(multiply(factor, a, extent), b, extent), 2.0 * s * (gain - 1.0) ** 2
     else:
-        load, scale = over(part, y, reach), (gain - 1.0) * square
+        load, scale = divide(factor, y, extent), (gain - 1.0) * square
     return scale * max(load[1], -load[2], 0.0)

@@ -8,11 +8,11 @@ from functools import cached_property
 
 import numpy as np
 
-from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE, unit_peaks
+from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE, peaks_per_energy
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family, lengths_per_stroke
 from solvers.linkage.problem import Quantities, Subproblem
-from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
+from solvers.linkage.swept_area.bounding_box import minimum_box_areas, minimum_misfits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
@@ -39,7 +39,7 @@ def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, sla
         if limits.enclosing_radius is not None:
             high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / quantities.radius)
         if subproblem.boxed and subproblem.room is not None:
-            high = np.minimum(high, 1.0 / quantities.fit)
+            high = np.minimum(high, 1.0 / quantities.misfit)
     if slack:
         low, high = low * (1.0 - slack), high * (1.0 + slack)
     if limits.transmission_angle is not None:
@@ -76,7 +76,7 @@ class MemberQuantities:
         return outlines(bar.kind, bar.ratios, self.crank, bar.swing)
 
     def _peak(self, which: int) -> Array:
-        return unit_peaks(self.members.coefficients, self.members.end, which, 1)[:, 0]
+        return peaks_per_energy(self.members.coefficients, self.members.u31_end, which, 1)[:, 0]
 
     @property
     def crank(self) -> Array:
@@ -91,9 +91,9 @@ class MemberQuantities:
         return enclosing_radii(self.outlines)
 
     @cached_property
-    def fit(self) -> Array:
+    def misfit(self) -> Array:
         none = np.zeros_like(self.q)
-        return least_fits(self.outlines, none, none, *self.subproblem.room, _TOLERANCE)
+        return minimum_misfits(self.outlines, none, none, *self.subproblem.room, _TOLERANCE)
 
     @cached_property
     def torque(self) -> Array:
@@ -104,10 +104,10 @@ class MemberQuantities:
         return self._peak(FORCE) / self.crank
 
     @property
-    def end_low(self) -> Array:
-        return self.members.end
+    def u31_end_low(self) -> Array:
+        return self.members.u31_end
 
-    end_high = end_low
+    u31_end_high = u31_end_low
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
@@ -118,4 +118,4 @@ class MemberQuantities:
         limits = self.subproblem.limits
         width, height = (side * (1 + 1e-12) for side in limits.sides)
         none, pads = np.zeros_like(scale), 2.0 * limits.joint_radius
-        return least_boxes(self.outlines, scale, none, none, pads, width, height, _TOLERANCE, math.inf)[:, 0]
+        return minimum_box_areas(self.outlines, scale, none, none, pads, width, height, _TOLERANCE, math.inf)[:, 0]

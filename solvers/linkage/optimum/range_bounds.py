@@ -22,11 +22,11 @@ from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
 from solvers.linkage.mechanism.change_point import Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family, lengths_per_stroke
-from solvers.linkage.optimum.load_bounds import least_loads
+from solvers.linkage.optimum.load_bounds import load_lower_bounds
 from solvers.linkage.optimum.member_quantities import feasible_scales
-from solvers.linkage.optimum.radius_bounds import least_radii
+from solvers.linkage.optimum.radius_bounds import radius_lower_bounds
 from solvers.linkage.problem import Subproblem
-from solvers.linkage.swept_area.bounding_box import least_boxes, least_fits
+from solvers.linkage.swept_area.bounding_box import minimum_box_areas, minimum_misfits
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 
@@ -34,19 +34,19 @@ _SLACK = 1e-10
 """Relative allowance for rounding in a bound."""
 
 _AREA_TOLERANCE, _FIT_TOLERANCE = 1e-3, 1e-9
-"""Relative tolerances of the orientation search within bounds. An area is only compared with ``enough``, so it need not
-be sharp; a fit decides feasibility."""
+"""Relative tolerances of the orientation search within bounds. An area is only compared with ``cutoff``, so it need not
+be sharp; a misfit decides feasibility."""
 
 
 @dataclass(frozen=True)
 class RangeBounds:
-    """Bounds over the ranges [low, high] of q, shape (n,). ``enough``: areas above it need not be known exactly."""
+    """Bounds over the ranges [low, high] of q, shape (n,). Areas above ``cutoff`` need not be sharp."""
 
     subproblem: Subproblem
     family: Family
     low: Array
     high: Array
-    enough: float
+    cutoff: float
 
     @cached_property
     def _members(self) -> FourBar:
@@ -70,14 +70,14 @@ class RangeBounds:
         return outlines(bar.kind, ratios, self._lengths[2, :, 0], self._three(bar.swing)[2])
 
     @cached_property
-    def _moves(self) -> tuple[Array, Array]:
+    def _displacement_bounds(self) -> tuple[Array, Array]:
         """d_x and d_y per V."""
         lengths, swings = self._lengths, self._three(self._members.swing)
         crank, base, _, rocker = np.abs(lengths[:2] - lengths[2]).max(axis=0).T
         swing, widest = np.abs(swings[:2] - swings[2]).max(axis=0), swings[:2].max(axis=0)
         sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
-        turned = lengths[:2, :, 3].max(axis=0) * swing
-        along, across = base + rocker + sine * turned, sine * rocker + turned
+        arc_displacement = lengths[:2, :, 3].max(axis=0) * swing
+        along, across = base + rocker + sine * arc_displacement, sine * rocker + arc_displacement
         return np.maximum(crank, along), np.maximum(crank, across)
 
     @cached_property
@@ -92,19 +92,23 @@ class RangeBounds:
     def radius(self) -> Array:
         low, high, middle = self._three(self._members.coefficients)
         swings = self._three(self._members.swing)
-        turns = np.maximum(swings[2] - swings[:2].min(axis=0), 0.0)
-        return least_radii(low, middle, high, self._outlines, turns, self.family.gain.value) * (1 - 1e-12)
+        swing_deficits = np.maximum(swings[2] - swings[:2].min(axis=0), 0.0)
+        return radius_lower_bounds(low, middle, high, self._outlines, swing_deficits, self.family.gain.value) * (
+            1 - 1e-12
+        )
 
     @cached_property
-    def fit(self) -> Array:
+    def misfit(self) -> Array:
         width, height = self.subproblem.room
-        found = least_fits(self._outlines, *self._moves, width, height, _FIT_TOLERANCE)
+        found = minimum_misfits(self._outlines, *self._displacement_bounds, width, height, _FIT_TOLERANCE)
         return np.maximum(found * (1 - _FIT_TOLERANCE), 0.0)
 
     def _least(self, which: int) -> Array:
         """Lower bounds of a load over the ranges."""
         low, high, middle = self._three(self._members.coefficients)
-        return least_loads(low, middle, high, self._three(self._members.end)[2], self.family.gain.value, which)
+        return load_lower_bounds(
+            low, middle, high, self._three(self._members.u31_end)[2], self.family.gain.value, which
+        )
 
     @cached_property
     def torque(self) -> Array:
@@ -115,12 +119,12 @@ class RangeBounds:
         return self._least(FORCE)
 
     @cached_property
-    def end_low(self) -> Array:
-        return self._three(self._members.end)[:2].min(axis=0)
+    def u31_end_low(self) -> Array:
+        return self._three(self._members.u31_end)[:2].min(axis=0)
 
     @cached_property
-    def end_high(self) -> Array:
-        return self._three(self._members.end)[:2].max(axis=0)
+    def u31_end_high(self) -> Array:
+        return self._three(self._members.u31_end)[:2].max(axis=0)
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:
@@ -130,10 +134,10 @@ class RangeBounds:
     def area(self, scale: Array) -> Array:
         limits = self.subproblem.limits
         pads = 2.0 * limits.joint_radius
-        along, across = self._moves
-        room = *limits.sides, _AREA_TOLERANCE, self.enough
-        found = least_boxes(self._outlines, scale, along, across, pads, *room)[:, 0]
-        found = np.where(found < self.enough, found * (1.0 - _AREA_TOLERANCE), found)
+        along, across = self._displacement_bounds
+        room = *limits.sides, _AREA_TOLERANCE, self.cutoff
+        found = minimum_box_areas(self._outlines, scale, along, across, pads, *room)[:, 0]
+        found = np.where(found < self.cutoff, found * (1.0 - _AREA_TOLERANCE), found)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).
         crank, base = self._lengths[:2, :, :2].min(axis=0).T

@@ -9,27 +9,29 @@ It decreases with the free ratio in every type, and given g all ratios of length
 from __future__ import annotations
 
 from solvers.numerics.arrays import Array
-from solvers.numerics.intervals import Ranged, Reach, raised, times
+from solvers.numerics.intervals import Enclosure, Extent, multiply, shifted
 from solvers.numerics.jit import kernel
 
 
 @kernel
-def ratios(low: Array, row: Array, high: Array, gain: float) -> tuple[Ranged, Ranged, Ranged, Ranged, Reach]:
+def ratios(
+    low: Array, row: Array, high: Array, gain: float
+) -> tuple[Enclosure, Enclosure, Enclosure, Enclosure, Extent]:
     """y, n, w and m over a range of the free ratio, and its extent in y, from the coefficients of the members at its
     low end, within and at its high end."""
-    y_low, n_low, w_low, short_low = _of_member(high, gain)
-    y_mid, n_mid, w_mid, short_mid = _of_member(row, gain)
-    y_high, n_high, w_high, short_high = _of_member(low, gain)
-    reach = (
-        _largest_of_three(y_mid - y_low, n_mid - n_low, short_mid - short_low),
-        _largest_of_three(y_high - y_mid, n_high - n_mid, short_high - short_mid),
+    y_low, n_low, w_low, gap_low = _of_member(high, gain)
+    y_mid, n_mid, w_mid, gap_mid = _of_member(row, gain)
+    y_high, n_high, w_high, gap_high = _of_member(low, gain)
+    extent = (
+        _largest_of_three(y_mid - y_low, n_mid - n_low, gap_mid - gap_low),
+        _largest_of_three(y_high - y_mid, n_high - n_mid, gap_high - gap_mid),
     )
     y = (y_mid, y_low, y_high, 1.0, 1.0)
     rising = 1.0 if n_high >= n_low else -1.0
     n = (n_mid, min(n_low, n_high), max(n_low, n_high), rising, rising)
     w = (w_mid, min(w_low, w_high), max(w_low, w_high), row[6], row[6])
-    short = (short_mid, short_high, short_low, -1.0, -1.0)
-    return y, n, w, times(short, raised(y, gain), reach), reach
+    gap = (gap_mid, gap_high, gap_low, -1.0, -1.0)
+    return y, n, w, multiply(gap, shifted(y, gain), extent), extent
 
 
 @kernel

@@ -17,13 +17,13 @@ from solvers.linkage.optimum.member_quantities import MemberQuantities
 from solvers.linkage.problem import LinkageProblem
 
 _VANISHING = 1e-3
-"""|u31(2 pi)| at an end of the family below which the base is taken to grow without bound toward it."""
+"""|u31(2 pi)| at an end of the family below which the base is assumed to grow without bound toward that end."""
 
 
-def refuse_endless(problem: LinkageProblem) -> None:
+def refuse_unbounded(problem: LinkageProblem) -> None:
     """Raise InvalidInput if longer links improve the objective indefinitely."""
     limits = problem.limits
-    if not problem.objective.slows or problem.scene.tool_radius is None:
+    if not problem.objective.improves_with_lower_u31_end or problem.scene.tool_radius is None:
         return
     if limits.longest_link is not None or limits.enclosing_radius is not None:
         return
@@ -31,8 +31,8 @@ def refuse_endless(problem: LinkageProblem) -> None:
         return
     for kind in problem.kinds:
         family = Family(kind, problem.scene.restitution.gain)
-        ends = MemberQuantities(problem, family, np.array(family.whole))
-        if np.any((ends.end_low < _VANISHING) & np.less(*ends.scale)):
+        ends = MemberQuantities(problem, family, np.array(family.proof_range))
+        if np.any((ends.u31_end_low < _VANISHING) & np.less(*ends.scale)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "

@@ -3,7 +3,7 @@
 The motor's work D(phi) since the blow satisfies dD/dphi = M0 - k omega, omega^2 = 2 (E0 + D)/J(phi). Four Gauss points
 per step give order 8, also for the period; each step is solved by Newton's method, so a stiff motor line does not
 require short steps. The mesh is refined where the rocker's speed varies over a small angle: at the blow over e, and at
-phi = pi over the opening of a second change point.
+phi = pi over the scale of a second change point.
 Angles in [-pi, pi]: those of the second half of the cycle are measured back from its end, without cancellation. SI
 units.
 """
@@ -20,7 +20,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
 _STAGES = 4
-_EVEN, _SHRINK = 9, 3.0
+_UNIFORM_EDGES, _GRADING = 9, 3.0
 _MIN_SCALE = 1e-10
 
 
@@ -50,18 +50,18 @@ class Machine(NamedTuple):
 @kernel
 def _graded(scale: float) -> Array:
     """Distances from pi/2 down to a third of a scale, in geometric progression with ratio 1/3."""
-    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE)) / math.log(_SHRINK)) + 2
-    return 0.5 * math.pi * _SHRINK ** -np.arange(count).astype(np.float64)
+    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE)) / math.log(_GRADING)) + 2
+    return 0.5 * math.pi * _GRADING ** -np.arange(count).astype(np.float64)
 
 
 @kernel
 def mesh(coefficients: Array, parts: int) -> Array:
     """Steps of a revolution, each divided into ``parts``: rows of start angle and length, shape (n, 2)."""
     base, coupler, rocker, numerator, margin, kappa, _ = coefficients
-    sharp = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
-    opening = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
-    even = np.linspace(0.0, math.pi, _EVEN)
-    half = np.sort(np.concatenate((even, _graded(sharp), math.pi - _graded(opening))))
+    blow_scale = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
+    change_point_scale = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
+    uniform = np.linspace(0.0, math.pi, _UNIFORM_EDGES)
+    half = np.sort(np.concatenate((uniform, _graded(blow_scale), math.pi - _graded(change_point_scale))))
     # Merging two nearly coincident meshes would leave tiny steps.
     edges, count = np.zeros(half.size), 1
     for i in range(1, half.size):
@@ -69,13 +69,13 @@ def mesh(coefficients: Array, parts: int) -> Array:
             edges[count] = half[i]
             count += 1
     edges[count - 1] = math.pi
-    total = (count - 1) * parts
-    steps = np.empty((2 * total, 2))
-    for k in range(total):
-        edge, whole = edges[k // parts], edges[k // parts + 1] - edges[k // parts]
-        start, width = edge + whole * (k % parts / parts), whole / parts
+    half_count = (count - 1) * parts
+    steps = np.empty((2 * half_count, 2))
+    for k in range(half_count):
+        edge, width_of_element = edges[k // parts], edges[k // parts + 1] - edges[k // parts]
+        start, width = edge + width_of_element * (k % parts / parts), width_of_element / parts
         steps[k, 0], steps[k, 1] = start, width
-        steps[2 * total - 1 - k, 0], steps[2 * total - 1 - k, 1] = -(start + width), width
+        steps[2 * half_count - 1 - k, 0], steps[2 * half_count - 1 - k, 1] = -(start + width), width
     return steps
 
 
@@ -95,111 +95,116 @@ def inertias(machine: Machine, steps: Array) -> Array:
 
 
 @kernel
-def _step(total: Array, width: float, energy: float, machine: Machine, torque: Array) -> bool:
-    """Torques at the Gauss points of one step from its initial energy, by Newton's method; the guess is overwritten."""
+def _step(inertia: Array, width: float, energy: float, machine: Machine, torque: Array) -> bool:
+    """Solve for the torques at the Gauss points of one step from its initial energy by Newton's method, in place of the
+    initial guess; returns whether it converged."""
     for _ in range(40):
-        lhs, change = np.empty((_STAGES, _STAGES)), np.empty(_STAGES)
+        matrix, correction = np.empty((_STAGES, _STAGES)), np.empty(_STAGES)
         for i in range(_STAGES):
-            inner = energy
+            stage_energy = energy
             for j in range(_STAGES):
-                inner += width * _MATRIX[i, j] * torque[j]
-            inner = max(inner, 1e-12 * energy)
-            speed = math.sqrt(2.0 * inner / total[i])
-            fall = machine.slope / (total[i] * speed)
-            change[i] = machine.stall - machine.slope * speed - torque[i]
+                stage_energy += width * _MATRIX[i, j] * torque[j]
+            stage_energy = max(stage_energy, 1e-12 * energy)
+            speed = math.sqrt(2.0 * stage_energy / inertia[i])
+            decrease = machine.slope / (inertia[i] * speed)
+            correction[i] = machine.stall - machine.slope * speed - torque[i]
             for j in range(_STAGES):
-                lhs[i, j] = fall * width * _MATRIX[i, j]
-            lhs[i, i] += 1.0
+                matrix[i, j] = decrease * width * _MATRIX[i, j]
+            matrix[i, i] += 1.0
         for i in range(_STAGES):
             for k in range(i + 1, _STAGES):
-                share = lhs[k, i] / lhs[i, i]
+                factor = matrix[k, i] / matrix[i, i]
                 for j in range(i + 1, _STAGES):
-                    lhs[k, j] -= share * lhs[i, j]
-                change[k] -= share * change[i]
-        largest = 0.0
+                    matrix[k, j] -= factor * matrix[i, j]
+                correction[k] -= factor * correction[i]
+        largest_correction = 0.0
         for i in range(_STAGES - 1, -1, -1):
             for j in range(i + 1, _STAGES):
-                change[i] -= lhs[i, j] * change[j]
-            change[i] /= lhs[i, i]
-            torque[i] += change[i]
-            largest = max(largest, abs(change[i]))
-        if largest <= 1e-15 * machine.stall:
+                correction[i] -= matrix[i, j] * correction[j]
+            correction[i] /= matrix[i, i]
+            torque[i] += correction[i]
+            largest_correction = max(largest_correction, abs(correction[i]))
+        if largest_correction <= 1e-15 * machine.stall:
             return True
-        if not largest < math.inf:
+        if not largest_correction < math.inf:
             return False
-    return largest <= 1e-12 * machine.stall
+    return largest_correction <= 1e-12 * machine.stall
 
 
 @kernel
-def turn(total: Array, steps: Array, energy: float, machine: Machine) -> tuple[Array, float]:
-    """Work up to every step's end (n + 1,), and the period; NaN if a step has no solution."""
+def integrate_revolution(inertia: Array, steps: Array, energy: float, machine: Machine) -> tuple[Array, float]:
+    """Integrate one revolution: motor work at the step ends (n + 1,), and the period; NaN if a step has no solution."""
     work, time = np.zeros(steps.shape[0] + 1), 0.0
-    torque = np.full(_STAGES, machine.stall - machine.slope * math.sqrt(2.0 * energy / total[0, 0]))
+    torque = np.full(_STAGES, machine.stall - machine.slope * math.sqrt(2.0 * energy / inertia[0, 0]))
     for n in range(steps.shape[0]):
-        width, now = steps[n, 1], energy + work[n]
-        if not (now > 0.0 and _step(total[n], width, now, machine, torque)):
+        width, initial_energy = steps[n, 1], energy + work[n]
+        if not (initial_energy > 0.0 and _step(inertia[n], width, initial_energy, machine, torque)):
             work[n + 1 :] = math.nan
             return work, math.nan
-        done = 0.0
+        step_work = 0.0
         for i in range(_STAGES):
-            done += width * _WEIGHTS[i] * torque[i]
-            inner = now
+            step_work += width * _WEIGHTS[i] * torque[i]
+            stage_energy = initial_energy
             for j in range(_STAGES):
-                inner += width * _MATRIX[i, j] * torque[j]
-            time += width * _WEIGHTS[i] / math.sqrt(2.0 * inner / total[n, i])
-        work[n + 1] = work[n] + done
+                stage_energy += width * _MATRIX[i, j] * torque[j]
+            time += width * _WEIGHTS[i] / math.sqrt(2.0 * stage_energy / inertia[n, i])
+        work[n + 1] = work[n] + step_work
         torque[:] = torque[_STAGES - 1]
     return work, time
 
 
 @kernel
-def _excess_and_trend(
-    u: float, change: float, work: float, energy: float, start: float, machine: Machine
+def _excess_and_acceleration(
+    u: float, u31_slope: float, work: float, energy: float, u31_start: float, machine: Machine
 ) -> tuple[float, float]:
     """omega/omega_0 - 1, without cancellation from J0 - J and the work done, and J omega omega' = M - J' omega^2/2."""
-    rocker, total = machine.rocker, machine.crank + machine.rocker * u * u
-    more = (rocker * (start - u) * (start + u) + (machine.crank + rocker * start * start) * work / energy) / total
-    square = 2.0 * (energy + work) / total
-    trend = machine.stall - machine.slope * math.sqrt(square) - rocker * u * change * square
-    return more / (1.0 + math.sqrt(1.0 + more)), trend
+    rocker, inertia = machine.rocker, machine.crank + machine.rocker * u * u
+    energy_excess = (
+        rocker * (u31_start - u) * (u31_start + u) + (machine.crank + rocker * u31_start * u31_start) * work / energy
+    ) / inertia
+    square = 2.0 * (energy + work) / inertia
+    acceleration = machine.stall - machine.slope * math.sqrt(square) - rocker * u * u31_slope * square
+    return energy_excess / (1.0 + math.sqrt(1.0 + energy_excess)), acceleration
 
 
 @kernel
 def _inside_step(
-    machine: Machine, row: Array, share: float, work: float, energy: float, start: float
+    machine: Machine, row: Array, fraction: float, work: float, energy: float, u31_start: float
 ) -> tuple[float, float]:
-    """``_excess_and_trend`` at a fraction ``share`` of a step; NaN if that part of the step has no solution."""
-    part = np.empty((1, 2))
-    part[0, 0], part[0, 1] = row[0], share * row[1]
-    done, _ = turn(inertias(machine, part), part, energy + work, machine)
-    end = row[0] + share * row[1]
-    u, change = transfer_and_slope(machine.coefficients, np.array([end if row[0] >= 0.0 else min(end, -1e-300)]))
-    return _excess_and_trend(u[0], change[0], work + done[1], energy, start, machine)
+    """``_excess_and_acceleration`` at a ``fraction`` of a step; NaN if that part of the step has no solution."""
+    partial_step = np.empty((1, 2))
+    partial_step[0, 0], partial_step[0, 1] = row[0], fraction * row[1]
+    added_work, _ = integrate_revolution(inertias(machine, partial_step), partial_step, energy + work, machine)
+    end_angle = row[0] + fraction * row[1]
+    u, u31_slope = transfer_and_slope(
+        machine.coefficients, np.array([end_angle if row[0] >= 0.0 else min(end_angle, -1e-300)])
+    )
+    return _excess_and_acceleration(u[0], u31_slope[0], work + added_work[1], energy, u31_start, machine)
 
 
 @kernel
-def spread(machine: Machine, steps: Array, work: Array, energy: float, start: float) -> float:
+def speed_spread(machine: Machine, steps: Array, work: Array, energy: float, u31_start: float) -> float:
     """(max - min speed over the revolution)/(speed after the blow), from the step ends and all extrema in between; NaN
-    if a part of a step has no solution. ``start`` is |u31(0)|."""
+    if a part of a step has no solution. ``u31_start`` is |u31(0)|."""
     count = steps.shape[0]
     angles = np.append(steps[:, 0], -1e-300)
-    u, change = transfer_and_slope(machine.coefficients, angles)
-    trends, greatest, least = np.empty(count + 1), -math.inf, math.inf
+    u, u31_slope = transfer_and_slope(machine.coefficients, angles)
+    accelerations, greatest, least = np.empty(count + 1), -math.inf, math.inf
     for n in range(count + 1):
-        value, trends[n] = _excess_and_trend(u[n], change[n], work[n], energy, start, machine)
+        value, accelerations[n] = _excess_and_acceleration(u[n], u31_slope[n], work[n], energy, u31_start, machine)
         greatest, least = max(greatest, value), min(least, value)
     for n in range(count):
-        if trends[n] * trends[n + 1] >= 0.0:
+        if accelerations[n] * accelerations[n + 1] >= 0.0:
             continue
         low, high = 0.0, 1.0
         # At an extremum the value's error is quadratic in the position error.
         for _ in range(28):
             middle = 0.5 * (low + high)
-            value, trend = _inside_step(machine, steps[n], middle, work[n], energy, start)
+            value, acceleration = _inside_step(machine, steps[n], middle, work[n], energy, u31_start)
             if math.isnan(value):
                 return math.nan
             greatest, least = max(greatest, value), min(least, value)
-            if trend * trends[n] > 0.0:
+            if acceleration * accelerations[n] > 0.0:
                 low = middle
             else:
                 high = middle

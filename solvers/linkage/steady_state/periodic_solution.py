@@ -15,17 +15,17 @@ from dataclasses import dataclass
 
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.scene import Drive, Scene
-from solvers.linkage.steady_state.collocation import Machine, inertias, mesh, spread, turn
+from solvers.linkage.steady_state.collocation import Machine, inertias, integrate_revolution, mesh, speed_spread
 
-_MAX_STEPS, _LEAST_PARTS, _MOST_PARTS = 1 << 14, 2, 1 << 9
+_MAX_STEPS, _MIN_PARTS, _MAX_PARTS = 1 << 14, 2, 1 << 9
 _SAFETY = 1.5
 """Safety factor on the difference of two solutions as an estimate of the finer one's error."""
 _ROUNDING = 1e-14
 
 
 @dataclass(frozen=True)
-class Running:
-    """Steady running: blows per second, impact speed [m/s], irregularity (max - min)/mean of the crank's speed,
+class SteadyState:
+    """Steady state: blows per second, impact speed [m/s], irregularity (max - min)/mean of the crank's speed,
     relative jump of the crank's speed at the blow, mean motor power [W], steps per revolution and estimated relative
     error."""
 
@@ -40,31 +40,31 @@ class Running:
 
 def rocker_inertia(bar: FourBar, scene: Scene) -> float:
     """J3 [kg m^2]: the rocker has the impact energy at the nominal crank speed."""
-    return 2.0 * scene.impact_energy / (scene.crank_speed * bar.end) ** 2
+    return 2.0 * scene.impact_energy / (scene.crank_speed * bar.u31_end) ** 2
 
 
-def after_blow(bar: FourBar, crank_inertia: float, inertia: float, restitution: float) -> float:
+def speed_ratio_over_blow(bar: FourBar, crank_inertia: float, inertia: float, restitution: float) -> float:
     """omega+/omega- of the crank over a blow of physical restitution R."""
-    start = bar.start
-    return (crank_inertia + inertia * start * restitution * bar.end) / (crank_inertia + inertia * start**2)
+    u31_start = bar.u31_start
+    return (crank_inertia + inertia * u31_start * restitution * bar.u31_end) / (crank_inertia + inertia * u31_start**2)
 
 
 class _Unresolved(ArithmeticError):
     """The crank stops, or a step has no solution."""
 
 
-def steady_running(
+def steady_state_running(
     bar: FourBar, scene: Scene, drive: Drive, tool: float, restitution: float, wanted: float
-) -> Running | None:
+) -> SteadyState | None:
     """Steady state with a motor, to the relative accuracy ``wanted``. ``tool`` is the striking radius [m].
 
     Steps are halved until two successive solutions agree. The error estimate is their difference, with a safety factor:
     at order 8 the finer one's error is about 1/256 of it. None if no mesh of up to 16384 steps per revolution yields a
     steady state.
     """
-    parts, before = _LEAST_PARTS, None
-    jump = after_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution) - 1.0
-    while parts <= _MOST_PARTS:
+    parts, before = _MIN_PARTS, None
+    jump = speed_ratio_over_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution) - 1.0
+    while parts <= _MAX_PARTS:
         try:
             now, steps = _steady(bar, scene, drive, tool, restitution, parts)
         except _Unresolved:
@@ -72,7 +72,7 @@ def steady_running(
         if now is not None and before is not None:
             error = _SAFETY * max(abs(a / b - 1.0) for a, b in zip(before, now, strict=True)) + _ROUNDING
             if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MAX_STEPS:
-                return Running(*now[:3], jump, now[3], steps, error)
+                return SteadyState(*now[:3], jump, now[3], steps, error)
         before, parts = now, 2 * parts
     return None
 
@@ -82,10 +82,10 @@ def _energy_deficit(bar: FourBar, crank: float, rocker: float, restitution: floa
 
     E-/E+ = J(2 pi) J(0)/(J1 + J3 R u0 u1)^2; the difference of numerator and denominator is computed term by term.
     """
-    start, end = bar.start, bar.end
-    apart = (end - start) ** 2 + 2.0 * start * end * (1.0 - restitution)
-    whole = crank * apart + rocker * (start * end) ** 2 * (1.0 - restitution) * (1.0 + restitution)
-    return rocker * whole / (crank + rocker * restitution * start * end) ** 2
+    u31_start, u31_end = bar.u31_start, bar.u31_end
+    difference = (u31_end - u31_start) ** 2 + 2.0 * u31_start * u31_end * (1.0 - restitution)
+    numerator = crank * difference + rocker * (u31_start * u31_end) ** 2 * (1.0 - restitution) * (1.0 + restitution)
+    return rocker * numerator / (crank + rocker * restitution * u31_start * u31_end) ** 2
 
 
 def _steady(
@@ -97,18 +97,18 @@ def _steady(
     crank, rocker = drive.crank_inertia, rocker_inertia(bar, scene)
     machine = Machine(bar.coefficients, crank, rocker, drive.motor.stall_torque, drive.motor.slope)
     steps = mesh(bar.coefficients, parts)
-    total = inertias(machine, steps)
-    lost = _energy_deficit(bar, crank, rocker, restitution)
+    inertia = inertias(machine, steps)
+    deficit = _energy_deficit(bar, crank, rocker, restitution)
 
     def excess(energy: float) -> float:
         """Motor work per revolution minus the energy lost in the blow; decreases with the energy after the blow."""
-        work, _ = turn(total, steps, energy, machine)
+        work, _ = integrate_revolution(inertia, steps, energy, machine)
         if not math.isfinite(work[-1]):
             raise _Unresolved
-        return float(work[-1]) - lost * energy
+        return float(work[-1]) - deficit * energy
 
     # If the speed never falls below the no-load speed, the motor only brakes.
-    high = 0.5 * max(float(total.max()), crank + rocker * bar.end**2) * drive.motor.free_speed**2 * (1.0 + 1e-12)
+    high = 0.5 * max(float(inertia.max()), crank + rocker * bar.u31_end**2) * drive.motor.free_speed**2 * (1.0 + 1e-12)
     low = high
     for _ in range(60):
         low *= 0.25
@@ -117,11 +117,11 @@ def _steady(
     else:
         raise _Unresolved
     energy = brentq(excess, low, 4.0 * low, xtol=1e-18 * high, rtol=1e-15)
-    work, time = turn(total, steps, energy, machine)
-    first = math.sqrt(2.0 * energy / (crank + rocker * bar.start**2))
-    before = first / after_blow(bar, crank, rocker, restitution)
-    apart = spread(machine, steps, work, energy, bar.start)
-    if not math.isfinite(apart):
+    work, time = integrate_revolution(inertia, steps, energy, machine)
+    speed_after = math.sqrt(2.0 * energy / (crank + rocker * bar.u31_start**2))
+    speed_before = speed_after / speed_ratio_over_blow(bar, crank, rocker, restitution)
+    spread = speed_spread(machine, steps, work, energy, bar.u31_start)
+    if not math.isfinite(spread):
         raise _Unresolved
-    irregularity = apart * first * time / (2.0 * math.pi)
-    return (1.0 / time, before * bar.end * tool, irregularity, lost * energy / time), len(steps)
+    irregularity = spread * speed_after * time / (2.0 * math.pi)
+    return (1.0 / time, speed_before * bar.u31_end * tool, irregularity, deficit * energy / time), len(steps)

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from solvers.linkage.swept_area.outline import tips_of
+from solvers.linkage.swept_area.outline import arc_ends
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -17,7 +17,7 @@ def enclosing_radius(outline: Array, pad: float) -> float:
 
 
 @kernel
-def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
+def _tangent_circle(circles: Array, i: int, j: int, k: int) -> tuple[float, float, float]:
     """Centre and radius of the circle internally tangent to two (k < 0) or three circles (x, y, radius)."""
     x1, y1, r1 = circles[i]
     x2, y2, r2 = circles[j]
@@ -56,7 +56,7 @@ def _through(circles: Array, i: int, j: int, k: int) -> tuple[float, float, floa
 
 
 @kernel
-def _reach(circles: Array, count: int, x: float, y: float) -> float:
+def _radius_about(circles: Array, count: int, x: float, y: float) -> float:
     """Radius of the smallest circle about a given centre that contains the first ``count`` circles."""
     found = 0.0
     for m in range(count):
@@ -69,17 +69,17 @@ def smallest_circle(outline: Array) -> tuple[float, float, float, Array]:
     """Radius of the smallest circle around the outline, its centre, and the two or three parts that it touches: circles
     (x, y, radius).
 
-    A circle determined by two or three tangent parts is the smallest around them; the farthest protruding part is added
-    and the smallest circle of these four found by enumeration, until nothing protrudes. The radius increases
-    monotonically.
+    Iteration over sets of two or three tangent parts, whose smallest circle is known: the part that protrudes farthest
+    is added, and the smallest circle around these four is found by enumeration, until no part protrudes. The radius
+    increases monotonically.
     """
     r, base, rocker, _, _, _, first, last = outline
-    tips = tips_of(outline)
+    tips = arc_ends(outline)
     parts = np.zeros((4, 3))
     parts[0, 2] = r
     parts[1, 0], parts[1, 1] = tips[2], tips[3]
     count = 2
-    x, y, radius = _through(parts, 0, 1, -1)
+    x, y, radius = _tangent_circle(parts, 0, 1, -1)
     for _ in range(200):
         # The part farthest from the centre.
         far, fx, fy, fr = math.hypot(x, y) + r, 0.0, 0.0, r
@@ -101,11 +101,11 @@ def smallest_circle(outline: Array) -> tuple[float, float, float, Array]:
             for j in range(i + 1, count):
                 for k in range(j, count):
                     third = -1 if k == j else k
-                    cx, cy, size = _through(parts, i, j, third)
+                    cx, cy, size = _tangent_circle(parts, i, j, third)
                     if size == math.inf:
                         continue
                     # The radius required at this centre, not a containment test, which rounding could fail for all.
-                    size = _reach(parts, count, cx, cy)
+                    size = _radius_about(parts, count, cx, cy)
                     if size < best:
                         best, bx, by, bi, bj, bk = size, cx, cy, i, j, third
         if best <= radius:

@@ -38,7 +38,11 @@ def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Arr
     small swing.
     """
     away = 2.0 * ratios.coupler / ratios.base
-    side = kind.crank_sign * kind.rocker_sign * np.sqrt(np.maximum(kind.half_turn_margin(ratios), 0.0) / ratios.coupler)
+    side = (
+        kind.crank_sign
+        * kind.rocker_sign
+        * np.sqrt(np.maximum(kind.straight_swing_margin(ratios), 0.0) / ratios.coupler)
+    )
     blow = kind.rocker_sign * kind.half_angle_coefficient(ratios)
     out = np.empty((*np.shape(away * crank), 8))
     for k, length in enumerate((1.0, ratios.base, ratios.rocker, blow, away, away * side)):
@@ -55,7 +59,7 @@ def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array 
 
 
 @kernel
-def tips_of(outline: Array) -> tuple[float, float, float, float]:
+def arc_ends(outline: Array) -> tuple[float, float, float, float]:
     """Both ends of the rocker joint's arc: x, y at the blow and at the other end."""
     _, base, _, blow, away, rise, _, _ = outline
     return blow, 0.0, (blow - away if blow > base else blow + away), rise
@@ -67,15 +71,15 @@ def _support(
 ) -> tuple[float, float, float]:
     """The piece of h active at beta: (constant, x, y) with h = constant + x cos(beta) + y sin(beta)."""
     r, base, rocker, _, _, _, first, last = outline
-    best, constant, x, y = r, r, 0.0, 0.0
-    if base * cos > best:
-        best, constant, x, y = base * cos, 0.0, base, 0.0
+    support, constant, x, y = r, r, 0.0, 0.0
+    if base * cos > support:
+        support, constant, x, y = base * cos, 0.0, base, 0.0
     for px, py in ((tips[0], tips[1]), (tips[2], tips[3])):
-        reach = px * cos + py * sin
-        if reach > best:
-            best, constant, x, y = reach, 0.0, px, py
-    turned = (beta - first) % (2.0 * math.pi)
-    if turned <= last - first and base * cos + rocker > best:
+        projection = px * cos + py * sin
+        if projection > support:
+            support, constant, x, y = projection, 0.0, px, py
+    arc_angle = (beta - first) % (2.0 * math.pi)
+    if arc_angle <= last - first and base * cos + rocker > support:
         constant, x, y = rocker, base, 0.0
     return constant, x, y
 
@@ -87,14 +91,14 @@ def _modulo_quarter_turn(x: float, y: float) -> float:
 
 
 @kernel
-def corners(outline: Array) -> Array:
+def corner_directions(outline: Array) -> Array:
     """All directions in [-pi/4, pi/4] at which a piece of W or H may change, with 0 and both ends, sorted.
 
     Pieces change at common tangents, which are computed as vectors: for long links the box depends on directions very
     close to the base line.
     """
     r, base, rocker, blow, away, rise, _, _ = outline
-    tips = tips_of(outline)
+    tips = arc_ends(outline)
     found = np.zeros(13)
     count = 0
     for x, y in ((base, 0.0), (tips[0], tips[1]), (tips[2], tips[3])):
@@ -105,14 +109,14 @@ def corners(outline: Array) -> Array:
             found[count + 1] = _modulo_quarter_turn(r * x + along * y, r * y - along * x)
             count += 2
     found[count], found[count + 1] = _modulo_quarter_turn(away, rise if blow < base else -rise), 0.0
-    swung = rocker - away if blow > base else away - rocker
-    found[count + 2] = _modulo_quarter_turn(swung, rise) if swung != 0.0 or rise != 0.0 else 0.0
+    pivot_to_end = rocker - away if blow > base else away - rocker
+    found[count + 2] = _modulo_quarter_turn(pivot_to_end, rise) if pivot_to_end != 0.0 or rise != 0.0 else 0.0
     count += 3
     # The crank's circle against the rocker's: n.D + l3 = r.
-    beside = (blow if blow < base else base - rocker) + r
-    above = base - r + rocker
-    if beside >= 0.0 and above > 0.0:
-        across = math.sqrt(beside * above)
+    inner = (blow if blow < base else base - rocker) + r
+    outer = base - r + rocker
+    if inner >= 0.0 and outer > 0.0:
+        across = math.sqrt(inner * outer)
         found[count], found[count + 1] = (
             _modulo_quarter_turn(r - rocker, across),
             _modulo_quarter_turn(r - rocker, -across),
@@ -129,7 +133,7 @@ def corners(outline: Array) -> Array:
 
 
 @kernel
-def pieces(
+def extent_sinusoids(
     outline: Array, tips: tuple[float, float, float, float], middle: float
 ) -> tuple[float, float, float, float, float, float]:
     """W and H near a direction: constants and the coefficients of cos(alpha), sin(alpha)."""
@@ -144,6 +148,6 @@ def pieces(
 @kernel
 def extents(outline: Array, angle: float) -> tuple[float, float]:
     """W and H at a direction, without pads."""
-    wc, wx, wy, hc, hx, hy = pieces(outline, tips_of(outline), angle)
+    wc, wx, wy, hc, hx, hy = extent_sinusoids(outline, arc_ends(outline), angle)
     cos, sin = math.cos(angle), math.sin(angle)
     return wc + wx * cos + wy * sin, hc + hx * cos + hy * sin

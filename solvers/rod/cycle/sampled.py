@@ -15,7 +15,7 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.panels import Panels, Rule, inside, resolve, rule_of, split, tail_errors, values_at
+from solvers.numerics.panels import Panels, Rule, inside, panel_errors, resolve, rule_of, split, values_at
 from solvers.numerics.radau import radau
 from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
@@ -129,7 +129,7 @@ class SampledCycle:
         panels = Panels(split(self.panels.edges, _RADIANS_PER_PANEL / frequency[:modes].max()), rule_of(_POINTS))
         angle = panels.angles_inside
         reactions = values_at(*self.panels, without_ringing, angle) + ripple_at(ripple, modes, weights, angle)
-        tail = tail_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
+        tail = panel_errors(np.stack([self.side, couple]), self.panels.rule).sum(axis=0)
         tail_effect = float(tail @ np.diff(self.panels.edges)) / TURN
         guide = guide._replace(side=reactions[0], moment=reactions[1])
         return panels, guide, float(omitted[modes]) * scale + tail_effect

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import GREATEST, utilisation_of
-from solvers.numerics.brackets import MOST_ROUNDS, narrow, trial_points
+from solvers.numerics.brackets import MAX_ITERATIONS, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest
 from solvers.numerics.ripple import Ripple, amplitude_bounds
@@ -259,12 +259,12 @@ def peaks(
             if low == j or high == j:
                 # With four times the greatest curvature the slope keeps its sign: the peak is the end of the strip.
                 error = 0.0 if here - after > 2.0 * curvature else error
-            for _ in range(MOST_ROUNDS if error > 0.0 else 0):
+            for _ in range(MAX_ITERATIONS if error > 0.0 else 0):
                 trial_points(place, value, points)
                 for m in range(5):
                     extremes_at(field, ringing, points[m], layer, layer + 1, 0.01 * tolerance, work, extremes)
                     trials[m] = utilisation_of(extremes[layer, MAXIMUM], extremes[layer, MINIMUM], lines, parabola)
-                error = narrow(place, value, points, trials)
+                error = shrink_bracket(place, value, points, trials)
                 top = max(top, value[1])
                 if error <= tolerance * top or place[2] - place[0] <= 8.0 * _EPS * length:
                     break

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
+from solvers.numerics.brackets import MAX_ITERATIONS, mark_candidate_maxima, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.rod.scene import Scene
 
@@ -104,7 +104,7 @@ def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple
         scale = max(scale, abs(force[n]))
     peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
     points, heights = np.empty(5), np.empty(5)
-    mark_humps(-force, peaks)
+    mark_candidate_maxima(-force, peaks)
     least, where = np.inf, 0.0
     for n in range(count):
         if not peaks[n]:
@@ -112,11 +112,11 @@ def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple
         before, after = n - 1 if n > 0 else count - 1, n + 1 if n < count - 1 else 0
         place[0], place[2] = angle[before] - (_TURN if n == 0 else 0.0), angle[after] + (_TURN if after == 0 else 0.0)
         place[1], value[0], value[1], value[2] = angle[n], -force[before], -force[n], -force[after]
-        for _ in range(MOST_ROUNDS):
+        for _ in range(MAX_ITERATIONS):
             trial_points(place, value, points)
             for m in range(5):
                 heights[m] = -axial_force(d, points[m])
-            error = narrow(place, value, points, heights)
+            error = shrink_bracket(place, value, points, heights)
             if error <= tolerance * scale or place[2] - place[0] <= 8.0 * _EPS * max(abs(place[1]), _EPS):
                 break
         if -value[1] < least:

@@ -170,7 +170,7 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
             for t in range(p):
                 total = 0.0
                 for i in range(p):
-                    total += rule.seconds[_CURVATURE_DEGREE, t, i] * row[i]
+                    total += rule.second_by_degree[_CURVATURE_DEGREE, t, i] * row[i]
                 second[q, e] = max(second[q, e], abs(total) / (edges[e + 1] - edges[e]) ** 2)
     curvature = np.empty(count)
     for e in range(count):

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.numerics.radau import Radau, radau, shares_of
+from solvers.numerics.radau import Radau, interpolation_weights, radau
 from solvers.numerics.ripple import Ripple, no_ripple, parts_at
 from solvers.rod.cycle.state import FORCE, MOMENT, SIDE, Strip
 from solvers.rod.vibration.equation import SOFTEST, StripEquation, quasi_static
@@ -374,7 +374,7 @@ def amplitudes(edges: Array, samples: Array, rule: Radau, ringing: Ripple, angle
         turns = (angle[i] - edges[0]) / TURN
         place = edges[0] + (turns - np.floor(turns)) * TURN
         e = min(max(np.searchsorted(edges, place, side="right"), 1), edges.size - 1) - 1
-        shares_of(rule.points, rule.weights, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
+        interpolation_weights(rule.points, rule.weights, (place - edges[e]) / (edges[e + 1] - edges[e]), share)
         row[:] = 0.0
         for k in range(p):
             for b in range(basis):

@@ -174,7 +174,7 @@ def slow_motion(
         h, per_width, per_square = widths[e], 1.0 / widths[e], 1.0 / widths[e] ** 2
         phase = h / math.sqrt(np.trace(partition.fast_masses)) if fast > 0 else np.inf
         degree, is_narrow = series_degree(phase, p - 1), phase < _NARROW
-        first, second = rule.firsts[degree], rule.seconds[degree]
+        first, second = rule.first_by_degree[degree], rule.second_by_degree[degree]
         if degree != transposed_degree:
             transposed_degree = degree
             for i in range(p):
@@ -252,7 +252,12 @@ def slow_motion(
             previous_size = size_now
             if term == 0 and degree < p - 1:
                 _add_unresolved(
-                    r, rule.seconds[min(degree + 2, p - 1)] - second, partition, compliance, per_square, unresolved
+                    r,
+                    rule.second_by_degree[min(degree + 2, p - 1)] - second,
+                    partition,
+                    compliance,
+                    per_square,
+                    unresolved,
                 )
             np.dot(fast_rows, second_t, second_derivative)
             if is_damped:
@@ -275,7 +280,7 @@ def slow_motion(
                 for i in range(p):
                     initial_slope += end_weights[i, 0] * accepted[a, c * p + i]
                 for i in range(1, p):
-                    rate += rule.slope[i - 1] * (accepted[a, c * p + i] - accepted[a, c * p])
+                    rate += rule.end_slope[i - 1] * (accepted[a, c * p + i] - accepted[a, c * p])
                 element_ends[e, c, a] = accepted[a, c * p + p - 1]
                 element_ends[e, c, m + a] = math.sqrt(partition.masses[a]) / h * rate
                 # The slope of Radau's polynomial is accurate at the end only: correct the one at the start.
@@ -309,10 +314,10 @@ def _slow_response(
                 geometric = partition.slow_geometric[a, b] - fluctuation[j + 1] * reduction[j + 1]
                 stiffness = fluctuation[j + 1] * geometric + (1.0 if a == b else 0.0)
                 for i in range(s):
-                    matrix[a * s + i, b * s + j] = square * scale * rule.twice[i, j] * stiffness
+                    matrix[a * s + i, b * s + j] = square * scale * rule.double_integral[i, j] * stiffness
                     if a == b:
-                        matrix[a * s + i, a * s + j] += damping * h * scale * rule.once[i, j]
-                        solution[a * s + i, 2 * m + a * p + j + 1] = square * scale * rule.twice[i, j]
+                        matrix[a * s + i, a * s + j] += damping * h * scale * rule.single_integral[i, j]
+                        solution[a * s + i, 2 * m + a * p + j + 1] = square * scale * rule.double_integral[i, j]
     for a in range(m):
         mu, damping = partition.masses[a], partition.damping[a]
         scale = 1.0 / (mu + square)

@@ -9,7 +9,7 @@ import mpmath as mp
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import peaks
-from solvers.linkage.swept_area.bounding_box import least_box
+from solvers.linkage.swept_area.bounding_box import minimum_box
 from solvers.linkage.swept_area.outline import sweep
 from tests.hard_cases.hunt.quarry import Quarry, between, pick, power
 from tests.hard_cases.make_linkage_references import DIGITS, closed_case, near_case
@@ -51,7 +51,7 @@ def judge_searched(found: dict) -> Iterator[tuple[str, float]]:
     """Errors of extreme values, compared with the exact extremes near the reported positions."""
     with mp.workdps(DIGITS):
         bar = bar_of(found, closed_case(found, ()))
-    told, box = peaks(bar, 1.0, 1.0), least_box(sweep(bar, 1.0), 0.0, tolerance=_CLOSE)
+    told, box = peaks(bar, 1.0, 1.0), minimum_box(sweep(bar, 1.0), 0.0, tolerance=_CLOSE)
     with mp.workdps(DIGITS):
         reference = near_case(found, told.torque_angle, told.force_angle, box.angle)
     for name, value in (("torque", told.torque), ("force", told.force), ("area", box.area)):

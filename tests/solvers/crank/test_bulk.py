@@ -17,7 +17,7 @@ def test_many_analyses_are_the_single_ones():
     for case, found in zip(cases, crank.analyse_many(cases), strict=True):
         alone = case.evaluate()
         assert found.value.worst == alone.value.worst
-        assert found.value.swing == alone.value.swing
+        assert found.value.speed_fluctuation == alone.value.speed_fluctuation
         assert found.value.torque_mean == alone.value.torque_mean
         assert found.accuracy == alone.accuracy
 

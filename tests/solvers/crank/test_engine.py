@@ -80,20 +80,20 @@ def test_the_swing_of_the_speed_against_brute_force(cylinders, order):
     total = sum(np.roll(single, round(psi / (4 * math.pi) * 7200)) for psi in engine.phases)
     step = angle[1]
     work = np.cumsum(total - total.mean()) * step
-    assert found.swing.torque_mean == pytest.approx(total.mean(), rel=1e-4)
-    assert found.swing.torque_max == pytest.approx(total.max(), rel=1e-4)
-    assert found.swing.work_fluctuation == pytest.approx(np.ptp(work), rel=2e-3)
-    assert found.swing.irregularity == pytest.approx(
-        found.swing.work_fluctuation / found.swing.inertia / CAR.angular_speed**2
+    assert found.speed_fluctuation.torque_mean == pytest.approx(total.mean(), rel=1e-4)
+    assert found.speed_fluctuation.torque_max == pytest.approx(total.max(), rel=1e-4)
+    assert found.speed_fluctuation.work_fluctuation == pytest.approx(np.ptp(work), rel=2e-3)
+    assert found.speed_fluctuation.irregularity == pytest.approx(
+        found.speed_fluctuation.work_fluctuation / found.speed_fluctuation.inertia / CAR.angular_speed**2
     )
-    wanted = replace(engine, flywheel_inertia=found.swing.flywheel_inertia_wanted)
-    again = crank.analyse(car(engine=wanted), ALL).value.swing
+    wanted = replace(engine, flywheel_inertia=found.speed_fluctuation.flywheel_inertia_wanted)
+    again = crank.analyse(car(engine=wanted), ALL).value.speed_fluctuation
     assert again.irregularity == pytest.approx(0.01, rel=1e-9)
 
 
 def test_more_cylinders_run_more_evenly():
     swings = [
-        crank.analyse(car(engine=in_line(n, order)), ALL).value.swing.torque_irregularity
+        crank.analyse(car(engine=in_line(n, order)), ALL).value.speed_fluctuation.torque_irregularity
         for n, order in ((1, (1,)), (4, (1, 3, 4, 2)), (6, (1, 5, 3, 6, 2, 4)))
     ]
     assert swings == sorted(swings, reverse=True)

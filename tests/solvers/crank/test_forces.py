@@ -158,7 +158,7 @@ def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
 
     def slowed(a):
         rod = math.sqrt(1.0 - (0.04 / 0.14 * math.sin(a)) ** 2)
-        return CAR.angular_speed**2 * float(CAR.motion.posture(a).acceleration) / rod
+        return CAR.angular_speed**2 * float(CAR.motion.motion_state(a).acceleration) / rod
 
     pressed = minimize_scalar(slowed, bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12})
     rng = np.random.default_rng(seed)
@@ -205,7 +205,9 @@ def test_the_estimate_covers_the_error(accuracy):
     outcome = crank.analyse(car(), ALL, accuracy=accuracy)
     assert outcome.accuracy.estimated <= accuracy
     assert outcome.value.torque_mean == pytest.approx(reference.torque_mean, rel=outcome.accuracy.estimated)
-    assert outcome.value.swing.work_fluctuation == pytest.approx(reference.swing.work_fluctuation, rel=accuracy)
+    assert outcome.value.speed_fluctuation.work_fluctuation == pytest.approx(
+        reference.speed_fluctuation.work_fluctuation, rel=accuracy
+    )
     for ours, exact in zip(outcome.value.worst, reference.worst, strict=True):
         assert ours.force == pytest.approx(exact.force, rel=accuracy), ours.name
 
@@ -213,7 +215,7 @@ def test_the_estimate_covers_the_error(accuracy):
 def test_shaft_inertia_counts_every_turning_part():
     scene = car()
     assert scene.masses.throw.inertia(0.04) == pytest.approx(0.4 * 0.04**2 + 1.4 * 0.02**2 + 0.5 * 0.03**2)
-    found = crank.analyse(scene).value.swing.inertia
+    found = crank.analyse(scene).value.speed_fluctuation.inertia
     assert found == pytest.approx(scene.masses.throw.inertia(0.04) + scene.masses.rod.at_crank_pin * 0.04**2)
-    both = crank.analyse(car(masses=replace(MASSES, rods_per_pin=2))).value.swing.inertia
+    both = crank.analyse(car(masses=replace(MASSES, rods_per_pin=2))).value.speed_fluctuation.inertia
     assert both - found == pytest.approx(scene.masses.rod.at_crank_pin * 0.04**2)

@@ -79,7 +79,7 @@ def test_brix_unrolling_differs_by_what_the_curve_falls_in_the_error_of_the_disp
     assert tiers.brix_pressure == pytest.approx(np.max(np.abs(exact.pressure(angle) - brix)), rel=1e-3)
     assert tiers.brix_displacement == pytest.approx(0.0030408909, rel=1e-6)
     short = kinematics.two_harmonic_acceleration(angle, 0.04, 0.14, 1.0)
-    off = np.max(np.abs(CAR.motion.posture(angle).acceleration - short)) / 0.04 / (1 + 0.04 / 0.14)
+    off = np.max(np.abs(CAR.motion.motion_state(angle).acceleration - short)) / 0.04 / (1 + 0.04 / 0.14)
     assert tiers.two_harmonic_acceleration == pytest.approx(off, rel=1e-4)
 
 

@@ -108,4 +108,4 @@ def test_worst_instants_and_the_work_are_those_of_the_rigid_bodies(scene):
     # The sum over steps misses half of one at every jump of the pressure.
     assert found.torque_mean * scene.cylinder.period == pytest.approx(torque.sum() * step, abs=1e-4 * size)
     work = np.cumsum(torque - torque.mean()) * step
-    assert found.swing.work_fluctuation == pytest.approx(np.ptp(work), abs=1e-4 * size)
+    assert found.speed_fluctuation.work_fluctuation == pytest.approx(np.ptp(work), abs=1e-4 * size)

@@ -50,7 +50,7 @@ def cycle(kind: str, lengths: tuple[float, float, float, float], samples: int = 
     raise AssertionError("no branch stays on one side")
 
 
-def least_box(swept: Cycle, pad: float) -> tuple[float, float]:
+def minimum_box(swept: Cycle, pad: float) -> tuple[float, float]:
     """(area, angle) by trying directions, then more around the best."""
     points = np.hstack([swept.pin, swept.joint, [[0.0, swept.lengths[0]], [0.0, 0.0]]])
 

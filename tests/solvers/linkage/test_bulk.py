@@ -19,7 +19,7 @@ def drawn(kind, count, seed):
     """Restitutions from almost 0 to almost 1, free ratios from just above the minimum, cranks, energies."""
     rng = np.random.default_rng(seed)
     restitution = rng.choice([10 ** rng.uniform(-4, -2), 0.3, 0.6, 0.93], count) * rng.uniform(0.9, 1.0, count)
-    least = np.array([kind.least_parameter(Gain(r)) for r in restitution])
+    least = np.array([kind.parameter_limit(Gain(r)) for r in restitution])
     parameter = least * (1.0 + 10 ** rng.uniform(-4.0, 1.0, count))
     return restitution, parameter, 10 ** rng.uniform(-2.0, -0.5, count), 10 ** rng.uniform(-1.0, 2.0, count)
 
@@ -38,9 +38,9 @@ def test_a_table_holds_what_single_checks_tell(kind):
         strike, links = exact.strike, exact.mechanism.lengths
         told = {
             "lengths": (table.lengths[i], [links.base, links.crank, links.coupler, links.rocker]),
-            "u31_start": (table.u31_start[i], strike.start),
-            "u31_end": (table.u31_end[i], strike.end),
-            "u31_max": (table.u31_max[i], strike.greatest),
+            "u31_start": (table.u31_start[i], strike.u31_start),
+            "u31_end": (table.u31_end[i], strike.u31_end),
+            "u31_max": (table.u31_max[i], strike.u31_max),
             "restitution": (table.restitution[i], strike.restitution),
             "swing": (table.swing[i], exact.mechanism.bar.swing),
             "angle": (table.transmission_angle[i], strike.transmission_angle),

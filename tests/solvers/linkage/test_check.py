@@ -101,7 +101,7 @@ def test_greatest_u31_is_the_greatest_of_the_curve():
     found = linkage.check(CLEANER, linkage.of_ratio(CLEANER, linkage.LARGEST_BASE, 1.95)).value
     dense = np.linspace(1e-9, math.pi, 200_001)
     curve = np.abs(np.concatenate([found.mechanism.bar.transfer(dense), found.mechanism.bar.transfer(-dense)]))
-    assert found.strike.greatest == pytest.approx(curve.max(), rel=1e-8)
+    assert found.strike.u31_max == pytest.approx(curve.max(), rel=1e-8)
 
 
 def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():

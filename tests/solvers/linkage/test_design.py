@@ -118,7 +118,7 @@ def test_no_sampled_mechanism_is_smaller(kind, objective):
         if not allowed(kind, scene.restitution.middle, p, limits, lengths):
             continue
         swept = brute_force.cycle(kind, lengths, 241)
-        measure = brute_force.least_box if objective == "box_area" else brute_force.enclosing_radius
+        measure = brute_force.minimum_box if objective == "box_area" else brute_force.enclosing_radius
         found = measure(swept, limits.joint_radius)
         least = min(least, found[0] if objective == "box_area" else found)
     # Sampled joints miss a little of the sweep; sampled ratios miss a little of the optimum.
@@ -253,7 +253,7 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
         q = low + share * (high - low)
         member = MemberQuantities(subproblem, family, q)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
-        assert np.all(ranges.fit <= MemberQuantities(fitted, family, q).fit * (1 + 1e-9))
+        assert np.all(ranges.misfit <= MemberQuantities(fitted, family, q).misfit * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -324,13 +324,13 @@ def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, resti
     scene = replace(BLOW, restitution=linkage.Restitution(restitution, restitution))
     family = Family(linkage.KINDS[kind], scene.restitution.gain)
     subproblem = problem(scene, Limits(), "peak_torque", kind)
-    low, high = family.whole
+    low, high = family.proof_range
     for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
         near, far = (MemberQuantities(subproblem, family, np.array([q])) for q in (end, end + step))
 
         def told(figures):
             lengths = figures.lengths[0]
-            return np.array([*lengths, figures.members.end[0], figures.torque[0], figures.force[0]])
+            return np.array([*lengths, figures.members.u31_end[0], figures.torque[0], figures.force[0]])
 
         change = told(far) / told(near)
         # Links and loads may grow without end; |u31(2 pi)|, the crank and the base may vanish.
@@ -350,7 +350,7 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     frequencies = []
     for base in (36.0, 360.0):
         family, gain = Family(linkage.LARGEST_ROCKER, scene.restitution.gain), scene.restitution.gain
-        q = math.log(gain.square_less_one / (base / 8e-3 - gain.square))
+        q = math.log(gain.square_minus_one / (base / 8e-3 - gain.square))
         member = MemberQuantities(asked, family, np.array([q]))
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])

@@ -59,12 +59,12 @@ def in_time(kind: str, made: float, parameter: float, restitution: float, stiffn
         stretch, lever = placed(phi, state[0])
         return [state[1], -stiffness * stretch * lever]
 
-    back = math.copysign(restitution * bar.end, float(bar.transfer(1e-9)))
+    back = math.copysign(restitution * bar.u31_end, float(bar.transfer(1e-9)))
     quick = 1 / math.sqrt(math.sqrt(stiffness))
     run = solve_ivp(motion, (0, 12 * quick), [0.0, back], rtol=1e-9, atol=1e-14, max_step=0.02 * quick)
     forces = [stiffness * abs(placed(phi, angle)[0]) for phi, angle in zip(run.t, run.y[0], strict=True)]
     first = next(f for f, g in pairwise(forces) if g < f)
-    return first, 0.5 * bar.end**2
+    return first, 0.5 * bar.u31_end**2
 
 
 @pytest.mark.parametrize(

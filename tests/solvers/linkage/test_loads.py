@@ -18,7 +18,7 @@ CASES = [(kind, r, f) for kind in KINDS for r, f in ((0.1, 1.3), (0.3, 1.7), (0.
 
 @pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
 def test_loads_are_those_of_the_moving_rocker(kind, restitution, factor):
-    p, crank, energy = KINDS[kind].least_parameter(Gain(restitution)) * factor, 0.02, 7.0
+    p, crank, energy = KINDS[kind].parameter_limit(Gain(restitution)) * factor, 0.02, 7.0
     bar = of_family(KINDS[kind], restitution, p)
     lambda0, lambda2, lambda3 = brute_force.ratios(kind, restitution, p)
     swept = brute_force.cycle(kind, (crank * lambda0, crank, crank * lambda2, crank * lambda3), 1201)
@@ -34,7 +34,7 @@ def test_loads_are_those_of_the_moving_rocker(kind, restitution, factor):
 @pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
 def test_beside_the_blow_loads_are_those_of_the_triangles_at_60_digits(kind, restitution, factor, phi):
     """The rocker's angle from two circles, differentiated; the force from its lever about the rocker's pivot."""
-    p, crank, energy = KINDS[kind].least_parameter(Gain(restitution)) * factor, 0.02, 7.0
+    p, crank, energy = KINDS[kind].parameter_limit(Gain(restitution)) * factor, 0.02, 7.0
     bar = of_family(KINDS[kind], restitution, p)
     with mp.workdps(60):
         base, coupler, rocker = brute_force.ratios(kind, mp.mpf(restitution), mp.mpf(p))
@@ -69,7 +69,7 @@ def test_beside_the_blow_loads_are_those_of_the_triangles_at_60_digits(kind, res
 
 @pytest.mark.parametrize(("kind", "restitution", "factor"), CASES)
 def test_peaks_are_the_greatest_of_many_angles(kind, restitution, factor):
-    bar = of_family(KINDS[kind], restitution, KINDS[kind].least_parameter(Gain(restitution)) * factor)
+    bar = of_family(KINDS[kind], restitution, KINDS[kind].parameter_limit(Gain(restitution)) * factor)
     found = peaks(bar, 0.02, 7.0)
     torque, force = series(bar, 0.02, 7.0, np.linspace(0, 2 * math.pi, 20_001))
     assert found.torque >= np.abs(torque).max() * (1 - 1e-12)

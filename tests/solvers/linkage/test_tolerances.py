@@ -9,7 +9,7 @@ import pytest
 
 from solvers.linkage import LARGEST_BASE, LARGEST_COUPLER, Lengths, of_lengths
 from solvers.linkage.mechanism.change_point import KINDS, Gain, plain_ratios
-from solvers.linkage.mechanism.closure import closure, restitution_error, turns_fully, window
+from solvers.linkage.mechanism.closure import closure, restitution_error, rotates_fully, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
 
 
@@ -41,7 +41,7 @@ def test_a_parallelogram_is_taken_as_the_kind_preferred():
 
 def missed(kind: str, miss: mp.mpf) -> tuple[tuple[mp.mpf, ...], FourBar]:
     """Ratios of a mechanism whose coupler is off, so that the closure surplus is ``miss``."""
-    exact = of_family(KINDS[kind], 0.2, KINDS[kind].least_parameter(Gain(0.2)) * 1.4).ratios
+    exact = of_family(KINDS[kind], 0.2, KINDS[kind].parameter_limit(Gain(0.2)) * 1.4).ratios
     base, rocker = mp.mpf(float(exact.base)), mp.mpf(float(exact.rocker))
     coupler = {
         "largest_coupler": base + rocker - 1 - miss,
@@ -76,7 +76,7 @@ def test_windows_are_those_of_the_triangles(kind, exponent):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_to_first_order_the_window_goes_with_the_root_of_the_miss(kind):
-    bar = of_family(KINDS[kind], 0.2, KINDS[kind].least_parameter(Gain(0.2)) * 1.4)
+    bar = of_family(KINDS[kind], 0.2, KINDS[kind].parameter_limit(Gain(0.2)) * 1.4)
     reach, miss = float(bar.kind.pin_to_pivot(bar.ratios)), 1e-10
     angle = math.sqrt(2 * miss * reach / float(bar.ratios.base))
     assert window(bar, -miss).angle == pytest.approx(angle, rel=1e-9)
@@ -89,7 +89,7 @@ def test_restitution_moves_with_the_lengths(kind, restitution):
     """The greatest change of R_k over all lengths within the tolerance that still close, by linear programming."""
     from scipy.optimize import linprog
 
-    bar = of_family(KINDS[kind], restitution, KINDS[kind].least_parameter(Gain(restitution)) * 1.4)
+    bar = of_family(KINDS[kind], restitution, KINDS[kind].parameter_limit(Gain(restitution)) * 1.4)
     crank, tolerance = mp.mpf("0.1"), 1e-5
     lengths = [crank * mp.mpf(float(x)) for x in (bar.ratios.base, 1.0, bar.ratios.coupler, bar.ratios.rocker)]
     closing = {"largest_coupler": (1, -1, -1, 1), "largest_rocker": (1, -1, 1, -1), "largest_base": (1, 1, -1, -1)}
@@ -112,7 +112,7 @@ def test_restitution_moves_with_the_lengths(kind, restitution):
      ((1, 2, 1.4, 1.4), False), ((1, 2, 2.2, 2.2), True), ((3, 3, 3, 3), True)],
 )  # fmt: skip
 def test_whether_the_crank_turns(lengths, turns):
-    assert turns_fully(*lengths) == turns
+    assert rotates_fully(*lengths) == turns
 
 
 def test_auto_keeps_the_angle_that_a_tolerance_may_block():

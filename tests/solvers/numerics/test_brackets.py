@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solvers.numerics.brackets import MOST_ROUNDS, mark_humps, narrow, trial_points
+from solvers.numerics.brackets import MAX_ITERATIONS, mark_candidate_maxima, shrink_bracket, trial_points
 
 
 class Found(NamedTuple):
@@ -26,9 +26,9 @@ def climbed(function, bracket, tolerance):
     place, points = np.array(bracket, dtype=float), np.empty(5)
     value = np.array(function(place), dtype=float)
     rounding = 4.0 * np.finfo(float).eps * np.abs(value).max()
-    for _ in range(MOST_ROUNDS):
+    for _ in range(MAX_ITERATIONS):
         trial_points(place, value, points)
-        error = narrow(place, value, points, np.array(function(points), dtype=float))
+        error = shrink_bracket(place, value, points, np.array(function(points), dtype=float))
         if error <= max(tolerance, rounding) or place[2] - place[0] <= 8.0 * np.finfo(float).eps:
             break
     return value[1], max(error, rounding)
@@ -37,7 +37,7 @@ def climbed(function, bracket, tolerance):
 def humps(samples):
     peaks = np.zeros(samples.shape, dtype=bool)
     for row, marked in zip(samples, peaks, strict=True):
-        mark_humps(row, marked)
+        mark_candidate_maxima(row, marked)
     return np.nonzero(peaks)
 
 

@@ -52,7 +52,7 @@ def test_what_is_no_number_is_left_to_numba() -> None:
     texts = (types.unicode_type, types.unicode_type)
     with compiler_caches.types_of_operators():
         assert plus.get_call_type(context, texts, {}).return_type == types.unicode_type
-    assert not any(given == texts for _, given in compiler_caches._FOUND)
+    assert not any(given == texts for _, given in compiler_caches._OPERATOR_TYPES)
 
 
 def mean_of_marked(values: np.ndarray, marked: np.ndarray) -> float:

@@ -20,7 +20,9 @@ def test_sources_reach_the_kernels_that_kernels_call():
 
 
 def test_a_kernel_is_kept_under_the_digest_of_all_its_sources():
-    assert prove.compiled._cache._cache_file._source_stamp == jit.stamp("solvers.rod.optimum.proof.branch_and_bound")
+    assert prove.compiled._cache._cache_file._source_stamp == jit.source_digest(
+        "solvers.rod.optimum.proof.branch_and_bound"
+    )
 
 
 def test_code_with_another_digest_is_not_loaded(tmp_path):
@@ -51,9 +53,9 @@ def test_a_digest_follows_a_change_in_an_imported_module(tmp_path, monkeypatch):
     digests = []
     for value in (1, 2):
         (package / "lower.py").write_text(f"one = {value}\n", "utf-8")
-        for memory in (jit.stamp, jit._imports, jit._file):
+        for memory in (jit.source_digest, jit._imports, jit._file):
             memory.cache_clear()
-        digests.append(jit.stamp("solvers.upper"))
-    for memory in (jit.stamp, jit._imports, jit._file):
+        digests.append(jit.source_digest("solvers.upper"))
+    for memory in (jit.source_digest, jit._imports, jit._file):
         memory.cache_clear()
     assert digests[0] != digests[1]

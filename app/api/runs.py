@@ -68,7 +68,7 @@ async def list_runs(
         datetime | None, Query(description="exclusive; a date and time with its time zone")
     ] = None,
     order: Annotated[
-        RunOrder, Query(description="smallest and largest order by the runs' main figure")
+        RunOrder, Query(description="least and greatest order by the runs' main figure")
     ] = RunOrder.NEWEST,
     cursor: Annotated[str | None, Query(max_length=2000, description="next_cursor of the previous page")] = None,
     limit: Annotated[int, Query(ge=1, le=200, description="runs per page")] = 50,

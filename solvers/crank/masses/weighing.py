@@ -62,7 +62,7 @@ def weigh(weighing: Weighing) -> RodMasses:
         require(
             abs(difference) <= _MAX_SUM_ERROR,
             "rod_mass",
-            f"differs by {abs(difference) * 100:.2g} % from the sum of the two readings",
+            f"differs by {abs(difference) * 100:.1f} % from the sum of the two readings",
             "within 2 % of small_end_reading + big_end_reading",
         )
         if abs(difference) > _NOTABLE_SUM_ERROR:

@@ -10,6 +10,7 @@ from fastapi.responses import HTMLResponse
 
 from app.api.queries import check_query_names
 from app.exports.export import ExportOptions, Tool
+from app.exports.parameters import PARAMETERS
 from app.exports.registry import EXPORTS
 from app.run_exports import RunExports
 from app.submission import Service
@@ -64,7 +65,9 @@ async def run_export(
     made = await exports.file(run, export, ExportOptions(tool, angle_deg, report_language))
     if made is None:
         return _later(request)
-    name = f"{run['kind']}-{run['id']}.{made.extension}"
+    # Next to the results' own table, two programs' parameters are CSV files too.
+    part = f"-{export}-{tool}" if export == PARAMETERS.name else ""
+    name = f"{run['kind']}-{run['id']}{part}.{made.extension}"
     headers = {
         "Content-Disposition": f'attachment; filename="{name}"',
         "Cache-Control": "private, max-age=3600",

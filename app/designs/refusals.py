@@ -11,10 +11,12 @@ from typing import Any
 
 from app.designs.nearest import fields_at, nearest
 from app.designs.schema import Entry, is_tag
+from app.designs.units import figures
 
 MAX_ENTRIES = 100
 MAX_POINTER_LENGTH = 500
 _MAX_NUMBER_LENGTH = 100
+_LIMIT_DIGITS = 12
 
 REQUIRED = "a value: the field is required"
 
@@ -96,7 +98,7 @@ def summarize(errors: Iterable[Mapping[str, Any]], depth: int = 0, model: Any = 
 
 def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
     context = item.get("ctx", {})
-    limits = [text.format(context[key]) for key, text in LIMITS.items() if key in context]
+    limits = [text.format(_written(context[key])) for key, text in LIMITS.items() if key in context]
     allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(item["type"], "see the contract")
     parts = [part for part in item["loc"][depth:] if not is_tag(part)]
     detail = SAID_BY_TYPE.get(item["type"], item["msg"])
@@ -117,6 +119,10 @@ def _entry(item: Mapping[str, Any], depth: int, model: Any) -> Entry:
         detail = SAID_BY_TYPE["literal_error"] if context["field"] in given else SAID_BY_TYPE["missing"]
         detail = with_suggestion(detail, given.get(context["field"]), _WORD.findall(allowed))
     return {"pointer": json_pointer(parts), "detail": detail, "allowed": allowed}
+
+
+def _written(limit: Any) -> Any:
+    return figures(limit, _LIMIT_DIGITS) if isinstance(limit, float) else limit
 
 
 def with_suggestion(detail: str, given: Any, allowed: Iterable[str]) -> str:

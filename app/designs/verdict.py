@@ -234,7 +234,7 @@ def _requirement(sense: str, required: float, unit: str, digits: int, texts: Nul
 def _spare(margin: float | None, texts: NullTranslations) -> str:
     if margin is None or margin < _NEGLIGIBLE_MARGIN:
         return texts.gettext("with nothing to spare")
-    share = f"{100.0 * margin:.2g}" if margin < 1.0 else f"{100.0 * margin:.0f}"
+    share = f"{100.0 * margin:.2g}" if margin < 0.995 else f"{100.0 * margin:.0f}"
     return texts.gettext("with %(share)s %% to spare") % {"share": share}
 
 

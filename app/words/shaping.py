@@ -69,7 +69,8 @@ def loosened(run: Mapping[str, Any]) -> dict[str, Loosened]:
 def _active_limits(run: Mapping[str, Any]) -> dict[str, Mapping[str, Any] | None]:
     """Active limits, with their criteria, of a design whose solver reports no sensitivities.
 
-    They are those named by the solver, else those whose margin is below ``_NEGLIGIBLE``.
+    They are those named by the solver, else those met with a margin below ``_NEGLIGIBLE``: one that is not met, such as
+    the ring's stress, was no limit of the design.
     """
     result, verdict = run["result"] or {}, run["verdict"]
     if run["mode"] != "design" or not verdict or "active_constraints" in result:
@@ -77,7 +78,8 @@ def _active_limits(run: Mapping[str, Any]) -> dict[str, Mapping[str, Any] | None
     criteria = {item["name"]: item for item in verdict["criteria"]}
     if "active_limits" in result:
         return {name: criteria.get(name) for name in result["active_limits"]}
-    return {n: item for n, item in criteria.items() if item["margin"] is not None and item["margin"] < _NEGLIGIBLE}
+    met = {n: item for n, item in criteria.items() if item["holds"] and item["margin"] is not None}
+    return {n: item for n, item in met.items() if item["margin"] < _NEGLIGIBLE}
 
 
 def _allowed(name: str) -> str:

@@ -29,7 +29,7 @@ def warnings_of(check: LinkageCheck, scene: Scene) -> tuple[str, ...]:
         share = strike.u31_max / strike.u31_end
         out.append(f"the rocker is {share:.3f} times as fast in mid-cycle as at the blow")
     if strike.impact_speed > STRENGTH_SPEED * (1 + 1e-9):
-        limit = f"{STRENGTH_SPEED:g} m/s, the strength of the parts"
+        limit = f"{STRENGTH_SPEED:g} m/s, above which striking parts fail early"
         out.append(f"the impact speed of {strike.impact_speed:.3g} m/s exceeds {limit}")
     if abs(strike.impact_speed / scene.impact_speed - 1.0) > SPEED_SLACK:
         asked = f"the {scene.impact_speed:.4g} m/s asked for"

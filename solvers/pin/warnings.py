@@ -45,7 +45,9 @@ def warnings_of(
     """
     messages, variable = [], design_variable_of(scene)
     if over is not None:
-        by = f"by {100.0 * (utilisation - 1.0):.2g} %" if math.isfinite(utilisation) else "where there is no wall"
+        share = 100.0 * (utilisation - 1.0)
+        much = f"{share:.2g}" if share < 99.5 else f"{share:.0f}"
+        by = f"by {much} %" if math.isfinite(utilisation) else "where there is no wall"
         messages.append(f"the strength is exceeded {_place(scene, over)}, {by}")
     least = 0.5 * variable.unit_diameter * float(walls.min())
     if least < limits.min_wall * (1.0 - _SLACK):

@@ -26,6 +26,7 @@ from app.designs.pictures.chart import (
     around,
     noted,
 )
+from app.designs.units import figures
 from solvers.crank.motion.in_line import brix_displacement, two_harmonic_acceleration
 from solvers.crank.motion.slider_crank import ExactMotion
 
@@ -88,7 +89,7 @@ def torque_over_angle(run: dict[str, Any], say: Say = str) -> str:
     )
     chart.line([0.0, period], [0.0, 0.0], GREY, dashes="2 4")
     chart.line([0.0, period], [mean, mean], RED, dashes="6 4")
-    chart.words(0.02 * period, mean, say("mean {} N·m").format(f"{mean:.4g}"), RED)
+    chart.words(0.02 * period, mean, say("mean {} N·m").format(figures(mean)), RED)
     chart.line(angles, torque, BLUE)
     return chart.svg()
 
@@ -144,7 +145,7 @@ def crank_pin_polar(run: dict[str, Any], say: Say = str) -> str:
     chart.mark(
         across[nearest],
         up[nearest],
-        say("{} kN at {}°").format(f"{worst['force_n'] / 1e3:.3g}", f"{worst['angle_deg']:.0f}"),
+        say("{} kN at {}°").format(figures(worst["force_n"] / 1e3, 3), f"{worst['angle_deg']:.0f}"),
         RED,
     )
     return chart.svg()

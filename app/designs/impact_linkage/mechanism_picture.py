@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.designs.impact_linkage.pictures import bar_of
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
+from app.designs.units import figures
 
 Array = NDArray[np.float64]
 _WIDE, _HIGH, _MARGIN, _TEXT = 480.0, 380.0, 16.0, 26.0
@@ -164,9 +165,11 @@ def _flash(joint: Array) -> str:
 
 def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    label = ", ".join(f"{say(name)} {lengths[name]:.4g}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
+    label = (
+        ", ".join(f"{say(name)} {figures(lengths[name])}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
+    )
     if box:
-        label = say("{} in {} × {} mm").format(label, f"{box['width']:.4g}", f"{box['height']:.4g}")
+        label = say("{} in {} × {} mm").format(label, figures(box["width"]), figures(box["height"]))
     x, y = 0.5 * _WIDE, height - 9.0
     # As large as fits, because the text is longer in some languages.
     size = min(13.0, (_WIDE - _MARGIN) / (_LETTER * len(label)))

@@ -8,6 +8,7 @@ import numpy as np
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Say, around
 from app.designs.schema import MILLI
+from app.designs.units import figures
 from solvers.linkage import KINDS
 from solvers.linkage.loads.torque_and_pin_force import series
 from solvers.linkage.mechanism.change_point import plain_ratios
@@ -69,8 +70,8 @@ def loads_picture(run: dict[str, Any], say: Say = str) -> str:
         say("crank angle from the blow, °"),
         say("share of the peak"),
         legend=[
-            (say("crank torque, peak {} N·m").format(f"{result['peak_torque_nm']:.4g}"), BLUE),
-            (say("pin force, peak {} N").format(f"{result['pin_force_n']:.4g}"), RED),
+            (say("crank torque, peak {} N·m").format(figures(result["peak_torque_nm"])), BLUE),
+            (say("pin force, peak {} N").format(figures(result["pin_force_n"])), RED),
         ],
     )
     chart.line([0.0, 360.0], [0.0, 0.0], GREY, dashes="2 4")

@@ -58,7 +58,7 @@ class LinkageLimits(Strict):
         default=None, description="side of the bounding box of the swept area; needs the effect envelope"
     )
     enclosing_radius_mm: Positive | None = Field(
-        default=None, description="diameter of a circle (a pipe) that encloses the swept area"
+        default=None, description="radius of a circle (a pipe) that encloses the swept area"
     )
     max_pin_force_n: Positive | None = None
     transmission_angle_deg: Range | None = Field(

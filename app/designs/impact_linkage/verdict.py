@@ -16,7 +16,7 @@ WORDS = {
         "runs_steadily", "motor keeps it running", no="the motor does not keep it running at the speed required"
     ),
     "impact_speed": Word("impact_speed_m_s", "speed of the blow", "m/s"),
-    "greatest_impact_speed": Word("greatest_impact_speed_m_s", "speed of the blow that wears its parts", "m/s"),
+    "greatest_impact_speed": Word("greatest_impact_speed_m_s", "speed of the blow", "m/s"),
     "min_link": Word("min_link_mm", "shortest link", "mm", MILLI),
     "longest_link": Word("longest_link_mm", "longest link", "mm", MILLI),
     "width": Word("width_mm", "width of the swept box", "mm", MILLI),

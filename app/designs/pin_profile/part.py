@@ -198,7 +198,7 @@ def _parameters(
     bushing: bool,
     drills: Sequence[Drill],
 ) -> Iterator[Parameter]:
-    yield Parameter("length_mm", length, "mm", "of the whole part: bosses, gaps and small end")
+    yield Parameter("length_mm", round(length, 9), "mm", "of the whole part: bosses, gaps and small end")
     yield Parameter("boss_length_mm", g["boss_length_mm"], "mm", "in each boss of the piston")
     yield Parameter("small_end_length_mm", g["small_end_length_mm"], "mm", "in the rod's small end")
     yield Parameter("gap_mm", g["gap_mm"], "mm", "between small end and boss")
@@ -231,6 +231,19 @@ def _at(span: Span, x: float) -> float:
     s = 1.0 - t
     values = span.first * s * s * (1.0 + 2.0 * t) + span.last * t * t * (1.0 + 2.0 * s)
     return values + width * t * s * (span.slope_first * s - span.slope_last * t)
+
+
+def _corners(varied: Sequence[Span], length: float, D: float) -> list[Dimension]:
+    """Where steps and cones end in the first half, measured from the end of the part; none for a curve."""
+    if not all(span.straight for span in varied) or len(varied) > _MAX_NAMED_CORNERS:
+        return []
+    found = []
+    for level, span in enumerate([s for s in varied if s.end < 0.5 * length * (1.0 - _LENGTH_TOLERANCE)], start=1):
+        even = abs(span.last - span.first) <= _LENGTH_TOLERANCE * span.first
+        words = f"{words_of('ø', span.first)} × {span.end:.5g}" if even else words_of("", span.end)
+        edges = (0.0, -0.5 * D), (span.end, -0.5 * D)
+        found.append(Dimension(*edges, words, "x", -0.5 * D, -level, f"corner_{level}"))
+    return found
 
 
 def _drawing(
@@ -273,6 +286,8 @@ def _drawing(
         edges = (0.0, -0.5 * D), (drill.depth, -0.5 * D)
         words = f"{words_of('ø', drill.diameter)} × {drill.depth:.5g}"
         dimensions.append(Dimension(*edges, words, "x", -0.5 * D, -level, f"drill_{level}"))
+    if not drills:
+        dimensions += _corners(varied, length, D)
     kind = "bushing" if bushing else "pin"
     return Drawing(
         f"The {kind}, cut along its axis, to scale", tuple(shapes), tuple(dimensions), (),

@@ -98,7 +98,7 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
             out.append(f'<text x="{right:.0f}" y="{top + 18 * row:.0f}" fill="currentColor">{line}</text>')
     if result["ovalization_um"] is not None:
         exaggerated = say("drawn exaggerated")
-        oval = say("ovalized by {} µm").format(f"{result['ovalization_um']:.4g}")
+        oval = say("ovalized by {} µm").format(figures(result["ovalization_um"]))
         out.append(
             f'<text x="16" y="40" fill="currentColor">{oval}</text>'
             f'<text x="16" y="58" fill="{GREY}">{exaggerated}</text>'
@@ -151,8 +151,8 @@ def load_family(run: dict[str, Any], say: Say = str) -> str:
     for profile in profiles:
         diameter = profile.diameter * 1e3
         chart.line(list(profile.x * 1e3), list(diameter), GREY)
-        chart.words(0.8 * half, float(diameter[-1]), say("{} kN").format(f"{profile.force / 1e3:.3g}"), GREY)
+        chart.words(0.8 * half, float(diameter[-1]), say("{} kN").format(figures(profile.force / 1e3, 3)), GREY)
     mine = [(p, d) for p, d in zip(places, own, strict=True) if p <= half * (1.0 + 1e-9)]
     chart.line([p for p, _ in mine], [d for _, d in mine], GREEN)
-    chart.words(0.02 * half, 0.0, say("green: this one, {} kN").format(f"{force / 1e3:.4g}"), GREEN)
+    chart.words(0.02 * half, 0.0, say("green: this one, {} kN").format(figures(force / 1e3)), GREEN)
     return chart.svg()

@@ -6,6 +6,7 @@ import math
 import re
 from typing import Any
 
+from app.designs.units import tidy
 from app.words.units import meant, told, unit_shown
 
 UNITS: dict[str, dict[str, float]] = {
@@ -66,5 +67,5 @@ def shown(value: Any, unit: str = "") -> str:
         texts = (f"{told(value, unit):.{digits}g}" for digits in range(3, _MAX_DIGITS))
         return next((text for text in texts if meant(float(text), unit) == value), repr(told(value, unit)))
     if isinstance(value, float):
-        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+        return str(int(value)) if value.is_integer() and abs(value) < 1e15 else tidy(repr(value))
     return str(value)

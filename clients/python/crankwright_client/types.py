@@ -1551,7 +1551,7 @@ class LinkageLimits(TypedDict):
     height_mm: NotRequired[float | None]
     """side of the bounding box of the swept area; needs the effect envelope"""
     enclosing_radius_mm: NotRequired[float | None]
-    """diameter of a circle (a pipe) that encloses the swept area"""
+    """radius of a circle (a pipe) that encloses the swept area"""
     max_pin_force_n: NotRequired[float | None]
     """max pin force, in N"""
     transmission_angle_deg: NotRequired[list[float] | None]

@@ -43,6 +43,9 @@ class Weighing:
 _MAX_SUM_ERROR = 0.02
 """Relative difference between the sum of the readings and the rod's mass above which the data is rejected."""
 
+_NOTABLE_SUM_ERROR = 5e-6
+"""Relative difference above which a warning states it; below, it would be stated as 0."""
+
 
 def weigh(weighing: Weighing) -> RodMasses:
     """Compute m_A and m_B, the scale readings, and l_A = L m_B/(m_A + m_B); J_0 only with a period.
@@ -59,10 +62,11 @@ def weigh(weighing: Weighing) -> RodMasses:
         require(
             abs(difference) <= _MAX_SUM_ERROR,
             "rod_mass",
-            f"differs by {abs(difference) * 100:.2g} % from the sum of the two readings",
+            f"differs by {abs(difference) * 100:.1f} % from the sum of the two readings",
             "within 2 % of small_end_reading + big_end_reading",
         )
-        warnings.append(f"the readings' sum differs from the rod's mass by {difference * 100:+.3f} %")
+        if abs(difference) > _NOTABLE_SUM_ERROR:
+            warnings.append(f"the readings' sum differs from the rod's mass by {difference * 100:+.3f} %")
 
     def formulas(x: dict[str, NDArray]) -> dict[str, NDArray]:
         mass = x["small_end_reading"] + x["big_end_reading"]

@@ -88,6 +88,23 @@ def test_a_value_of_another_type_is_told_what_is_allowed(slug, mode):
 
 
 @pytest.mark.parametrize(
+    ("path", "value", "allowed"),
+    [
+        (("limits", "min_wall_mm"), -1.0, "at least 0"),
+        (("geometry", "boss_length_mm"), 0.0, "at least 1e-6"),
+        (("geometry", "boss_length_mm"), 1e7, "at most 1000000"),
+        (("load", "force_n"), 1e13, "at most 1e12"),
+    ],
+)
+def test_limits_are_written_plainly(path, value, allowed):
+    kind = KINDS["pin-profile"]
+    model = kind.jobs[Mode.DESIGN].request
+    with pytest.raises(ValidationError) as refused:
+        model.model_validate(changed(kind.example(Mode.DESIGN), path, value))
+    assert summarize(refused.value.errors(), 0, model)[1][0]["allowed"] == allowed
+
+
+@pytest.mark.parametrize(
     ("slug", "mode", "path"),
     [
         ("crank-dynamics", Mode.ANALYSIS, ("masses", "rods_per_pin")),

@@ -195,6 +195,10 @@ SLACK = 1e-6
             "It holds. The safety governs: 2 where at least 2 is required, with nothing to spare.",
         ),
         (
+            (at_least("n", 2.0, 3.992, SLACK),),
+            "It holds. The safety governs: 3.992 where at least 2 is required, with 100 % to spare.",
+        ),
+        (
             (at_most("s", 150e6, 30e6, SLACK),),
             "It holds. The stress governs: 30 MPa where at most 150 MPa is allowed, with 400 % to spare.",
         ),

@@ -75,6 +75,9 @@ def test_drawings_are_valid_and_dimensions_match_the_result(shape, size):
         "stepped": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_end_mm"], p["bore_mid_mm"],
                             p["drill_2_depth_mm"]],
     }.get(shape, lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_end_mm"], p["bore_mid_mm"]])()  # fmt: skip
+    # Where a step or a cone ends, measured from the end of the part.
+    corners = {"cone_cylinder": ["bore_1_to_mm"], "stepped bushing": ["outer_1_to_mm", "outer_2_to_mm"]}
+    expected += [p[corner] for corner in corners.get(shape, [])]
     assert measured == pytest.approx(sorted(expected), rel=1e-9)
 
 

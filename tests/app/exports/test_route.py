@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 
 from app.exports import registry
-from app.exports.export import Export, ExportProcess
+from app.exports.export import Export, ExportProcess, Tool
 
 
 def stored(client, request, path="/api/v1/checks/flexible-rod"):
@@ -30,6 +30,14 @@ def test_every_link_is_a_file_named_by_kind_and_id(client, run):
     got = client.get(run["links"]["exports"]["json"])
     assert got.headers["content-disposition"] == f'attachment; filename="flexible-rod-{run["id"]}.json"'
     assert json.loads(got.content)["result"] == run["result"]
+
+
+def test_no_two_files_of_a_run_have_the_same_name(client, run):
+    links = run["links"]["exports"]
+    asked = [links["csv"], links["json"], *(f"{links['parameters']}?for={tool}" for tool in Tool)]
+    names = [client.get(link).headers["content-disposition"] for link in asked]
+    assert len(set(names)) == len(names)
+    assert f'"flexible-rod-{run["id"]}-parameters-fusion.csv"' in "".join(names)
 
 
 def test_the_page_offers_them(client, run):

@@ -10,6 +10,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.words.shaping import sentences
 
 HTML = {"accept": "text/html"}
 
@@ -273,6 +274,14 @@ def test_pin_sensitivities_are_loaded_after_the_page(client):
     share = -math.log(looser) / math.log(1.01)
     told = client.get(f"/runs/{run['id']}/worth").text
     assert f"1 % more equivalent stress of bending and shear allowed saves {share:.2g} % mass" in told
+
+
+def test_a_criterion_that_fails_was_no_limit_of_the_design(client):
+    run = made(client, "designs/pin-profile", example("pin-profile", Mode.DESIGN, limits={"min_wall_mm": 2.0}))
+    ring = next(c for c in run["verdict"]["criteria"] if c["name"] == "ovalization_stress_max_mpa")
+    assert not ring["holds"]
+    named = [item["name"] for item in sentences(run)]
+    assert named == ["equivalent stress of bending and shear", "wall at its thinnest"]
 
 
 def test_linkage_sensitivities(client):

@@ -142,6 +142,11 @@ def test_weighing_propagates_and_tells_readings_that_do_not_close():
         crank.weigh(crank.Weighing(0.16, 0.2, 0.445625, 0.62))
 
 
+def test_readings_that_add_up_to_the_rod_need_no_warning():
+    assert crank.weigh(crank.Weighing(0.144, 0.15, 0.42, 0.57)).warnings == ()
+    assert "by -0.175 %" in crank.weigh(crank.Weighing(0.144, 0.15, 0.419, 0.57)).warnings[0]
+
+
 def test_estimates_scale_with_the_piston_and_tell_an_unusual_figure():
     found = crank.estimate(crank.Estimate(0.08, 100.0, 700.0))
     assert found.values["piston_mass"] == pytest.approx(100 * math.pi * 0.08**2 / 4)

@@ -91,7 +91,7 @@ def test_warnings_say_what_a_user_should_know():
     assert not any("in mid-cycle as at the blow" in text for text in edge.warnings)
     fast = replace(BREAKER, impact_speed=12.0)
     found = linkage.check(fast, linkage.of_ratio(fast, linkage.LARGEST_COUPLER, 2.1)).value
-    assert any("strength of the parts" in text for text in found.warnings)
+    assert any("striking parts fail early" in text for text in found.warnings)
     flat = linkage.check(CLEANER, linkage.of_ratio(CLEANER, linkage.LARGEST_COUPLER, 30.0)).value
     assert any("transmission angle" in text for text in flat.warnings)
     assert any("may differ" in text for text in found.warnings)

@@ -71,6 +71,8 @@ def test_a_bore_that_is_too_wide_is_told_where():
     said = " ".join(value.warnings)
     for words in ("the strength is exceeded", "at its thinnest", "deflection", "ovalization"):
         assert words in said
+    wider = pin.check(VAZ, pin.Profile((0.0,), (20e-3,))).value
+    assert f"by {100 * (wider.strength_utilisation - 1):.0f} %" in wider.warnings[0]
     fine = pin.check(VAZ, pin.Profile((0.0,), (13.9e-3,))).value
     assert fine.strength_utilisation < 1
     assert fine.warnings == ()

@@ -12,7 +12,7 @@ from app.designs.registry import KINDS
 from app.errors import Problem
 from app.web.forms.faults import placed
 from app.web.forms.nodes import applies
-from app.web.forms.numbers import number
+from app.web.forms.numbers import number, shown
 from app.web.forms.tables import cells_of
 from app.web.forms.tree import form_of
 from app.words.units import System, measuring
@@ -178,3 +178,7 @@ def test_inches_and_psi_are_converted_to_metric_units():
                                                 "allowed": "at least 25.4"}])  # fmt: skip
         assert placed(form, texts, problem).at["geometry.boss_length_mm"] == "is out of range: at least 1"
     assert asked("pin-profile", Mode.CHECK, texts_of("pin-profile", Mode.CHECK)).geometry.boss_length_mm == 24.0
+
+
+def test_a_small_number_is_shown_without_a_padded_exponent():
+    assert [shown(value) for value in (1e-6, 2.5e-7, 0.01, 7850.0)] == ["1e-6", "2.5e-7", "0.01", "7850"]

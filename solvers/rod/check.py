@@ -48,10 +48,11 @@ SMALL_DISPLACEMENT_LIMIT = 0.15
 
 @dataclass(frozen=True)
 class Stresses:
-    """Stresses [Pa] at the governing section and fibre: lengths in m, ``fibre`` +1 or -1."""
+    """Stresses [Pa] at the governing section and fibre, and the greatest anywhere: lengths in m, ``fibre`` +1 or -1."""
 
     fatigue_safety: float | None
     yield_safety: float | None
+    max_stress: float
     stress_amplitude: float
     stress_mean: float
     worst_section: float
@@ -159,6 +160,7 @@ def outcome_of(
         stresses = Stresses(
             fatigue_safety=1.0 / found.utilisation if found.utilisation > 0.0 else None,
             yield_safety=material.yield_strength / found.max_stress if found.max_stress > 0.0 else None,
+            max_stress=found.max_stress,
             stress_amplitude=0.5 * (found.high - found.low),
             stress_mean=0.5 * (found.high + found.low),
             worst_section=found.section,

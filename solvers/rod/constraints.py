@@ -90,9 +90,8 @@ CONSTRAINTS = (
         "max_friction_power", rows.POWER, False, lambda check: check.stresses.friction_power, "friction_power",
         "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it", "friction",
     ),
-    # Listed last: of two opposing requirements, the earlier one is optimised and this one is held as a limit.
     Constraint(
-        "min_yield_safety", rows.STRESS, True, lambda check: check.stresses.yield_safety, "fatigue_safety",
+        "min_yield_safety", rows.STRESS, True, lambda check: check.stresses.yield_safety, "max_stress",
         "a longer strip, a smaller crank radius, a higher yield strength or a lower pressure would raise it",
     ),
 )  # fmt: skip

@@ -10,7 +10,7 @@ from solvers.effects import Demand
 from solvers.errors import InvalidInput, require_positive
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
-from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, TAU, THICKNESS, UTILISATION
+from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, STRESS, TAU, THICKNESS, UTILISATION
 from solvers.rod.scene import Dimensions, Scene
 
 Range = tuple[float, float]
@@ -113,6 +113,11 @@ OBJECTIVES = {
     )
 }
 """The objectives by name."""
+
+LIMITED_RESULTS = OBJECTIVES | {
+    "max_stress": Objective("max_stress", 1, ((STRESS, 1.0),), lambda check: check.stresses.max_stress)
+}
+"""These, and further results of which only limits can be asked, as objectives."""
 
 
 @dataclass(frozen=True)

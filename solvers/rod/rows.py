@@ -14,9 +14,6 @@ TAU, LENGTH, THICKNESS, UTILISATION, STABILITY, SIDE, PRESSURE, POWER, SIDEWAYS,
 [N], contact pressure [Pa], friction power [W], compression/critical force out of the crank's plane, maximum stress
 [Pa]."""
 
-COUNT = 8
-"""Number of rows available to an objective: those up to POWER."""
-
 FIRST_PART = 10
 
 NEVER_COMPRESSED = -700.0

@@ -76,7 +76,8 @@ def required_results(objective: Objective, limits: Limits) -> RequiredResults:
     """The results on which objective and limits depend."""
     weights = dict(objective.weights)
     reactions = rows.PRESSURE in limits or rows.PRESSURE in weights or rows.SIDE in weights
-    return RequiredResults(rows.STRESS in limits, reactions, rows.POWER in limits or rows.POWER in weights)
+    stress, power = (row in limits or row in weights for row in (rows.STRESS, rows.POWER))
+    return RequiredResults(stress, reactions, power)
 
 
 def limited_rows(limits: Limits, layout: Layout) -> tuple[NDArray[np.intp], Array]:

@@ -9,14 +9,14 @@ from typing import NamedTuple
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
-from solvers.rod.problem import OBJECTIVES, RodProblem
+from solvers.rod.problem import LIMITED_RESULTS, RodProblem
 from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
-    "min_fatigue_safety": 1e-6, "max_contact_pressure": None, "max_friction_power": None, "min_stability_safety": 1.0,
+    "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
+    "min_stability_safety": 1.0,
 }  # fmt: skip
-"""Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first. The
-yield safety cannot be an objective."""
+"""Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
 
 
 class AttainableBest(NamedTuple):
@@ -52,20 +52,18 @@ class RequirementsAsObjectives:
 
     def best(self, c: Constraint) -> AttainableBest | None:
         """The strip with the best value of a requirement's result under all other requirements."""
-        if c.name not in _LOOSEST:
-            return None
         if c.name not in self.found:
             self.found[c.name] = self.design_of(self._with_objective(c))
         return self.found[c.name]
 
     def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The local optimum for a requirement's result near a strip."""
-        return self.local_search(self._with_objective(c), strip) if c.name in _LOOSEST else None
+        return self.local_search(self._with_objective(c), strip)
 
     def _with_objective(self, c: Constraint) -> RodProblem:
         p = self.problem
         without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-        return replace(p, objective=OBJECTIVES[c.objective], requirements=without)
+        return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
 
     def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
         """The optima found so far."""

@@ -237,8 +237,8 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
     }
 
 
-CHECK_TABLES = ("transfer",)
-"""Results of checks that batches omit."""
+TABLES = ("transfer",)
+"""Results that batches omit; not the front, each point of which is a design of its own."""
 
 MAIN_RESULTS = (
     "u31_start",
@@ -289,7 +289,7 @@ IMPACT_LINKAGE = Kind(
             run_design,
             reference=design_reference,
             in_steps=design_in_steps,
-            tables=("transfer", "front"),
+            tables=TABLES,
         ),
         Mode.CHECK: Job(
             CheckRequest,
@@ -297,7 +297,7 @@ IMPACT_LINKAGE = Kind(
             run_check,
             reference=check_reference,
             run_many=run_checks,
-            tables=CHECK_TABLES,
+            tables=TABLES,
         ),
     },
     known_effects=linkage.EFFECTS,

@@ -134,6 +134,16 @@ def test_an_item_is_a_run_like_one_of_its_own(client: TestClient, slug: str, mod
         assert client.get(path).status_code == 200
 
 
+def test_the_front_of_an_item_is_stored_and_drawn(client: TestClient) -> None:
+    """Made again, every point would be a design."""
+    body = {**KINDS["impact-linkage"].example(Mode.DESIGN), "front": {"against": "longest_link", "points": 3}}
+    batch = ended(client, submit(client, json.dumps(body).encode(), at=f"{AT}?kind=impact-linkage&mode=design"))
+    [row] = rows_of(client, batch)
+    item = client.get(f"/api/v1/runs/{row['run_id']}").json()
+    assert len(item["result"]["front"]["points"]) == 3 and "transfer" not in item["result"]
+    assert client.get(item["links"]["plots"]["front"]).status_code == 200
+
+
 def test_csv_in_and_out(client: TestClient) -> None:
     text = io.StringIO()
     names = ["name", "load.force_n", *_dotted(PIN, skip="load")]

@@ -7,6 +7,7 @@ path in a solver's refusal can be mapped to the JSON pointer of the user's field
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
@@ -318,10 +319,12 @@ def _effect_json(name: str, state: str, influence: float, why: str) -> dict[str,
     return {"name": name, "state": state, "influence": influence, "why": why}
 
 
+_NEEDED_BY = re.compile(r"(?<=^needed by )\w+\.\w+$")
+
+
 def _as_sent(request: BaseModel | None, why: str) -> str:
     """Why an effect is active; a limit that needs it has the name that was sent: limits.width → limits.width_mm."""
-    start, needed, field = why.partition("needed by ")
-    return why if start or "." not in field else needed + _dotted(request, field)
+    return _NEEDED_BY.sub(lambda field: _dotted(request, field[0]), why)
 
 
 def _dotted(request: BaseModel | None, field: str) -> str:

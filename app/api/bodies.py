@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Protocol, Self, TypeVar
 
 from pydantic import ValidationError
 from pydantic_core import from_json, to_json
 
 from app.designs.problems import INVALID
-from app.designs.refusals import json_pointer
-from app.designs.schema import Entry, entry
+from app.designs.refusals import REPEATED, repetitions
+from app.designs.schema import Entry
 from app.edge.asgi import header
 from app.edge.disconnect import ClientDisconnected
 from app.errors import Problem, invalid
+from app.repeated_names import as_object, repeated
 
 if TYPE_CHECKING:
     from fastapi import Request
@@ -73,57 +74,21 @@ def parse(model: type[M], body: bytes) -> M:
         request = model.model_validate_json(body)
     except ValidationError as error:
         raise invalid(error, model) from None
-    if repeated := _duplicate_names(body):
-        raise Problem(422, INVALID, "names appear more than once", repeated)
+    if entries := _repeated_names(body):
+        raise Problem(422, INVALID, REPEATED, entries)
     if contradictions := request.contradictions():
         raise Problem(422, INVALID, "values contradict each other", contradictions)
     return request
 
 
-class _ObjectWithDuplicates(dict[str, Any]):
-    """A JSON object with duplicate names."""
-
-    names: list[str]
-
-
-def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) == len(pairs):
-        return found
-    repeating, seen = _ObjectWithDuplicates(found), set()
-    repeating.names = [name for name, _ in pairs if name in seen or seen.add(name)]
-    return repeating
-
-
-def _duplicate_names(body: bytes) -> list[Entry]:
-    """One entry per duplicate name: validation takes the last value, but the sender may have meant the first.
+def _repeated_names(body: bytes) -> list[Entry]:
+    """One entry per repeated name.
 
     Only for otherwise valid bodies, whose depth is bounded by the model. A body without escapes is tested quickly:
-    every string has two quotes, and those of a duplicate name are missing when the parsed body is serialized again.
+    every string has two quotes, and those of a repeated name are missing when the parsed body is serialized again.
     """
     if b"\\" not in body and body.count(b'"') == to_json(from_json(body)).count(b'"'):
         return []
-    found: list[Entry] = []
-
-    def look(value: Any, path: tuple[int | str, ...]) -> None:
-        if isinstance(value, _ObjectWithDuplicates):
-            found.extend(
-                entry(json_pointer((*path, name)), "appears more than once", "each name once") for name in value.names
-            )
-        children = value.items() if isinstance(value, dict) else enumerate(value) if isinstance(value, list) else ()
-        for name, child in children:
-            look(child, (*path, name))
-
-    repeats = False
-
-    def build(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-        nonlocal repeats
-        built = _object(pairs)
-        repeats = repeats or isinstance(built, _ObjectWithDuplicates)
-        return built
-
     # Numbers stay strings: they are not needed, and Python refuses integers of more than 4300 digits.
-    content = json.loads(body, object_pairs_hook=build, parse_int=str, parse_float=str)
-    if repeats:
-        look(content, ())
-    return found
+    content = json.loads(body, object_pairs_hook=as_object, parse_int=str, parse_float=str)
+    return repetitions(repeated(content))

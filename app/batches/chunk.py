@@ -26,11 +26,11 @@ from app.designs.many import answers_of, refusal, validated
 from app.designs.problems import problem_details
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, may_refer, references, replaced
-from app.designs.refusals import json_pointer
+from app.designs.refusals import REPEATED, json_pointer, repetitions
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, entry, finite
 from app.jobs.budget import budget
-from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
+from app.store.batch_inputs import RepeatedNames, Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import encoded, joined, packed, parts_json, sealed, unpacked
 from app.store.batch_records import Item
 from app.store.hashing import canonical_json
@@ -155,6 +155,8 @@ class _Chunk:
             return row.line, self._asked(*found)
         try:
             body = source.body(row)
+        except RepeatedNames as repeating:
+            return row.line, _Refused(refusal(REPEATED, repetitions(repeating.paths)), None)
         except UnreadableRow as unreadable:
             wrong = [entry("", str(unreadable), "one request of this kind")]
             return row.line, _Refused(refusal(f"the row {unreadable}", wrong), None)

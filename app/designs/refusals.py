@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from itertools import islice
 from typing import Any
 
 from app.designs.nearest import fields_at, nearest
@@ -19,6 +20,7 @@ _MAX_NUMBER_LENGTH = 100
 _LIMIT_DIGITS = 12
 
 REQUIRED = "a value: the field is required"
+REPEATED = "names appear more than once"
 
 LIMITS = {
     "allowed": "{}",
@@ -125,6 +127,12 @@ def _written(limit: Any) -> Any:
     return figures(limit, _LIMIT_DIGITS) if isinstance(limit, float) else limit
 
 
+def repetitions(paths: Iterable[Iterable[int | str]]) -> list[Entry]:
+    """One entry per name that appears more than once in its object."""
+    found = islice(map(json_pointer, paths), MAX_ENTRIES)
+    return [{"pointer": pointer, "detail": "appears more than once", "allowed": "each name once"} for pointer in found]
+
+
 def with_suggestion(detail: str, given: Any, allowed: Iterable[str]) -> str:
     """The detail, with the most similar allowed word as a suggestion."""
     meant = nearest(given, allowed) if isinstance(given, str) else None
@@ -132,5 +140,7 @@ def with_suggestion(detail: str, given: Any, allowed: Iterable[str]) -> str:
 
 
 def json_pointer(parts: Iterable[int | str]) -> str:
-    """A JSON pointer (RFC 6901), truncated for excessively long names."""
-    return "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:MAX_POINTER_LENGTH]
+    """A JSON pointer (RFC 6901), truncated for excessively long names; lone surrogates, which UTF-8 does not have, are
+    question marks."""
+    found = "".join(f"/{str(part).replace('~', '~0').replace('/', '~1')}" for part in parts)[:MAX_POINTER_LENGTH]
+    return found.encode("utf-8", "replace").decode()

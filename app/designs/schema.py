@@ -7,6 +7,7 @@ path in a solver's refusal can be mapped to the JSON pointer of the user's field
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
@@ -292,16 +293,18 @@ _NOTHING_IN_TIME = problem_details(
 )
 
 
-def envelope(outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str, Any] | None = None) -> Answer:
-    """The answer of a job from a solver's outcome: result, warnings, verdict and common parts. A solve that ran out of
-    time before finding anything gets a problem instead of a result."""
+def envelope(
+    request: BaseModel | None, outcome: Outcome, result: dict[str, Any] | None, verdict: dict[str, Any] | None = None
+) -> Answer:
+    """The answer of a job to a request from a solver's outcome: result, warnings, verdict and common parts. A solve
+    that ran out of time before finding anything gets a problem instead of a result."""
     failed = outcome.status is Status.FAILED
     return Answer(
         status=str(outcome.status),
         result=None if failed else _with_accuracy_warning(result, outcome.accuracy),
         problem=dict(_NOTHING_IN_TIME) if failed else None,
         effects=[
-            _effect_json(name, str(state), float(min(bound(), LARGEST_INFLUENCE)), why)
+            _effect_json(name, str(state), float(min(bound(), LARGEST_INFLUENCE)), _as_sent(request, why))
             for name, state, bound, why in outcome.effects
         ],
         accuracy=accuracy_json(outcome.accuracy),
@@ -316,7 +319,19 @@ def _effect_json(name: str, state: str, influence: float, why: str) -> dict[str,
     return {"name": name, "state": state, "influence": influence, "why": why}
 
 
-def pointer(request: BaseModel, field: str) -> str:
+_NEEDED_BY = re.compile(r"(?<=^needed by )\w+\.\w+$")
+
+
+def _as_sent(request: BaseModel | None, why: str) -> str:
+    """Why an effect is active; a limit that needs it has the name that was sent: limits.width → limits.width_mm."""
+    return _NEEDED_BY.sub(lambda field: _dotted(request, field[0]), why)
+
+
+def _dotted(request: BaseModel | None, field: str) -> str:
+    return pointer(request, field)[1:].replace("/", ".")
+
+
+def pointer(request: BaseModel | None, field: str) -> str:
     """The JSON pointer for a solver's dotted path, as far as it exists in the request."""
     parts: list[str] = []
     here: Any = request
@@ -362,7 +377,7 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         # "requirements.max_friction_power", or "objective friction_power": the request's field has a unit in its name.
         field, space, choice = refusal.needed_by.partition(" ")
         places.append(pointer(request, field))
-        refusal = EffectConflict(refusal.effect, places[-1][1:].replace("/", ".") + space + choice)
+        refusal = EffectConflict(refusal.effect, _dotted(request, field) + space + choice)
     errors = [entry(place, refusal.reason, refusal.allowed) for place in places]
     return problem_details(INVALID, 422, refusal.reason, errors)
 

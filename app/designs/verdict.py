@@ -186,7 +186,7 @@ CriterionJson = Mapping[str, Any]
 
 def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTranslations) -> str:
     denial = denials.get(criterion["name"], "")
-    if criterion["sense"] == Sense.YES or (denial and (criterion["reached"] == 0.0 or _looks_met(criterion))):
+    if criterion["sense"] == Sense.YES or (denial and criterion["reached"] == 0.0):
         return texts.gettext(denial)
     values = {"label": texts.gettext(criterion["label"])}
     if criterion["reached"] is not None:
@@ -196,12 +196,6 @@ def _failure(criterion: CriterionJson, denials: Mapping[str, str], texts: NullTr
     if criterion["margin"] is None:
         return texts.gettext("the %(label)s is not known, and %(wanted)s") % values
     return texts.gettext("the %(label)s grows without bound where %(wanted)s") % values
-
-
-def _looks_met(criterion: CriterionJson) -> bool:
-    """Whether a failed criterion's figure is what is required: something else than the figure makes it fail."""
-    reached = criterion["reached"]
-    return criterion["sense"] == Sense.AT_LEAST and reached is not None and reached >= criterion["required"]
 
 
 def _compared(criterion: CriterionJson, texts: NullTranslations) -> str:

@@ -30,7 +30,7 @@ def make(_kind: Kind, run: Run, _options: ExportOptions) -> bytes:
     tables: dict[str, list[Mapping[str, Any]]] = {}
     for part in ("verdict", "spec", "result", "accuracy"):
         for name, value in _leaves(part, run.get(part), tables):
-            row(name, value, split_unit(name.rpartition(".")[2])[1])
+            row(name, value, _unit(name))
     if run.get("effects"):
         tables["effects"] = run["effects"]
     for name, rows in tables.items():
@@ -42,6 +42,11 @@ def make(_kind: Kind, run: Run, _options: ExportOptions) -> bytes:
             row(*(_flat(each.get(key)) for key in head))
     # The byte-order mark makes spreadsheets read the file as UTF-8.
     return b"\xef\xbb\xbf" + out.getvalue().encode("utf-8", "replace")
+
+
+def _unit(name: str) -> str:
+    """The unit of a dotted name: its own, or that of the array or the table of names it stands in."""
+    return next((unit for step in reversed(name.split(".")) if (unit := split_unit(step)[1])), "")
 
 
 def _leaves(name: str, value: Any, tables: dict[str, list[Mapping[str, Any]]]) -> Iterator[tuple[str, Any]]:

@@ -10,7 +10,7 @@ import csv
 import json
 import re
 import zlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from itertools import pairwise
@@ -18,6 +18,7 @@ from typing import Any, NamedTuple
 
 from pydantic_core import from_json, to_json
 
+from app.repeated_names import as_object, repeated
 from app.store.hashing import canonical_json
 
 _LEVEL = 3
@@ -34,6 +35,14 @@ class Row(NamedTuple):
 
 class UnreadableRow(Exception):
     """A row that is not a request body of any kind."""
+
+
+class RepeatedNames(UnreadableRow):
+    """A row of JSON with names that appear more than once in their object, at ``paths``."""
+
+    def __init__(self, paths: Iterable[tuple[int | str, ...]]) -> None:
+        super().__init__("has names that appear more than once in their object")
+        self.paths = paths
 
 
 @dataclass(frozen=True)
@@ -132,7 +141,10 @@ def _json(content: bytes) -> Any:
         except ValueError:
             pass
     try:
-        return _DECODER.decode(content.decode(json.detect_encoding(content), "surrogatepass"))
+        found = _DECODER.decode(content.decode(json.detect_encoding(content), "surrogatepass"))
+        if paths := list(repeated(found)):
+            raise RepeatedNames(paths)
+        return found
     except UnreadableRow:
         raise
     except RecursionError:
@@ -141,18 +153,11 @@ def _json(content: bytes) -> Any:
         raise UnreadableRow("is not well-formed JSON in UTF-8") from None
 
 
-def _unique_names(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
-    found = dict(pairs)
-    if len(found) < len(pairs):
-        raise UnreadableRow("has a name that appears more than once in its object")
-    return found
-
-
 def _reject_constant(constant: str) -> Any:
     raise UnreadableRow(f"has {constant}, which is no JSON")
 
 
-_DECODER = json.JSONDecoder(object_pairs_hook=_unique_names, parse_constant=_reject_constant)
+_DECODER = json.JSONDecoder(object_pairs_hook=as_object, parse_constant=_reject_constant)
 
 
 def _nested(base: Mapping[str, Any], columns: Sequence[str], cells: Sequence[Any]) -> dict[str, Any]:

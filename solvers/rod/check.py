@@ -69,7 +69,8 @@ class RodCheck:
     """The results of a check, SI units.
 
     A safety without a load that can cause failure is None: stability of a rod never compressed, fatigue of one never
-    stressed. ``stresses`` is None beyond the stability boundary, where the formulas are invalid.
+    stressed. A strip that buckles by friction alone has the share of all axial forces that it would carry as its
+    stability safety. ``stresses`` is None beyond the stability boundary, where the formulas are invalid.
     """
 
     dimensions: Dimensions
@@ -184,7 +185,7 @@ def outcome_of(
         natural_frequency=found.natural_frequency,
         criterion=criterion.name,
         stresses=stresses,
-        warnings=warnings_of(scene, stresses, safety, choice.has("large_displacement")),
+        warnings=warnings_of(scene, stresses, found.by_friction != 0.0, choice.has("large_displacement")),
     )
     settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
     return Outcome(
@@ -260,10 +261,10 @@ def _guide_error(cycle: Cycle, guide: Array, power: float) -> float:
     )
 
 
-def warnings_of(scene: Scene, stresses: Stresses | None, safety: float | None, large: bool) -> tuple[str, ...]:
+def warnings_of(scene: Scene, stresses: Stresses | None, by_friction: bool, large: bool) -> tuple[str, ...]:
     out = []
     if stresses is None:
-        cause = "the greatest compression of the cycle" if safety < 1 else "what friction adds to its compression"
+        cause = "what friction adds to its compression" if by_friction else "the greatest compression of the cycle"
         out.append(f"the strip buckles under {cause}; stresses have no meaning there")
     if scene.mechanism.crank_radius / scene.mechanism.rod_length > SMALL_DISPLACEMENT_LIMIT:
         out.append("r/L exceeds 0.15: beyond what experiments confirm for the small-displacement theory")

@@ -21,6 +21,7 @@ from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Composition
+from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import (
     CLAMP_MOMENT,
     CONTACT_LOAD,
@@ -47,7 +48,7 @@ from solvers.rod.cycle.section import (
     Field,
     strip_results,
 )
-from solvers.rod.cycle.state import CLAMP, FORCE, MOMENT, SIDE, Strip
+from solvers.rod.cycle.state import ANGLE, CLAMP, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Dimensions, Load, Scene
 from solvers.rod.strip.beam_column import constants
@@ -78,13 +79,15 @@ class Results(NamedTuple):
     """Columns of a result row, SI units; NaN if undefined: beyond buckling all but forces, stability and frequency.
 
     is_stable        whether the strip does not buckle
-    compression, tension  their maxima; ``compression`` is P_cr if the strip buckles by friction only
+    compression, tension  their maxima; if the strip buckles by friction only, ``compression`` is P_cr over the share of
+                     the axial forces that the strip would carry (``cycle.friction_buckling``)
     natural_frequency  the first one, under the mean axial force of the revolution [Hz]
     max_stress       maximum |stress|
     high, low        stresses of the section and fibre that govern fatigue; ``layer`` is 0 at +h/2, 1 at -h/2
     contact_load     |T| + 6 |M0 + T e|/Lp
     error            the maximum relative error of all results
     angles           number of sampled crank angles, for sampling to ``tolerance``
+    by_friction      whether the strip buckles, but would not without friction
     """
 
     is_stable: float
@@ -106,9 +109,10 @@ class Results(NamedTuple):
     error: float
     angles: float
     tolerance: float
+    by_friction: float
 
 
-_STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE = 5, 12, 15, 16, 17, 18
+_STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = 5, 12, 15, 16, 17, 18, 19
 """Columns of a result row: the first of those along the strip and of the guide, and single ones."""
 
 SAMPLING_FRACTION = 0.1
@@ -180,13 +184,15 @@ def _check_row(
     if edges.size > 0:
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
     is_stable = compression < critical
+    out[_BY_FRICTION] = 0.0
     if not is_stable:
         # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
         uncoupled = Strip(stiffness, l, length, 0.0, 0.0, 0.0, lever, offset, -2.0 * rigid)
         edges, states = sample(drive, uncoupled, first_edges(drive, uncoupled, sharp), rule, tolerance)
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
         if compression < critical:
-            compression, compression_error = critical, 0.0
+            compression = critical / carried_share(drive, strip, critical, states[ANGLE])
+            compression_error, out[_BY_FRICTION] = SHARE_ERROR * compression, 1.0
     error = max(relative(compression_error, compression), relative(tension_error, tension))
     mean, mean_error = mean_of(edges, rule, states[FORCE])
     out[0], out[1], out[2], out[3] = 1.0 if is_stable else 0.0, critical, compression, tension

@@ -75,5 +75,5 @@ def _stability(check: RodCheck, name: str, required: float, slack: float, asked:
     found = at_least(name, required, check.stability_safety, slack, asked)
     if check.stresses is not None or found.margin is None:
         return found
-    # The strip buckles, possibly by friction only: the safety is then reported as 1, which is not sufficient.
+    # The strip buckles, however close to 1 its safety is.
     return found._replace(holds=False, margin=min(found.margin, -slack))

@@ -116,7 +116,7 @@ def test_a_check_has_no_time_budget(client, check_request):
 
 
 def test_no_result_in_time_is_a_problem():
-    told = envelope(Outcome(Status.FAILED, None, (), Accuracy(1e-6, 1.0)), {"diagnosis": []})
+    told = envelope(None, Outcome(Status.FAILED, None, (), Accuracy(1e-6, 1.0)), {"diagnosis": []})
     assert told.status == "failed" and told.result is None
     assert told.problem["title"] == OUT_OF_TIME and told.problem["status"] == 504
 

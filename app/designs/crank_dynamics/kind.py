@@ -235,7 +235,7 @@ def _answer(
     result["repairs"] = repairs_json(request, request.scene()[1]) if request.pressure.repair else []
     if detail is Detail.FULL:
         result |= {"cycle": _cycle(found, scene), "series": _series(found, request.accuracy)}
-    return envelope(outcome, result)
+    return envelope(request, outcome, result)
 
 
 def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:

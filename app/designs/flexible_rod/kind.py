@@ -125,7 +125,7 @@ def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> Iterator[An
 
 def _answer(request: CheckRequest, _case: rod.Case, outcome: Outcome[rod.RodCheck]) -> Answer:
     verdict = verdict_json(rod.judge(outcome.value, outcome.accuracy, effects=outcome.effects), WORDS, outcome.accuracy)
-    return envelope(outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
+    return envelope(request, outcome, result_of(outcome.value, repairs_json(request, request.repairs())), verdict)
 
 
 class Active(Strict):
@@ -178,7 +178,7 @@ def run_design(request: DesignRequest) -> Answer:
     found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
         result = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
-        return envelope(outcome, result)
+        return envelope(request, outcome, result)
     active = [{"name": _LIMITS.get(a.name, (a.name, 1.0))[0], "sensitivity": a.sensitivity} for a in found.active]
     result = {
         **result_of(found.check, repairs),
@@ -188,7 +188,7 @@ def run_design(request: DesignRequest) -> Answer:
     }
     of_check = replace(outcome.accuracy, estimated=found.error)
     verdict = rod.judge(found.check, of_check, problem.requirements, outcome.effects)
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 MAIN_RESULTS = (

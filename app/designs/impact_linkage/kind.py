@@ -86,7 +86,7 @@ def _answer(
     result = result_of(outcome.value, case.scene, request, given.size)
     if detail is Detail.FULL:
         result["transfer"] = transfer_json(outcome.value.strike)
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 class AlternativeResult(Strict):
@@ -177,7 +177,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
     found = outcome.value
     if found is None:
-        return envelope(outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
+        return envelope(request, outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
     result = {
         **result_of(found.check, found.scene, request),
         "transfer": transfer_json(found.check.strike),
@@ -199,7 +199,7 @@ def design_in_steps(request: DesignRequest, report: Report) -> Answer:
         "certificate": certificate,
     }
     verdict = linkage.judge(found.check, found.scene, outcome.accuracy, problem.limits, request.given(), designed=True)
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _traded(request: DesignRequest, problem: linkage.LinkageProblem, report: Report) -> tuple[linkage.FrontPoint, ...]:
@@ -237,8 +237,8 @@ def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> di
     }
 
 
-CHECK_TABLES = ("transfer",)
-"""Results of checks that batches omit."""
+TABLES = ("transfer",)
+"""Results that batches omit; not the front, each point of which is a design of its own."""
 
 MAIN_RESULTS = (
     "u31_start",
@@ -289,7 +289,7 @@ IMPACT_LINKAGE = Kind(
             run_design,
             reference=design_reference,
             in_steps=design_in_steps,
-            tables=("transfer", "front"),
+            tables=TABLES,
         ),
         Mode.CHECK: Job(
             CheckRequest,
@@ -297,7 +297,7 @@ IMPACT_LINKAGE = Kind(
             run_check,
             reference=check_reference,
             run_many=run_checks,
-            tables=CHECK_TABLES,
+            tables=TABLES,
         ),
     },
     known_effects=linkage.EFFECTS,

@@ -62,13 +62,13 @@ def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> Iterator[Ans
 
 
 def _answer(
-    _request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], detail: Detail = Detail.FULL
+    request: CheckRequest, case: pin.Case, outcome: Outcome[pin.PinCheck], detail: Detail = Detail.FULL
 ) -> Answer:
     verdict = pin.judge(outcome.value, case.scene, outcome.accuracy, case.limits, outcome.effects)
     result = pin_json(outcome.value)
     if detail is Detail.FULL:
         result |= profile_json(outcome.value)
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def run_design(request: DesignRequest) -> Answer:
@@ -83,7 +83,7 @@ def run_design(request: DesignRequest) -> Answer:
         why = None
         if not request.seeks_outside:
             why = pin.explain(problem, request.selection(), request.effect_tolerance)
-        return envelope(outcome, infeasible_json(outcome, why, _claim(request, outcome)))
+        return envelope(request, outcome, infeasible_json(outcome, why, _claim(request, outcome)))
     given = found.check.min_bore if request.seeks_outside else found.check.max_outer
     names = ("outer_diameter_mm", "bore_mm") if request.seeks_outside else ("bore_mm", "outer_diameter_mm")
     corners = found.corners and [
@@ -93,7 +93,7 @@ def run_design(request: DesignRequest) -> Answer:
     result = design_json(
         outcome, {**pin_json(found.check), **profile_json(found.check)}, corners, _claim(request, outcome)
     )
-    return envelope(outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
+    return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
 def _claim(request: DesignRequest, outcome: Outcome[Any]) -> Claim:

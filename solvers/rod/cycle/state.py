@@ -7,9 +7,9 @@
 (S_k: ``strip.beam_column``; shear: ``strip.shear``; the wall force: ``piston.skirt``.) An effect excluded from a scene
 has the parameter that removes its term: no mass, no coupling, g = 0, mu = 0.
 
-Near buckling the friction force grows as 1/(P_cr + P), a convex function of P, so secants started from P0 approach the
-first solution from one side; if there is none, friction buckles the strip. At the dead centres the stroke, and with it
-the friction, vanishes, so the force is continuous.
+Near buckling the friction force grows as 1/(P_cr + P). It is a convex function of P there, so secants started from
+P0 approach the first solution from one side; if there is none, friction buckles the strip. At the dead centres the
+stroke, and with it the friction, vanishes, so the force is continuous.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ ROWS = 10
 _MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
 _FORCE_TOLERANCE, _SECANT_CONVERGED = 4.0 * _EPS, 0.01 * _EPS
+_MAX_SECTIONS, _FIRST_STEP = 40, 1e-3
+GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.4
 """Conditions for starting from the solution at the previous angle: minimum slope, and maximum force relative to the one
 that denotes buckling, i.e. far from buckling by friction."""
@@ -78,7 +80,59 @@ def force_with_friction(strip: Strip, force: float, stroke: float) -> float:
 
     The velocity has the sign of the stroke for every crank shorter than its rod.
     """
-    return _solve_friction(strip, force, stroke, force, 1.0)[0]
+    return _solve_from_core(strip, force, stroke)[0]
+
+
+@kernel
+def _solve_from_core(strip: Strip, force: float, stroke: float) -> tuple[float, float]:
+    """As ``_solve_friction``, started from P0, and by bisection where the secants find nothing."""
+    solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
+    friction_factor, critical = strip.friction * stroke, 0.5 * strip.buckled_force
+    if solution > critical or force <= critical:
+        return solution, slope
+    # On a short skirt friction changes so steeply, up to where the clamp moment vanishes, that a step of fixed-point
+    # iteration leads far past the solution.
+    left, right = force, force
+    if friction_factor > 0.0:
+        step = -_FIRST_STEP * critical
+        while _residual(strip, force, friction_factor, right) > 0.0:
+            right, step = right + step, 2.0 * step
+    else:
+        left = _greatest_residual(strip, force, friction_factor, critical)
+        if not _residual(strip, force, friction_factor, left) >= 0.0:
+            return strip.buckled_force, 1.0
+    while right - left > _FORCE_TOLERANCE * (abs(left) + abs(right)):
+        middle = 0.5 * (left + right)
+        if _residual(strip, force, friction_factor, middle) >= 0.0:
+            left = middle
+        else:
+            right = middle
+    return left, 1.0
+
+
+@kernel
+def _greatest_residual(strip: Strip, force: float, friction_factor: float, critical: float) -> float:
+    """The force between -P_cr and P0 at which the residual, which has a single maximum there, is greatest; or one at
+    which it is not negative."""
+    left, right, found = critical, force, force
+    for _ in range(_MAX_SECTIONS):
+        lower, upper = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
+        at_lower = _residual(strip, force, friction_factor, lower)
+        at_upper = _residual(strip, force, friction_factor, upper)
+        found = upper if at_upper > at_lower else lower
+        if max(at_lower, at_upper) >= 0.0:
+            break
+        if at_upper > at_lower:
+            left = lower
+        else:
+            right = upper
+    return found
+
+
+@kernel
+def _residual(strip: Strip, force: float, friction_factor: float, solution: float) -> float:
+    """P0 + friction(P) - P [N]."""
+    return force + friction_factor * wall_force(strip, strip.couples / strip.stiffness * solution) - solution
 
 
 @kernel
@@ -126,7 +180,7 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
             if slope > _MIN_WARM_SLOPE and min(force, start) > warm_limit:
                 solution, slope = _solve_friction(strip, force, stroke, start, slope)
             if not solution > warm_limit:
-                solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
+                solution, slope = _solve_from_core(strip, force, stroke)
             last_friction, last_reduction = 0.0, 0.0
             if solution > warm_limit:
                 last_friction, last_reduction = (solution - force) / friction_factor, (1.0 - slope) / friction_factor

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel, reducing_kernel
+from solvers.rod.cycle.friction_buckling import carried_share
 from solvers.rod.cycle.state import (
     CLAMP,
     COUPLING,
@@ -78,7 +79,8 @@ class MainResults(NamedTuple):
 
     ``results`` (RESULTS,), and utilisation and stress amplitude [Pa] of every fibre and station in ``sections``
     (2, 2 stations); ``force`` P [N] at the angles, (n,); ``critical`` P_cr [N]. If the strip buckles, ``is_stable`` is
-    0 and only forces exist: without friction, or with P_cr as the maximum compression if it buckles by friction only.
+    0 and only forces exist: without friction, or with the maximum compression of ``linear_check`` if it buckles by
+    friction only.
     """
 
     results: Array
@@ -178,7 +180,7 @@ def evaluate_linear(
     for i in range(force.size):
         force[i] = axial_force(drive, parameters.angle[i])
     if force.min() > -critical:
-        force[force.argmin()] = -critical
+        force[force.argmin()] = -critical / carried_share(drive, strip, critical, np.sort(parameters.angle))
     return MainResults(np.zeros(RESULTS), np.zeros((2, 2 * STATIONS)), force, critical, 0.0)
 
 

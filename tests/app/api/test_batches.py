@@ -89,7 +89,9 @@ HOSTILE = [
     (b'"' + b"x" * 1000 + b'"', "no JSON object"),
     (b"\xff\xfe{}", "UTF-8"),
     (b"[" * 5000, ""),
-    (b'{"a": 1, "a": 2}', "more than once"),
+    (b'{"a": 1, "a": 2}', "/a appears more than once"),
+    (b'{"load": {"force_n": 1, "force_n": 2}}', "/load/force_n appears more than once"),
+    (b'{"\\ud800": 1, "\\ud800": 2}', "more than once"),
     (b'{"name": "\\ud800"}', ""),
     (b'{"name": "' + b"y" * (LONGEST_ROW + 10) + b'"}', "longer"),
     (b"\x00\x00", "JSON"),
@@ -130,6 +132,16 @@ def test_an_item_is_a_run_like_one_of_its_own(client: TestClient, slug: str, mod
         assert client.get(item["links"]["exports"][name]).status_code in (200, 202)
     for path in (item["links"]["page"], f"/runs/compare?a={item['id']}&b={alone['id']}"):
         assert client.get(path).status_code == 200
+
+
+def test_the_front_of_an_item_is_stored_and_drawn(client: TestClient) -> None:
+    """Made again, every point would be a design."""
+    body = {**KINDS["impact-linkage"].example(Mode.DESIGN), "front": {"against": "longest_link", "points": 3}}
+    batch = ended(client, submit(client, json.dumps(body).encode(), at=f"{AT}?kind=impact-linkage&mode=design"))
+    [row] = rows_of(client, batch)
+    item = client.get(f"/api/v1/runs/{row['run_id']}").json()
+    assert len(item["result"]["front"]["points"]) == 3 and "transfer" not in item["result"]
+    assert client.get(item["links"]["plots"]["front"]).status_code == 200
 
 
 def test_csv_in_and_out(client: TestClient) -> None:

@@ -224,6 +224,12 @@ def test_an_excluded_effect_that_a_limit_needs_is_named_at_both_ends(client, des
         assert error["allowed"] == "keep 'ovalization', or drop 'limits.max_ovalization_um'"
 
 
+def test_an_effect_that_a_limit_needs_names_it_as_it_was_sent(client, check):
+    run = solved(client, CHECKS, {**check, "limits": {**check["limits"], "max_ovalization_um": 500.0}})
+    why = {effect["name"]: effect["why"] for effect in run["effects"]}
+    assert why["ovalization"] == "needed by limits.max_ovalization_um"
+
+
 def test_an_excluded_effects_results_do_not_exist(client, check):
     excluded = {"exclude": ["shear_deflection", "ovalization", "contact_pressure"]}
     result = solved(client, CHECKS, {**check, "effects": excluded})["result"]

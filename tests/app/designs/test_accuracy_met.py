@@ -20,7 +20,7 @@ MISSED = "the accuracy of 1e-6 is not met: the estimated error is 4e-5"
 
 
 def answer(estimated: float, result: dict | None):
-    return envelope(Outcome(Status.SUCCEEDED, None, (), Accuracy(1e-6, estimated)), result)
+    return envelope(None, Outcome(Status.SUCCEEDED, None, (), Accuracy(1e-6, estimated)), result)
 
 
 @pytest.mark.parametrize(("estimated", "met"), [(0.0, True), (1e-6, True), (1.1e-6, False), (math.nan, False)])

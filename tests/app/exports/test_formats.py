@@ -133,6 +133,13 @@ def test_csv_keeps_every_number():
     assert [[float(v) for v in row] for row in table] == [list(sample.values()) for sample in run["result"]["transfer"]]
 
 
+def test_csv_gives_the_elements_of_an_array_its_unit():
+    rows = csv.reader(io.StringIO(file(solved("flexible-rod", Mode.DESIGN), "csv").content.decode("utf-8-sig")))
+    units = {row[0]: row[2] for row in rows if len(row) == 3}
+    assert [units[f"spec.bounds.{name}.1"] for name in ("b_mm", "h_mm", "l_mm")] == ["mm", "mm", "mm"]
+    assert (units["spec.step_mm.b"], units["result.fatigue_safety"]) == ("mm", "")
+
+
 def test_an_infeasible_run_exports_its_diagnosis():
     run = solved("pin-profile", Mode.DESIGN, load={"force_n": 1e6})
     assert run["status"] == "infeasible"

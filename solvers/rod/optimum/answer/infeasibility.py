@@ -25,6 +25,12 @@ from solvers.watch import OutOfTime
 _STABILITY_ONLY: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
 _STABILITY = BY_NAME["min_stability_safety"]
 _OUT_OF_REACH = "out of reach even with no other requirement"
+_JUST_MISSED = (
+    "can be met together with the others only to within the search's accuracy: a slightly looser requirement would do"
+)
+_WITHOUT_EFFECTS = "can be met together with the others only without the effects beyond the core"
+_SLIGHTLY = 0.02
+"""Relative change of a requirement that is slight."""
 
 
 def diagnose(
@@ -86,13 +92,7 @@ class _Diagnosis:
         pairs = combinations(self.requirements, 2)
         pairs = [pair for pair in pairs if not self.core.is_feasible(self.limits_of(*pair))]
         if not pairs:
-            why = "can be met together with any other one, but not with all of them"
-            if len(self.requirements) == 2:
-                why = (
-                    "can be met together with the other one only to within the search's accuracy: a slightly lower "
-                    "requirement would do"
-                )
-            return _unattainable([self.entry(r, why, self.best_under_others(r)) for r in self.requirements])
+            return _unattainable([self.entry_beside_all(r) for r in self.requirements])
         found = []
         for r in self.requirements:
             opponents = [b if r is a else a for a, b in pairs if r in (a, b)]
@@ -150,16 +150,30 @@ class _Diagnosis:
         return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
     def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
-        required = getattr(self.asked, r.name)
-        if isinstance(best, AttainableBest):
-            value, error = r.read(best.check), best.error
-        else:
-            value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
-            error += self.influence
-        return _Entry(r, Shortfall(r.name, required, value, f"{why}; {r.advice}"), error)
+        return self.entry_of(r, why, *self.attainable(r, best))
 
-    def on_full_model(self, r: Constraint, best: Best) -> tuple[float, float]:
-        """Value of the core's best strip on the full model, and its relative error without the influence."""
+    def entry_of(self, r: Constraint, why: str, value: float | None, error: float) -> _Entry:
+        return _Entry(r, Shortfall(r.name, getattr(self.asked, r.name), value, f"{why}; {r.advice}"), error)
+
+    def entry_beside_all(self, r: Constraint) -> _Entry:
+        """The entry of a requirement that the core meets together with any other one."""
+        value, error = self.attainable(r, self.best_under_others(r))
+        if not self.core.is_feasible(self.limits_of(*self.requirements)):
+            return self.entry_of(r, "can be met together with any other one, but not with all of them", value, error)
+        required = getattr(self.asked, r.name)
+        nearly = value is not None and abs(value / required - 1.0) <= _SLIGHTLY
+        return self.entry_of(r, _JUST_MISSED if nearly else _WITHOUT_EFFECTS, value, error)
+
+    def attainable(self, r: Constraint, best: Best | AttainableBest | None) -> tuple[float | None, float]:
+        """The attainable value and its relative error."""
+        if isinstance(best, AttainableBest):
+            return r.read(best.check), best.error
+        value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
+        return value, error + self.influence
+
+    def on_full_model(self, r: Constraint, best: Best) -> tuple[float | None, float]:
+        """Value of the core's best strip on the full model, if it has one, and its relative error without the
+        influence."""
         required, scene = getattr(self.asked, r.name), self.model.scene
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
@@ -170,7 +184,9 @@ class _Diagnosis:
         except (InvalidInput, OutOfTime):
             return expected, 1.0
         if outcome.value.stresses is None:
-            return expected, 1.0
+            # What the core meets is not attained by a strip that buckles.
+            met = expected >= required if r.is_minimum else expected <= required
+            return (outcome.value.stability_safety if r is _STABILITY else None) if met else expected, 1.0
         attained = r.read(outcome.value)
         error = float(best.gap + outcome.accuracy.estimated + abs(attained / expected - 1.0))
         # A strip that meets this requirement violates another one, by less than the search resolves.

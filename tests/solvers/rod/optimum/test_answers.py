@@ -55,6 +55,18 @@ def test_limits_that_only_clash_are_each_named_with_what_the_other_leaves():
     assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
 
 
+def test_what_effects_put_out_of_reach_is_not_called_nearly_met():
+    """Friction of a short skirt: the core meets each requirement, no strip comes near the first."""
+    scene = REFERENCE.scene
+    damped = replace(scene.material, loss_factor=0.01)
+    short = replace(scene, piston=replace(scene.piston, skirt_length=2.7e-5), material=damped)
+    problem = replace(REFERENCE, scene=short)
+    (entry,) = rod.design(problem).diagnosis
+    assert entry.requirement == "min_fatigue_safety"
+    assert entry.attainable < 0.5 * entry.required
+    assert "slightly" not in entry.advice and "effects beyond the core" in entry.advice
+
+
 OUT_OF_REACH = {
     "min_fatigue_safety": (4.0, lambda s: s.fatigue),
     "min_stability_safety": (500.0, lambda s: s.stability),

@@ -233,10 +233,10 @@ class _Design:
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
-        quick = not context.model.has_resonances and not self.sizes.discrete
         effects = context.model.effects
         attainable = RequirementsAsObjectives(
-            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
+            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects),
+            not self.sizes.discrete,
         )
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
@@ -323,8 +323,9 @@ class _Design:
         best = attainable.best(violated) if worthwhile and violated is not None else None
         if best is not None and self.problem.requirements.met_by(best.check):
             yield best.check.dimensions
-        # The search for the best value may have run out of time.
-        self.watch()
+        # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
+        if not clearly_infeasible:
+            self.watch()
 
     def approximate_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene at low accuracy; None if infeasible or if no time is left."""

@@ -233,10 +233,10 @@ class _Design:
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
+        quick = not context.model.has_resonances and not self.sizes.discrete
         effects = context.model.effects
         attainable = RequirementsAsObjectives(
-            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects),
-            not self.sizes.discrete,
+            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
         )
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
@@ -319,7 +319,8 @@ class _Design:
             yield closest.dimensions
         # If it violates none, its sizes are not available, and any requirement will do.
         violated = attainable.first_violated(closest)
-        worthwhile = attainable.quick or (not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS)
+        may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
+        worthwhile = may_be_met or not self.sizes.discrete
         best = attainable.best(violated) if worthwhile and violated is not None else None
         if best is not None and self.problem.requirements.met_by(best.check):
             yield best.check.dimensions

@@ -14,6 +14,7 @@ from pydantic import BaseModel, Field
 
 from app.designs.schema import MILLI, DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
 from solvers import linkage
+from solvers.errors import InvalidInput
 from solvers.linkage.scene import GREATEST_RESTITUTION, LEAST_RESTITUTION
 
 TYPES = tuple(linkage.KINDS)
@@ -243,7 +244,7 @@ class CheckRequest(LinkageRequest):
             why = "not both ratios and lengths can be given" if lengths else "a check needs ratios or lengths"
             return [*found, entry("/ratios", why, "one of ratios and lengths_mm")]
         if lengths:
-            return found + self.lengths_mm.gaps("/lengths_mm")
+            return found + (self.lengths_mm.gaps("/lengths_mm") or self._other_type())
         if self.type is None:
             return [*found, entry("/type", "a free ratio needs the type it belongs to", ", ".join(TYPES))]
         wanted = linkage.KINDS[self.type].parameter
@@ -252,6 +253,17 @@ class CheckRequest(LinkageRequest):
                 why = "is the free ratio of this type" if name == wanted else "is no free ratio of this type"
                 found.append(entry(f"/ratios/{name}", why, f"{wanted} alone"))
         return found
+
+    def _other_type(self) -> list[Entry]:
+        """A type beside lengths that close as another one."""
+        try:
+            found = linkage.of_lengths(self.lengths_mm.to_solver(), self.type and linkage.KINDS[self.type])
+        except InvalidInput:
+            return []  # reported by the check itself
+        told = found.bar.kind.name
+        if self.type in (None, told) or not found.closure.closes:
+            return []
+        return [entry("/type", f"these lengths are those of a {told}", f"{told}, or null")]
 
     @property
     def sized(self) -> bool:

@@ -154,6 +154,14 @@ def test_plots_are_valid_svg(client, check, design, path, plot):
         ({"ratios": None, "lengths_mm": {"base": 20, "crank": 10, "coupler": 40}}, "/lengths_mm/rocker"),
         ({"ratios": None, "lengths_mm": {"base": 90, "crank": 10, "coupler": 40, "rocker": 30}}, "/lengths_mm/base"),
         ({"ratios": None, "lengths_mm": {"base": 0, "crank": 10, "coupler": 40, "rocker": 30}}, "/lengths_mm/base"),
+        (
+            {
+                "type": "largest_coupler",
+                "ratios": None,
+                "lengths_mm": {"base": 60, "crank": 20, "coupler": 50, "rocker": 30},
+            },
+            "/type",
+        ),
         ({"type": "largest_rocker", "ratios": {"lambda2": 1.5}}, "/ratios/lambda2"),
         ({"drive": {"stall_torque_nm": 5.0}}, "/drive/free_speed_hz"),
         ({"impact_energy_j": None}, "/impact_energy_j"),

@@ -45,6 +45,8 @@ SLUG = "pin-profile"
 _FIRST = 400
 """Items of a batch before the measured one: its workers are then started. No item is in both."""
 _TIMES = 3
+_END_S = 20.0
+"""Time a process of a cluster has to end."""
 _MORE = 10
 """So many more items a batch has than each of the other ways solves one by one."""
 
@@ -223,7 +225,12 @@ def cluster(workers: int, worker: Sequence[str] = OWN_WORKER) -> Iterator[str]:
         for process in reversed(started):
             process.terminate()
         for process in started:
-            process.wait()
+            try:
+                process.wait(_END_S)
+            except subprocess.TimeoutExpired:
+                # Dask's own worker sometimes waits forever for a task that it has cancelled.
+                process.kill()
+                process.wait()
 
 
 def dask_rate(kind: str, count: int, workers: int) -> Rate:

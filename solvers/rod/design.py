@@ -50,7 +50,8 @@ _MARGIN, _MIN_GAIN = 0.05, 0.1
 """Fractions of the accuracy: margin to the limits, and the gain not worth another step."""
 _COARSE_GAP, _GAP_SHARE = 1e-3, 0.1
 """Gap of the core's first search, and of its last one as a share of the influence of effects beyond the core."""
-_CORRECTIONS = 6
+_CORRECTION_MARGINS = (1e-3, 1e-3, 1e-2, 0.1, 1.0, 1.0)
+"""Fractions of the accuracy: margins of the core's searches in turn, until a check meets the requirements."""
 _MAX_CHECK_ERROR = 1e-3
 """Maximum error of a check that counts in the minimum resolvable gain."""
 _RECOVERABLE_EXCESS = 0.1
@@ -266,7 +267,8 @@ class _Design:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
         them."""
         p, limits, latest = self.problem, dict(self.limits), proof
-        for _ in range(_CORRECTIONS):
+        # Growing, since a search meets limits only to its own tolerance.
+        for margin in _CORRECTION_MARGINS:
             best = latest.best
             if best is None:
                 break
@@ -278,7 +280,8 @@ class _Design:
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
-                limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, 1e-3 * self.accuracy))
+                margin *= self.accuracy
+                limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
         return _SearchResult(

@@ -111,6 +111,15 @@ def test_peaks_that_are_nearly_each_others_equal_do_not_keep_a_proof_open(seed, 
     assert outcome.certificate.evidence["rounds"] < 16
 
 
+def test_a_limit_that_the_search_misses_by_its_own_tolerance_is_met():
+    """The greatest stress is 2e-9 above its limit, whenever the search is told to stay 1e-9 below it."""
+    problem, known = random_problem(np.random.default_rng(1130), "contact_pressure", random_machine)
+    assert problem.requirements.met_by(rod.check(problem.scene, known, CORE).value)
+    outcome = rod.design(problem, CORE)
+    assert outcome.status is Status.SUCCEEDED
+    assert outcome.certificate.gap <= 1e-6
+
+
 @pytest.mark.parametrize("seed", [1009, 1015, 1021, 1027])
 def test_friction_power_is_bounded_by_the_power_that_the_check_says(seed):
     # The power's mean over a coarse cycle is off by up to 3e-5 in these, where the piston leaves its second wall.

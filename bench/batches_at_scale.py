@@ -3,8 +3,8 @@
 python -m bench.batches_at_scale                       # 10^6 pin, 10^6 linkage, 10^5 rod checks, 10^4 rod designs
 python -m bench.batches_at_scale --share 0.01          # a hundredth of each
 python -m bench.batches_at_scale --only "pin checks"   # one of them
-Measurements are stored in ``--state`` and not repeated. What follows and the table go into docs/reliability.md. Run it on
-an idle machine.
+Measurements are stored in ``--state`` and not repeated. What follows and the table go into docs/reliability.md. Run it
+on an idle machine.
 
 Each batch runs on a fresh service with its own SQLite file, two batch workers and two interactive ones, while /healthz
 and an uncached pin check are requested ten times a second.

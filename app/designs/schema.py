@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
@@ -18,12 +18,11 @@ from pydantic_core import PydanticKnownError
 from app.designs.kind import REFUSED, Answer
 from app.designs.names import Cleaned
 from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
-from app.designs.units import figures
+from app.designs.units import figures, in_si
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 
-MILLI, MEGA, GIGA = 1e-3, 1e6, 1e9
 LARGEST_INFLUENCE = 1e9
 
 # Far wider than any machine, yet narrow enough that products of a few values stay in the range of a float: b h^3 of the
@@ -172,6 +171,26 @@ class DesignSettings(Strict):
 def time_budget_of(request: BaseModel) -> float | None:
     """The time budget in the request [s], if any."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
+
+
+def si(model: BaseModel) -> dict[str, Any]:
+    """The fields of a model that are not null, under the solver's names and in SI units."""
+    values, found = vars(model), {}
+    for field, name, unit in _in_si(type(model)):
+        value = values[field]
+        if value is not None:
+            found[name] = value if unit == 1.0 else _times(value, unit)
+    return found
+
+
+def _times(value: Any, unit: float) -> Any:
+    return tuple(each * unit for each in value) if isinstance(value, list) else value * unit
+
+
+@cache
+def _in_si(model: type[BaseModel]) -> list[tuple[str, str, float]]:
+    """Each field of a model, its name in the solvers, and its unit."""
+    return [(field, *in_si(field)) for field in model.model_fields]
 
 
 def scaled(value: float | None, unit: float) -> float | None:

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 
+MICRO, MILLI, MEGA, GIGA = 1e-6, 1e-3, 1e6, 1e9
+
 UNITS = {
-    "_m_s2": "m/s²", "_n_m2": "N/m²", "_kg_m3": "kg/m³", "_kg_m2": "kg·m²", "_n_m": "N/m", "_mm2": "mm²", "_cm3": "cm³",
-    "_nm": "N·m",
-    "_m_s": "m/s", "_nmm": "N·mm", "_mpa": "MPa", "_gpa": "GPa", "_rad": "rad", "_deg": "°", "_hz": "Hz",
-    "_kg": "kg", "_mm": "mm", "_um": "µm", "_g": "g", "_n": "N", "_w": "W", "_j": "J", "_s": "s",
+    "_m_s2": ("m/s²", 1.0), "_n_m2": ("N/m²", 1.0), "_kg_m3": ("kg/m³", 1.0), "_kg_m2": ("kg·m²", 1.0),
+    "_n_m": ("N/m", 1.0), "_mm2": ("mm²", MILLI**2), "_cm3": ("cm³", MICRO), "_nm": ("N·m", 1.0), "_m_s": ("m/s", 1.0),
+    "_nmm": ("N·mm", MILLI), "_mpa": ("MPa", MEGA), "_gpa": ("GPa", GIGA), "_rad": ("rad", 1.0),
+    "_deg": ("°", math.radians(1.0)), "_hz": ("Hz", 1.0), "_kg": ("kg", 1.0), "_mm": ("mm", MILLI),
+    "_um": ("µm", MICRO), "_g": ("g", MILLI), "_n": ("N", 1.0), "_w": ("W", 1.0), "_j": ("J", 1.0), "_s": ("s", 1.0),
 }  # fmt: skip
+"""Endings of field names, each with its unit as displayed and in SI."""
 
 
 _EXPONENT = re.compile(r"e(?:\+|(-))0*(?=\d)")
@@ -44,7 +49,15 @@ def split_unit(name: str) -> tuple[str, str]:
     if name.endswith("_u"):
         words, unit = split_unit(name.removesuffix("_u"))
         return f"± {words}", unit
-    for ending, unit in UNITS.items():
-        if name.endswith(ending) and len(name) > len(ending):
-            return name.removesuffix(ending).replace("_", " "), unit
-    return name.replace("_", " "), ""
+    ending = _ending(name)
+    return name.removesuffix(ending).replace("_", " "), UNITS[ending][0] if ending else ""
+
+
+def in_si(name: str) -> tuple[str, float]:
+    """A field's name without its unit, as the solvers have it, and that unit in SI: (crank_radius, 1e-3)."""
+    ending = _ending(name)
+    return name.removesuffix(ending), UNITS[ending][1] if ending else 1.0
+
+
+def _ending(name: str) -> str:
+    return next((ending for ending in UNITS if name.endswith(ending) and len(name) > len(ending)), "")

@@ -13,7 +13,7 @@ import numpy as np
 from app.designs.impact_linkage.kind import IMPACT_LINKAGE, SQUARE_MILLI
 from app.designs.impact_linkage.request import DesignRequest
 from app.designs.kind import Answer, Mode
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from bench.campaign import impact_linkage
 from bench.campaign.rivalry import Body, Field, excess, loosened
 from oracles.rivals.linkage import rivals

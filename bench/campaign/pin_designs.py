@@ -13,7 +13,7 @@ import numpy as np
 from app.designs.kind import Answer, Mode
 from app.designs.pin_profile.kind import PIN_PROFILE
 from app.designs.pin_profile.request import DesignRequest
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from bench.campaign import pin_profile
 from bench.campaign.rivalry import Body, Field, excess, loosened
 from oracles.rivals.pin import Bushing, Part, Shape, pin_of, rival_shapes

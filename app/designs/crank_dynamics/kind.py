@@ -17,7 +17,8 @@ from app.designs.crank_dynamics.pictures import PLOTS
 from app.designs.crank_dynamics.reference import dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
-from app.designs.schema import MEGA, MILLI, RepairDone, Strict, bulk_answers, envelope, refused, repairs_json, scaled
+from app.designs.schema import RepairDone, Strict, bulk_answers, envelope, refused, repairs_json, scaled
+from app.designs.units import MEGA, MILLI
 from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation

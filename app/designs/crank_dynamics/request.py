@@ -8,8 +8,6 @@ from typing import Annotated, Any, Literal
 from pydantic import BaseModel, Field
 
 from app.designs.schema import (
-    MEGA,
-    MILLI,
     WHOLE,
     Entry,
     Finite,
@@ -20,7 +18,9 @@ from app.designs.schema import (
     entry,
     one_named,
     one_of,
+    si,
 )
+from app.designs.units import MEGA, MILLI
 from solvers import crank
 
 CUBIC_CENTI = 1e-6
@@ -207,18 +207,11 @@ class DynamicsRequest(SolverRequest):
 
     def scene(self) -> tuple[crank.Scene, tuple[crank.Repair, ...]]:
         """The scene in SI units, and the repairs. Raises InvalidInput for input only the solver can reject."""
-        m, c, w = self.mechanism, self.cylinder, self.masses
-        mechanism = crank.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz, m.offset_mm * MILLI)
-        cylinder = crank.Cylinder(
-            c.bore_mm * MILLI, c.clearance_volume_cm3 * CUBIC_CENTI, c.crankcase_pressure_mpa * MEGA, c.strokes
-        )
-        rod = crank.RodMass(m.rod_length_mm * MILLI, w.rod_kg, w.rod_cg_from_pin_mm * MILLI, w.rod_inertia_kg_m2)
+        mechanism, cylinder = crank.Mechanism(**si(self.mechanism)), crank.Cylinder(**si(self.cylinder))
+        w = self.masses
+        rod = crank.RodMass(mechanism.rod_length, w.rod_kg, w.rod_cg_from_pin_mm * MILLI, w.rod_inertia_kg_m2)
         throw = crank.CrankThrow(
-            w.crank_pin_kg,
-            w.web_kg,
-            w.web_radius_mm * MILLI,
-            w.counterweight_kg,
-            w.counterweight_radius_mm * MILLI,
+            w.crank_pin_kg, w.web_kg, w.web_radius_mm * MILLI, w.counterweight_kg, w.counterweight_radius_mm * MILLI
         )
         masses = crank.Masses(w.piston_kg, rod, throw, w.rods_per_pin)
         pressure, repairs = self.pressure.to_solver(cylinder, mechanism)

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, RootModel
+from pydantic import ConfigDict, Field, RootModel
 
 from app.designs.crank_masses.chain import calculation
 from app.designs.crank_masses.drawing import drawing
 from app.designs.crank_masses.form import FORM
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.schema import (
-    MILLI,
     Entry,
     NotNegative,
     Positive,
@@ -23,28 +21,24 @@ from app.designs.schema import (
     accuracy_json,
     one_named,
     refusal_problem,
+    si,
 )
+from app.designs.units import MILLI, in_si
 from solvers import crank
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy
 
-_DEGREE = math.pi / 180.0
 Amplitude = Annotated[float, Field(ge=0, lt=90, description="amplitude of the swing to either side")]
 Gravity = Annotated[float, Field(gt=0, le=100)]
-
-
-def _si(model: BaseModel, units: Mapping[str, tuple[str, float]]) -> dict[str, Any]:
-    """The non-null fields of a model under the solver's names, in SI."""
-    found = {}
-    for field, (name, unit) in units.items():
-        value = getattr(model, field, None)
-        if value is not None:
-            found[name] = value * unit
-    return found
-
-
 # Six of them beyond a right angle are a half turn, at which a pendulum's period is not finite.
 AmplitudeUncertainty = Annotated[float, Field(ge=0, le=15)]
+
+_NOT_MEASURED = {*SolverRequest.model_fields, "method", "uncertainty"}
+
+
+def _measured(request: SolverRequest) -> dict[str, Any]:
+    """What was measured, under the solver's names and in SI units."""
+    return {name: value for name, value in si(request).items() if name not in _NOT_MEASURED}
 
 
 class PendulumUncertainty(Strict):
@@ -58,18 +52,6 @@ class PendulumUncertainty(Strict):
     gravity_m_s2: NotNegative = 0.0
     small_end_bore_radius_mm: NotNegative = 0.0
     big_end_bore_radius_mm: NotNegative = 0.0
-
-
-_PENDULUM = {
-    "pivot_distance_mm": ("pivot_distance", MILLI),
-    "period_small_end_s": ("period_small_end", 1.0),
-    "period_big_end_s": ("period_big_end", 1.0),
-    "rod_mass_kg": ("rod_mass", 1.0),
-    "amplitude_deg": ("amplitude", _DEGREE),
-    "gravity_m_s2": ("gravity", 1.0),
-    "small_end_bore_radius_mm": ("small_end_bore_radius", MILLI),
-    "big_end_bore_radius_mm": ("big_end_bore_radius", MILLI),
-}
 
 
 class PendulumRequest(SolverRequest):
@@ -89,8 +71,7 @@ class PendulumRequest(SolverRequest):
     uncertainty: PendulumUncertainty = PendulumUncertainty()
 
     def solve(self) -> crank.RodMasses:
-        uncertainty = _si(self.uncertainty, _PENDULUM)
-        return crank.swing(crank.Pendulum(**_si(self, _PENDULUM), uncertainty=uncertainty))
+        return crank.swing(crank.Pendulum(**_measured(self), uncertainty=si(self.uncertainty)))
 
 
 class WeighingUncertainty(Strict):
@@ -103,18 +84,6 @@ class WeighingUncertainty(Strict):
     amplitude_deg: AmplitudeUncertainty = 0.0
     gravity_m_s2: NotNegative = 0.0
     small_end_bore_radius_mm: NotNegative = 0.0
-
-
-_WEIGHING = {
-    "length_mm": ("length", MILLI),
-    "small_end_reading_kg": ("small_end_reading", 1.0),
-    "big_end_reading_kg": ("big_end_reading", 1.0),
-    "rod_mass_kg": ("rod_mass", 1.0),
-    "period_small_end_s": ("period_small_end", 1.0),
-    "amplitude_deg": ("amplitude", _DEGREE),
-    "gravity_m_s2": ("gravity", 1.0),
-    "small_end_bore_radius_mm": ("small_end_bore_radius", MILLI),
-}
 
 
 class WeighingRequest(SolverRequest):
@@ -136,10 +105,10 @@ class WeighingRequest(SolverRequest):
     uncertainty: WeighingUncertainty = WeighingUncertainty()
 
     def solve(self) -> crank.RodMasses:
-        uncertainty = _si(self.uncertainty, _WEIGHING)
+        uncertainty = si(self.uncertainty)
         if self.period_small_end_s is None:
             uncertainty.pop("period_small_end")
-        return crank.weigh(crank.Weighing(**_si(self, _WEIGHING), uncertainty=uncertainty))
+        return crank.weigh(crank.Weighing(**_measured(self), uncertainty=uncertainty))
 
 
 class EstimateUncertainty(Strict):
@@ -148,13 +117,6 @@ class EstimateUncertainty(Strict):
     bore_mm: NotNegative = 0.0
     piston_kg_m2: NotNegative = 0.0
     rod_kg_m2: NotNegative = 0.0
-
-
-_ESTIMATE = {
-    "bore_mm": ("bore", MILLI),
-    "piston_kg_m2": ("piston_area_density", 1.0),
-    "rod_kg_m2": ("rod_area_density", 1.0),
-}
 
 
 class EstimateRequest(SolverRequest):
@@ -167,8 +129,11 @@ class EstimateRequest(SolverRequest):
     uncertainty: EstimateUncertainty = EstimateUncertainty()
 
     def solve(self) -> crank.RodMasses:
-        uncertainty = _si(self.uncertainty, _ESTIMATE)
-        return crank.estimate(crank.Estimate(**_si(self, _ESTIMATE), uncertainty=uncertainty))
+        u = self.uncertainty
+        uncertainty = {
+            "bore": u.bore_mm * MILLI, "piston_area_density": u.piston_kg_m2, "rod_area_density": u.rod_kg_m2,
+        }  # fmt: skip
+        return crank.estimate(crank.Estimate(self.bore_mm * MILLI, self.piston_kg_m2, self.rod_kg_m2, uncertainty))
 
 
 _METHODS = {"pendulum": PendulumRequest, "weighing": WeighingRequest, "estimate": EstimateRequest}
@@ -214,15 +179,10 @@ class MassesResult(Strict):
     warnings: list[str]
 
 
-_SHOWN = {
-    "rod_cg_from_pin_mm": ("rod_cg_from_pin", MILLI),
-    "rod_mass_at_pin_kg": ("rod_mass_at_pin", 1.0),
-    "rod_mass_at_crank_kg": ("rod_mass_at_crank", 1.0),
-    "rod_inertia_kg_m2": ("rod_inertia", 1.0),
-    "inertia_defect_kg_m2": ("inertia_defect", 1.0),
-    "piston_mass_kg": ("piston_mass", 1.0),
-    "rod_mass_kg": ("rod_mass", 1.0),
-}
+_SHOWN = (
+    "rod_cg_from_pin_mm", "rod_mass_at_pin_kg", "rod_mass_at_crank_kg", "rod_inertia_kg_m2", "inertia_defect_kg_m2",
+    "piston_mass_kg", "rod_mass_kg",
+)  # fmt: skip
 _ROUNDING = 1e-14
 
 
@@ -236,7 +196,8 @@ def run_masses(request: MassesRequest) -> Answer:
     result: dict[str, Any] = {}
     intervals: dict[str, list[float]] = {}
     known = found.uncertainty
-    for shown, (name, unit) in _SHOWN.items():
+    for shown in _SHOWN:
+        name, unit = in_si(shown)
         value = found.values.get(name)
         result[shown] = None if value is None else value / unit
         result[shown + "_u"] = None if known is None or name not in known.standard else known.standard[name] / unit

@@ -13,7 +13,7 @@ from app.designs.calculation.chain import DEGREE, Chain
 from app.designs.calculation.extremes import greatest_at
 from app.designs.flexible_rod.cycle_pictures import request_of
 from app.designs.flexible_rod.request import CheckRequest
-from app.designs.schema import MEGA, MILLI
+from app.designs.units import MEGA, MILLI
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, choose_for, compose

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.designs.flexible_rod.request import CheckRequest
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Linear, Say, around
-from app.designs.schema import MEGA, MILLI
+from app.designs.units import MEGA, MILLI
 from solvers.effects import EffectSelection
 from solvers.rod.cycle.composition import Cycle, Instants
 from solvers.rod.effects import choose_for, compose

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from app.designs.flexible_rod.cycle_pictures import request_of
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA

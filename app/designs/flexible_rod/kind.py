@@ -26,8 +26,6 @@ from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimens
 from app.designs.flexible_rod.verdict import WORDS
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.schema import (
-    MEGA,
-    MILLI,
     CertificateResult,
     RepairDone,
     Strict,
@@ -39,6 +37,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
+from app.designs.units import MEGA, MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import rod
 from solvers.errors import InvalidInput

@@ -9,7 +9,7 @@ from typing import Any
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.schema import MEGA, MILLI
+from app.designs.units import MEGA, MILLI
 from solvers import rod
 from solvers.accuracy import Exact, Reference
 

@@ -10,9 +10,6 @@ from pydantic import ConfigDict, Field
 from app.designs.crank_dynamics.request import CUBIC_CENTI, Diagram, Volume
 from app.designs.references import Instant, Run, RunReference, cycle_of, source_of, worst_of
 from app.designs.schema import (
-    GIGA,
-    MEGA,
-    MILLI,
     DesignSettings,
     Entry,
     Finite,
@@ -23,7 +20,9 @@ from app.designs.schema import (
     entry,
     one_named,
     one_of,
+    si,
 )
+from app.designs.units import MEGA, MILLI
 from solvers import rod
 from solvers.crank.gas.data_repair import Repair
 from solvers.crank.gas.indicator_diagram import IndicatorPressure
@@ -218,17 +217,7 @@ class CustomMaterial(Strict):
     )
 
     def to_solver(self) -> rod.Material:
-        return rod.Material(
-            self.elastic_modulus_gpa * GIGA,
-            self.fatigue_limit_mpa * MEGA,
-            self.fatigue_reduction,
-            self.mean_stress_sensitivity,
-            self.yield_strength_mpa * MEGA,
-            self.density_kg_m3,
-            self.poisson,
-            _pascal(self.ultimate_strength_mpa),
-            self.loss_factor,
-        )
+        return rod.Material(**si(self))
 
 
 class CatalogueMaterial(Strict):
@@ -288,16 +277,7 @@ class RodRequest(SolverRequest):
         ]
 
     def _machine(self) -> tuple[rod.Mechanism, rod.Piston]:
-        m, p = self.mechanism, self.piston
-        mechanism = rod.Mechanism(m.crank_radius_mm * MILLI, m.rod_length_mm * MILLI, m.speed_hz)
-        piston = rod.Piston(
-            p.diameter_mm * MILLI,
-            p.skirt_length_mm * MILLI,
-            p.reciprocating_mass_kg,
-            p.clamp_offset_mm * MILLI,
-            p.friction_coefficient,
-        )
-        return mechanism, piston
+        return rod.Mechanism(**si(self.mechanism)), rod.Piston(**si(self.piston))
 
     def scene(self) -> rod.Scene:
         """The scene in SI units. Raises InvalidInput for input only the solver can reject."""
@@ -323,8 +303,7 @@ class CheckRequest(RodRequest):
         return found
 
     def strip(self) -> rod.Dimensions:
-        d = self.dimensions
-        return rod.Dimensions(d.b_mm * MILLI, d.h_mm * MILLI, d.l_mm * MILLI)
+        return rod.Dimensions(**si(self.dimensions))
 
 
 class Requirements(Strict):
@@ -378,17 +357,11 @@ class DesignRequest(RodRequest, DesignSettings):
 
     def problem(self) -> rod.RodProblem:
         """The design problem in SI units. Raises InvalidInput for input only the solver can reject."""
-        r, b = self.requirements, self.bounds
+        b = self.bounds
         return rod.RodProblem(
             self.scene(),
             rod.Bounds(*(tuple(v * MILLI for v in pair) for pair in (b.b_mm, b.h_mm, b.l_mm))),
-            rod.Requirements(
-                r.min_fatigue_safety,
-                r.min_stability_safety,
-                _pascal(r.max_contact_pressure_mpa),
-                r.max_friction_power_w,
-                r.min_yield_safety,
-            ),
+            rod.Requirements(**si(self.requirements)),
             rod.OBJECTIVES[self.objective],
             stock_h=None if self.stock_h_mm is None else tuple(h * MILLI for h in self.stock_h_mm),
             step_b=None if self.step_mm.b is None else self.step_mm.b * MILLI,

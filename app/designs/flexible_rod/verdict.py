@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from app.designs.schema import MEGA
+from app.designs.units import MEGA
 from app.designs.verdict import Word
 
 WORDS = {

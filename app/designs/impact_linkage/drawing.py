@@ -20,7 +20,7 @@ from app.designs.drawing import (
     words_of,
 )
 from app.designs.impact_linkage.mechanism_picture import standing
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from solvers import linkage
 from solvers.errors import InvalidInput
 

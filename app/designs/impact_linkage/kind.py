@@ -38,7 +38,6 @@ from app.designs.impact_linkage.verdict import WORDS
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.progress import Counter, Report, ignore_progress
 from app.designs.schema import (
-    MILLI,
     CertificateResult,
     Strict,
     bulk_answers,
@@ -48,6 +47,7 @@ from app.designs.schema import (
     refused,
     scaled,
 )
+from app.designs.units import MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import linkage
 from solvers.errors import InvalidInput

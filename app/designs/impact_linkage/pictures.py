@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Say, around
-from app.designs.schema import MILLI
-from app.designs.units import figures
+from app.designs.units import MILLI, figures
 from solvers.linkage import KINDS
 from solvers.linkage.loads.torque_and_pin_force import series
 from solvers.linkage.mechanism.change_point import plain_ratios

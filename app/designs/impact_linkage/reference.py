@@ -8,7 +8,7 @@ from collections.abc import Callable
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from solvers import linkage
 from solvers.accuracy import Exact, Reference
 

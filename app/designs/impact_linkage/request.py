@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from functools import lru_cache
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from app.designs.schema import MILLI, DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
+from app.designs.schema import DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of, si
+from app.designs.units import MILLI
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.scene import GREATEST_RESTITUTION, LEAST_RESTITUTION
@@ -68,37 +68,7 @@ class LinkageLimits(Strict):
     )
 
     def to_solver(self) -> linkage.Limits:
-        lengths = (self.min_link_mm, self.joint_radius_mm, self.longest_link_mm, self.width_mm, self.height_mm)
-        degrees = self.transmission_angle_deg
-        return _limits(*lengths, self.enclosing_radius_mm, self.max_pin_force_n, degrees and tuple(degrees))
-
-
-@lru_cache(maxsize=32)
-def _limits(
-    min_link: float | None,
-    joint_radius: float | None,
-    longest_link: float | None,
-    width: float | None,
-    height: float | None,
-    enclosing_radius: float | None,
-    max_pin_force: float | None,
-    degrees: tuple[float, float] | None,
-) -> linkage.Limits:
-    """The limits [mm, N, degrees] in SI units; the items of a batch mostly share them."""
-
-    def metres(length: float | None) -> float | None:
-        return None if length is None else length * MILLI
-
-    return linkage.Limits(
-        min_link=metres(min_link) or 0.0,
-        joint_radius=metres(joint_radius) or 0.0,
-        longest_link=metres(longest_link),
-        width=metres(width),
-        height=metres(height),
-        enclosing_radius=metres(enclosing_radius),
-        max_pin_force=max_pin_force,
-        transmission_angle=degrees and (math.radians(degrees[0]), math.radians(degrees[1])),
-    )
+        return linkage.Limits(**{"transmission_angle": None, **si(self)})
 
 
 class Group(Strict):
@@ -222,8 +192,7 @@ class LinkLengths(Group):
     rocker: Positive | None = None
 
     def to_solver(self) -> linkage.Lengths:
-        names = ("base", "crank", "coupler", "rocker")
-        return linkage.Lengths(*(getattr(self, name) * MILLI for name in names))
+        return linkage.Lengths(*(length * MILLI for _, length in self))
 
 
 class CheckRequest(LinkageRequest):

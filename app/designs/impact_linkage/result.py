@@ -9,7 +9,8 @@ import numpy as np
 from pydantic import Field
 
 from app.designs.impact_linkage.request import LinkageRequest
-from app.designs.schema import MILLI, Strict, scaled
+from app.designs.schema import Strict, scaled
+from app.designs.units import MILLI
 from solvers import linkage
 from solvers.linkage.mechanism.closure import Window
 from solvers.linkage.mechanism.lengths import Mechanism

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from app.designs.schema import MILLI
+from app.designs.units import MILLI
 from app.designs.verdict import Word
 
 _DEGREE = math.radians(1.0)

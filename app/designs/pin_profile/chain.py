@@ -10,7 +10,7 @@ import numpy as np
 
 from app.designs.calculation.chain import Chain, Column
 from app.designs.pin_profile.request import CheckRequest, DesignRequest
-from app.designs.schema import MEGA
+from app.designs.units import MEGA
 
 PAPER = "paper on optimal forms of piston pins and bushings (iteration by MathCAD), example VAZ-2112"
 BEAM = "S. P. Timoshenko: Strength of Materials, beams"

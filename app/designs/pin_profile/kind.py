@@ -32,7 +32,8 @@ from app.designs.pin_profile.result import (
     profile_json,
 )
 from app.designs.pin_profile.verdict import WORDS
-from app.designs.schema import MILLI, bulk_answers, envelope, refused
+from app.designs.schema import bulk_answers, envelope, refused
+from app.designs.units import MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import pin
 from solvers.errors import InvalidInput

@@ -10,8 +10,7 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Sa
 from app.designs.pictures.drawing_svg import drawing_alone
 from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
-from app.designs.schema import MEGA
-from app.designs.units import figures
+from app.designs.units import MEGA, figures
 from solvers import pin
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.shapes.load_family import load_sweep

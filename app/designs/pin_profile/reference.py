@@ -8,8 +8,7 @@ from typing import Any
 from app.designs.independent import Found, active, exact, reference
 from app.designs.kind import Answer
 from app.designs.pin_profile.request import CheckRequest, DesignRequest, PinRequest
-from app.designs.pin_profile.result import MICRO
-from app.designs.schema import MEGA, MILLI
+from app.designs.units import MEGA, MICRO, MILLI
 from solvers.accuracy import Exact, Reference
 from solvers.pin.check import halves_alike
 

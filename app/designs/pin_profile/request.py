@@ -9,9 +9,6 @@ from pydantic import Field
 
 from app.designs.references import RunForce
 from app.designs.schema import (
-    GIGA,
-    MEGA,
-    MILLI,
     DesignSettings,
     Entry,
     NotNegative,
@@ -21,10 +18,11 @@ from app.designs.schema import (
     entry,
     named,
     one_of,
+    si,
 )
+from app.designs.units import MILLI
 from solvers import pin
 
-MICRO = 1e-6
 MAX_POINTS = 5_000
 _NO_BORE_MM = 1e-12
 """A bushing with a smaller bore is a shaft: squares of such numbers underflow."""
@@ -38,10 +36,6 @@ _PLAIN_FORMS = {
     "double_cone": pin.Cone(),
     "cone_cylinder": pin.Cone(cylinder=True),
 }
-
-
-def _times(value: float | None, unit: float) -> float | None:
-    return None if value is None else value * unit
 
 
 class Geometry(Strict):
@@ -85,13 +79,7 @@ class PinMaterial(Strict):
     density_kg_m3: Positive
 
     def to_solver(self) -> pin.PinMaterial:
-        return pin.PinMaterial(
-            self.allowable_stress_mpa * MEGA,
-            self.elastic_modulus_gpa * GIGA,
-            self.poisson,
-            self.density_kg_m3,
-            _times(self.allowable_shear_mpa, MEGA),
-        )
+        return pin.PinMaterial(**si(self))
 
 
 class PinSteel(Strict):
@@ -107,10 +95,10 @@ class PinSteel(Strict):
 
     def to_solver(self) -> pin.PinMaterial:
         listed = pin.CATALOGUE[self.name]
-        own = _times(self.allowable_stress_mpa, MEGA)
+        own = si(self)
         return pin.PinMaterial(
-            own or listed.allowable_stress, listed.elastic_modulus, listed.poisson, listed.density,
-            _times(self.allowable_shear_mpa, MEGA),
+            own.get("allowable_stress", listed.allowable_stress), listed.elastic_modulus, listed.poisson,
+            listed.density, own.get("allowable_shear"),
         )  # fmt: skip
 
 
@@ -152,13 +140,7 @@ class PinLimits(Strict):
     )
 
     def to_solver(self) -> pin.Limits:
-        return pin.Limits(
-            (self.min_wall_mm or 0.0) * MILLI,
-            _times(self.max_deflection_um, MICRO),
-            _times(self.max_ovalization_um, MICRO),
-            self.max_slope,
-            _times(self.max_ring_stress_mpa, MEGA),
-        )
+        return pin.Limits(**si(self))
 
 
 class BoreForm(Strict):

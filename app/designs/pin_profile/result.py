@@ -9,17 +9,8 @@ from numpy.typing import NDArray
 from pydantic import Field
 
 from app.designs.claims import Claim, with_claim
-from app.designs.pin_profile.request import MICRO
-from app.designs.schema import (
-    MEGA,
-    MILLI,
-    CertificateResult,
-    ShortfallResult,
-    Strict,
-    certificate_json,
-    diagnosis_json,
-    scaled,
-)
+from app.designs.schema import CertificateResult, ShortfallResult, Strict, certificate_json, diagnosis_json, scaled
+from app.designs.units import MEGA, MICRO, MILLI
 from solvers import pin
 from solvers.outcome import Outcome
 

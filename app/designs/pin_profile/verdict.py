@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from app.designs.pin_profile.request import MICRO
-from app.designs.schema import MEGA, MILLI
+from app.designs.units import MEGA, MICRO, MILLI
 from app.designs.verdict import Word
 
 WORDS = {

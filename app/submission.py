@@ -166,8 +166,6 @@ class Service:
         return runs.answered(run, answer, started)
 
     async def _run(self, run: RunRecord, job: Job, request: BaseModel, on_start: OnStart | None) -> EncodedAnswer:
-        if job.inline:
-            return EncodedAnswer.of(run.kind, run.mode, job.run(request))
         times = budget(self.solve_budget_s + job.extra_s(request), time_budget_of(request), job.best_in_time)
         payload = run.spec
         if times.solver_s is not None:

@@ -142,12 +142,9 @@ def study_job(kind: Kind) -> Job:
         spec=(_spec(specs), Field(description=f"{asked_for} of this kind")),
     )
 
-    def in_steps(asked: Any, report: Report) -> Answer:
+    def run(asked: Any, report: Report = ignore_progress) -> Answer:
         mode = next(Mode(name) for name, model in specs.items() if isinstance(asked.spec, model))
         return _run(kind, mode, asked, report)
-
-    def run(asked: Any) -> Answer:
-        return in_steps(asked, ignore_progress)
 
     infeasible = next((job.infeasible for job in kind.jobs.values() if job.infeasible), None)
     return Job(
@@ -157,7 +154,7 @@ def study_job(kind: Kind) -> Job:
         extra_s=lambda asked: asked.study_budget_s,
         repeatable=False,
         infeasible=infeasible,
-        in_steps=in_steps,
+        in_steps=True,
     )
 
 

@@ -62,41 +62,16 @@ class Answer(NamedTuple):
     verdict: dict[str, Any] | None = None
 
 
-def _no_extra_time(_request: Any) -> float:
-    return 0.0
-
-
-def _no_figure(_mode: Mode, _result: Mapping[str, Any]) -> tuple[str, float | None]:
-    return "", None
-
-
-def _no_reference(_request: Any, _answer: Answer) -> None:
-    return None
-
-
-def _no_calculation(_run: Mapping[str, Any], _chain: Chain) -> None:
-    return None
-
-
-def _no_drawing(_request: dict[str, Any]) -> None:
-    return None
-
-
-def _no_part(_run: Mapping[str, Any]) -> bool:
-    return False
-
-
 @dataclass(frozen=True)
 class Job:
     """A job of a kind: request model, result model, and the pure function between them.
 
-    inline      the call has a small proven time bound and may run on the event loop; others run in a worker
     extra_s     time that a request may claim on top of the budget
     repeatable  false if time is part of the answer, so that cached answers are not valid
     reference   solves a request by independent means, for accuracy studies; given the job's tightest answer with its
         effects
     infeasible  result model for no solution, if it says more than the common diagnosis
-    in_steps    the call with progress reports, for long jobs
+    in_steps    ``run`` also takes a report of its progress, for long jobs
     best_in_time  the call watches the clock and ends at ``time_budget_s`` with the best solution; others are killed
     run_many    bulk evaluation with the same answers as ``run``, in order, each made when it is taken; omits
         ``tables`` unless full detail is requested
@@ -104,20 +79,19 @@ class Job:
 
     request: type[BaseModel]
     result: type[BaseModel]
-    run: Callable[[Any], Answer]
-    inline: bool = False
-    extra_s: Callable[[Any], float] = _no_extra_time
+    run: Callable[..., Answer]
+    extra_s: Callable[[Any], float] = lambda _request: 0.0
     repeatable: bool = True
-    reference: Callable[[Any, Answer], Reference | None] = _no_reference
+    reference: Callable[[Any, Answer], Reference | None] = lambda _request, _answer: None
     infeasible: type[BaseModel] | None = None
-    in_steps: Callable[[Any, Report], Answer] | None = None
+    in_steps: bool = False
     best_in_time: bool = False
     run_many: Callable[[Sequence[Any], Detail], Iterable[Answer]] | None = None
     tables: tuple[str, ...] = ()
 
     def solve(self, request: Any, report: Report = ignore_progress) -> Answer:
         """Solve, with progress reports if the job supports them."""
-        return self.run(request) if self.in_steps is None else self.in_steps(request, report)
+        return self.run(request, report) if self.in_steps else self.run(request)
 
     def rehearse(self, request: Any) -> None:
         """Load everything its calls need, for single and bulk evaluation."""
@@ -154,15 +128,15 @@ class Kind:
     known_effects: Sequence[Effect]
     plots: Mapping[str, Plot]
     main_results: tuple[str, ...]
+    figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]]
+    drawing: Callable[[dict[str, Any]], Drawing | None]
+    calculation: Callable[[Mapping[str, Any], Chain], None]
     given_results: tuple[str, ...] = ()
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
-    figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]] = _no_figure
     form: FormWords = field(default_factory=FormWords)
-    drawing: Callable[[dict[str, Any]], Drawing | None] = _no_drawing
-    calculation: Callable[[Mapping[str, Any], Chain], None] = _no_calculation
     followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
-    has_part: Callable[[Mapping[str, Any]], bool] = _no_part
+    has_part: Callable[[Mapping[str, Any]], bool] = lambda _run: False
     labels: Mapping[str, str] = field(default_factory=dict)
     denials: Mapping[str, str] = field(default_factory=dict)
 

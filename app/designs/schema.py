@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache, lru_cache, wraps
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
@@ -18,6 +18,7 @@ from pydantic_core import PydanticKnownError
 from app.designs.kind import REFUSED, Answer
 from app.designs.names import Cleaned
 from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
+from app.designs.progress import Report
 from app.designs.units import figures, in_si
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
@@ -386,8 +387,8 @@ def entry(pointer: str, detail: str, allowed: str) -> Entry:
     return {"pointer": pointer, "detail": detail, "allowed": allowed}
 
 
-def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]:
-    """Problem details for an input refused by the solver.
+def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
+    """The answer for an input refused by the solver.
 
     A limit or objective that needs an excluded effect is reported at both fields.
     """
@@ -398,12 +399,20 @@ def refusal_problem(request: BaseModel, refusal: InvalidInput) -> dict[str, Any]
         places.append(pointer(request, field))
         refusal = EffectConflict(refusal.effect, _dotted(request, field) + space + choice)
     errors = [entry(place, refusal.reason, refusal.allowed) for place in places]
-    return problem_details(INVALID, 422, refusal.reason, errors)
+    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, refusal.reason, errors))
 
 
-def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
-    """The answer for an input refused by the solver."""
-    return Answer(REFUSED, None, [], None, {}, refusal_problem(request, refusal))
+def refusing(run: Callable[..., Answer]) -> Callable[..., Answer]:
+    """The function of a job, with the answer ``refused`` for what its solver refuses."""
+
+    @wraps(run)
+    def answered(request: BaseModel, *report: Report) -> Answer:
+        try:
+            return run(request, *report)
+        except InvalidInput as refusal:
+            return refused(request, refusal)
+
+    return answered
 
 
 R = TypeVar("R", bound=BaseModel)

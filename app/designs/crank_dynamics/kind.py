@@ -17,13 +17,12 @@ from app.designs.crank_dynamics.pictures import PLOTS
 from app.designs.crank_dynamics.reference import dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
-from app.designs.schema import RepairDone, Strict, bulk_answers, envelope, refused, repairs_json, scaled
+from app.designs.schema import RepairDone, Strict, bulk_answers, envelope, refusing, repairs_json, scaled
 from app.designs.units import MEGA, MILLI
 from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation
 from solvers.crank.engine.unbalance import Balance
-from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
 
 
@@ -213,13 +212,11 @@ def case_of(request: DynamicsRequest) -> crank.Case:
     return crank.Case(request.scene()[0], selection, tolerance, request.accuracy, request.series_angles)
 
 
+@refusing
 def run_dynamics(request: DynamicsRequest) -> Answer:
     """Analyse a mechanism."""
-    try:
-        case = case_of(request)
-        return _answer(request, case, case.evaluate())
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    case = case_of(request)
+    return _answer(request, case, case.evaluate())
 
 
 def run_many(requests: Sequence[DynamicsRequest], detail: Detail) -> Iterator[Answer]:

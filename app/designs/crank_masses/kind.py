@@ -20,7 +20,7 @@ from app.designs.schema import (
     Strict,
     accuracy_json,
     one_named,
-    refusal_problem,
+    refused,
     si,
 )
 from app.designs.units import MILLI, in_si
@@ -192,7 +192,7 @@ def run_masses(request: MassesRequest) -> Answer:
     try:
         found = asked.solve()
     except InvalidInput as refusal:
-        return Answer("refused", None, [], None, {}, refusal_problem(asked, refusal))
+        return refused(asked, refusal)
     result: dict[str, Any] = {}
     intervals: dict[str, list[float]] = {}
     known = found.uncertainty

@@ -33,14 +33,13 @@ from app.designs.schema import (
     certificate_json,
     diagnosis_json,
     envelope,
-    refused,
+    refusing,
     repairs_json,
     scaled,
 )
 from app.designs.units import MEGA, MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import rod
-from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
 from solvers.outcome import Outcome
 
@@ -108,13 +107,11 @@ def case_of(request: CheckRequest) -> rod.Case:
     return rod.Case(scene, request.strip(), request.selection(), request.effect_tolerance, request.accuracy, criterion)
 
 
+@refusing
 def run_check(request: CheckRequest) -> Answer:
     """Check a strip."""
-    try:
-        case = case_of(request)
-        return _answer(request, case, case.evaluate())
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    case = case_of(request)
+    return _answer(request, case, case.evaluate())
 
 
 def run_checks(requests: Sequence[CheckRequest], _detail: Detail) -> Iterator[Answer]:
@@ -153,21 +150,19 @@ _LIMITS = {
 """API names of requirements with a unit suffix."""
 
 
+@refusing
 def run_design(request: DesignRequest) -> Answer:
     """Design a strip."""
-    try:
-        problem = request.problem()
-        criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
-        outcome = rod.design(
-            problem,
-            request.selection(),
-            request.effect_tolerance,
-            request.accuracy,
-            criterion,
-            request.time_budget_s,
-        )
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    problem = request.problem()
+    criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
+    outcome = rod.design(
+        problem,
+        request.selection(),
+        request.effect_tolerance,
+        request.accuracy,
+        criterion,
+        request.time_budget_s,
+    )
     unit = _UNIT_OF_OBJECTIVE.get(request.objective, 1.0)
     certificate = certificate_json(outcome.certificate, unit)
     if certificate is not None:

@@ -44,13 +44,12 @@ from app.designs.schema import (
     certificate_json,
     diagnosis_json,
     envelope,
-    refused,
+    refusing,
     scaled,
 )
 from app.designs.units import MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import linkage
-from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
 
 
@@ -64,13 +63,11 @@ def case_of(request: CheckRequest) -> linkage.Case:
     )
 
 
+@refusing
 def run_check(request: CheckRequest) -> Answer:
     """Check a linkage."""
-    try:
-        case = case_of(request)
-        return _answer(request, case, case.evaluate())
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    case = case_of(request)
+    return _answer(request, case, case.evaluate())
 
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> Iterator[Answer]:
@@ -159,19 +156,13 @@ _LIMITS = {
 """API names of requirements with a unit suffix."""
 
 
-def run_design(request: DesignRequest) -> Answer:
-    """Design a linkage, with the Pareto front if requested."""
-    return design_in_steps(request, ignore_progress)
-
-
-def design_in_steps(request: DesignRequest, report: Report) -> Answer:
-    """``run_design`` with progress reports: every point of a front is a design of its own."""
-    try:
-        problem = request.problem()
-        outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
-        traded = _traded(request, problem, report) if outcome.value is not None else ()
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+@refusing
+def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answer:
+    """Design a linkage, with the Pareto front if requested, and report its progress: every point of a front is a design
+    of its own."""
+    problem = request.problem()
+    outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
+    traded = _traded(request, problem, report) if outcome.value is not None else ()
     words, unit = _UNITS[request.objective]
     claim = of_linkage(outcome, request.objective, problem.objective.sign, request.types)
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
@@ -288,7 +279,7 @@ IMPACT_LINKAGE = Kind(
             DesignResult,
             run_design,
             reference=design_reference,
-            in_steps=design_in_steps,
+            in_steps=True,
             tables=TABLES,
         ),
         Mode.CHECK: Job(

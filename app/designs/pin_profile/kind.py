@@ -32,11 +32,10 @@ from app.designs.pin_profile.result import (
     profile_json,
 )
 from app.designs.pin_profile.verdict import WORDS
-from app.designs.schema import bulk_answers, envelope, refused
+from app.designs.schema import bulk_answers, envelope, refusing
 from app.designs.units import MILLI
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import pin
-from solvers.errors import InvalidInput
 from solvers.outcome import Outcome
 
 
@@ -48,13 +47,11 @@ def case_of(request: CheckRequest) -> pin.Case:
     )  # fmt: skip
 
 
+@refusing
 def run_check(request: CheckRequest) -> Answer:
     """Check a pin or bushing."""
-    try:
-        case = case_of(request)
-        return _answer(request, case, case.evaluate())
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    case = case_of(request)
+    return _answer(request, case, case.evaluate())
 
 
 def run_checks(requests: Sequence[CheckRequest], detail: Detail) -> Iterator[Answer]:
@@ -72,13 +69,11 @@ def _answer(
     return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
+@refusing
 def run_design(request: DesignRequest) -> Answer:
     """Design a pin or bushing."""
-    try:
-        problem = request.problem()
-        outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
-    except InvalidInput as refusal:
-        return refused(request, refusal)
+    problem = request.problem()
+    outcome = pin.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     found = outcome.value
     if found is None:
         why = None

@@ -115,6 +115,7 @@ class Kind:
     form          wording of the forms
     drawing       dimensioned drawing from a possibly incomplete request; None if nothing can be drawn yet
     part          the part of a run for which ``has_part`` holds, at a crank angle [deg] if it has one
+    part_if       whether a result describes a part
     labels        labels of the verdict's criteria, by name
     denials       wording of failed yes/no criteria, by name
     calculation   fills a chain with the hand calculation of a succeeded run; raises NotANumber if that is impossible
@@ -136,9 +137,13 @@ class Kind:
     form: FormWords = field(default_factory=FormWords)
     followed: frozenset[str] = frozenset()
     part: Callable[[Mapping[str, Any], float | None], Part] | None = None
-    has_part: Callable[[Mapping[str, Any]], bool] = lambda _run: False
+    part_if: Callable[[Mapping[str, Any]], bool] = lambda _result: False
     labels: Mapping[str, str] = field(default_factory=dict)
     denials: Mapping[str, str] = field(default_factory=dict)
+
+    def has_part(self, run: Mapping[str, Any]) -> bool:
+        """Whether a run with a result describes a part."""
+        return run["status"] == "succeeded" and run["mode"] != Mode.ACCURACY and self.part_if(run["result"])
 
     def judged(self, mode: Mode) -> tuple[str, ...]:
         """Names of the results judged in a mode."""

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.designs.drawing import Arc, Bezier, Circle, Dimension, Layer, Line, Note, Outline, Place, Shape, extent
 from app.designs.kind import Kind
-from app.exports.export import Export, ExportOptions, Refusal, Run, has_part
-from app.exports.parts import part_of
+from app.exports.export import Export, ExportOptions, Run, has_part
 from app.exports.title import title_rows
 
 if TYPE_CHECKING:
@@ -29,11 +28,9 @@ _LETTER = 0.022
 """Text height as a fraction of the drawing's greatest extent."""
 
 
-def make(kind: Kind, run: Run, options: ExportOptions) -> bytes | Refusal:
+def make(kind: Kind, run: Run, options: ExportOptions) -> bytes:
     """The drawing, with associative dimensions."""
-    part = part_of(kind, run, options)
-    if isinstance(part, Refusal):
-        return part
+    part = kind.part(run, options.angle_deg)
     import ezdxf
     from ezdxf import units
 

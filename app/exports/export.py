@@ -9,6 +9,7 @@ from enum import StrEnum
 from typing import Any
 
 from app.designs.kind import Kind
+from app.designs.part import UnfitAngle
 
 Run = dict[str, Any]
 """A run as its JSON object."""
@@ -112,6 +113,9 @@ class Export:
         return bool(self.module) and importlib.util.find_spec(self.module) is None
 
     def file(self, kind: Kind, run: Run, options: ExportOptions) -> File | Refusal:
-        """The run's file in this format, or a refusal."""
-        made = self.make(kind, run, options)
+        """The run's file in this format, or a refusal, also where the part cannot take the requested position."""
+        try:
+            made = self.make(kind, run, options)
+        except UnfitAngle as unfit:
+            return Refusal("/angle_deg", str(unfit), unfit.allowed)
         return File(made, self.media_type, self.extension) if isinstance(made, bytes) else made

@@ -9,18 +9,16 @@ from collections.abc import Callable, Sequence
 
 from app.designs.kind import Kind
 from app.designs.part import Parameter
-from app.exports.export import Export, ExportOptions, File, Refusal, Run, Tool, has_part
-from app.exports.parts import part_of
+from app.exports.export import Export, ExportOptions, File, Run, Tool, has_part
 from app.exports.text import cell, plain, word
 from app.exports.xlsx import workbook
 
 _XLSX = "application/vnd.openxmlformats-officedocument.spreadsheetml.sheet"
 
 
-def make(kind: Kind, run: Run, options: ExportOptions) -> File | Refusal:
+def make(kind: Kind, run: Run, options: ExportOptions) -> File:
     """The parameters for the requested program."""
-    part = part_of(kind, run, options)
-    return part if isinstance(part, Refusal) else _WRITERS[options.tool](part.parameters)
+    return _WRITERS[options.tool](kind.part(run, options.angle_deg).parameters)
 
 
 def _number(value: float) -> str:

@@ -9,7 +9,6 @@ from app.designs.drawing import Arc, Bezier, Outline, extent, middle_of
 from app.designs.kind import Kind
 from app.designs.part import Extrusion, Part, Revolution, Solid
 from app.exports.export import Export, ExportOptions, ExportProcess, Refusal, Run, has_part
-from app.exports.parts import part_of
 
 if TYPE_CHECKING:
     import build123d
@@ -20,9 +19,7 @@ _MIN_MM, _MAX_MM = 1e-5, 1e6
 
 def make(kind: Kind, run: Run, options: ExportOptions) -> bytes | Refusal:
     """The STEP file, or a refusal if the sizes are out of the modeller's range."""
-    part = part_of(kind, run, options)
-    if isinstance(part, Refusal):
-        return part
+    part = kind.part(run, options.angle_deg)
     sizes = [size for solid in part.solids for size in _sizes(solid)]
     if min(sizes) < _MIN_MM or max(sizes) > _MAX_MM:
         allowed = f"sizes from {_MIN_MM:g} to {_MAX_MM:g} mm"

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 from app.designs.kind import Kind
 from app.designs.pictures.drawing_svg import drawing_to_scale
-from app.exports.export import Export, ExportOptions, Refusal, Run, has_part
-from app.exports.parts import part_of
+from app.exports.export import Export, ExportOptions, Run, has_part
 
 
-def make(kind: Kind, run: Run, options: ExportOptions) -> bytes | Refusal:
+def make(kind: Kind, run: Run, options: ExportOptions) -> bytes:
     """The drawing at true scale."""
-    part = part_of(kind, run, options)
-    return part if isinstance(part, Refusal) else drawing_to_scale(part.drawing).encode()
+    return drawing_to_scale(kind.part(run, options.angle_deg).drawing).encode()
 
 
 SVG = Export("svg", "SVG: the drawing in its true size", "image/svg+xml", "svg", make, has_part)

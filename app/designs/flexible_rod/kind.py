@@ -19,7 +19,7 @@ from app.designs.flexible_rod.cycle_pictures import (
 from app.designs.flexible_rod.drawing import drawing
 from app.designs.flexible_rod.feasible_region import feasible_region, is_design
 from app.designs.flexible_rod.form import FORM
-from app.designs.flexible_rod.part import has_part, part
+from app.designs.flexible_rod.part import part
 from app.designs.flexible_rod.pictures import stability_map
 from app.designs.flexible_rod.reference import check_reference, design_reference
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest, Dimensions
@@ -253,7 +253,7 @@ FLEXIBLE_ROD = Kind(
     calculation=calculation,
     followed=frozenset(FOLLOWED),
     part=part,
-    has_part=has_part,
+    part_if=lambda result: "dimensions" in result,
     labels=labels(WORDS),
     denials=denials(WORDS),
 )

@@ -13,11 +13,6 @@ _CLAMPED_LENGTH = 0.14
 """Length shown of the clamped ends, in free lengths; their real length depends on the machine."""
 
 
-def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run has a strip."""
-    return bool(run["status"] == "succeeded" and run["mode"] != "accuracy" and run["result"].get("dimensions"))
-
-
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
     """The strip as an extrusion: x along it from the clamp, y across, z through the thickness."""
     found = run["result"]["dimensions"]

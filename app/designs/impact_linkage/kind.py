@@ -13,7 +13,7 @@ from app.designs.impact_linkage.chain import FOLLOWED, calculation
 from app.designs.impact_linkage.drawing import drawing
 from app.designs.impact_linkage.form import FORM
 from app.designs.impact_linkage.mechanism_picture import has_size, mechanism_picture
-from app.designs.impact_linkage.part import has_part, part
+from app.designs.impact_linkage.part import part
 from app.designs.impact_linkage.pictures import (
     front_picture,
     has_front,
@@ -306,7 +306,7 @@ IMPACT_LINKAGE = Kind(
     calculation=calculation,
     followed=frozenset(FOLLOWED),
     part=part,
-    has_part=has_part,
+    part_if=lambda result: bool(result.get("lengths_mm")),
     labels=labels(WORDS),
     denials=denials(WORDS),
 )

@@ -36,11 +36,6 @@ _HOLE, _THICKNESS, _MAX_HOLE = 0.5, 1.0, 0.4
 _AT_THE_BLOW = 1e-9
 
 
-def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run has lengths."""
-    return bool(run["status"] == "succeeded" and run["mode"] != "accuracy" and run["result"].get("lengths_mm"))
-
-
 def part(run: Mapping[str, Any], angle_deg: float | None = None) -> Part:
     """The links, each in its own layer along z so that they do not collide; the crank's pivot is the origin.
 

@@ -11,7 +11,7 @@ from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.pin_profile.chain import FOLLOWED, calculation
 from app.designs.pin_profile.drawing import drawing
 from app.designs.pin_profile.form import FORM
-from app.designs.pin_profile.part import has_part, part
+from app.designs.pin_profile.part import has_wall, part
 from app.designs.pin_profile.pictures import (
     bore_picture,
     forces_picture,
@@ -151,7 +151,7 @@ PIN_PROFILE = Kind(
     calculation=calculation,
     followed=frozenset(FOLLOWED),
     part=part,
-    has_part=has_part,
+    part_if=has_wall,
     labels=labels(WORDS),
     denials=denials(WORDS),
 )

@@ -50,10 +50,9 @@ class Span:
         return Span(self.end, self.start, self.last, self.first, self.slope_last, self.slope_first)
 
 
-def has_part(run: Mapping[str, Any]) -> bool:
-    """Whether the run has a part with a wall everywhere; a batch item may be stored without its profile."""
-    own = run["status"] == "succeeded" and run["mode"] != "accuracy"
-    return bool(own and (run["result"].get("least_wall_mm") or 0.0) > 0.0)
+def has_wall(result: Mapping[str, Any]) -> bool:
+    """Whether the part has a wall everywhere; a batch item may be stored without its profile."""
+    return (result.get("least_wall_mm") or 0.0) > 0.0
 
 
 def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:

@@ -60,10 +60,10 @@ def serve(
 @app.command()
 def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
     """Bring the database to this version's schema."""
-    from app.store.migrate import head_revision, upgrade
+    from app.store.migrate import latest_revision, upgrade
 
     upgrade(database_url)
-    typer.echo(f"the database is at revision {head_revision()}")
+    typer.echo(f"the database is at revision {latest_revision()}")
 
 
 @app.command("warm-up")

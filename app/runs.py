@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 from pydantic import BaseModel
@@ -39,11 +39,6 @@ def queued(slug: str, mode: Mode, request: BaseModel) -> RunRecord:
         created_at=utc_now(),
         spec=spec,
         spec_hash=digest,
-        result=None,
-        problem=None,
-        effects=b"[]",
-        accuracy=None,
-        timing=b"{}",
         solver_name=NAME,
         solver_version=VERSION,
         owner=viewer.get().owner,
@@ -83,36 +78,13 @@ def refused(run: RunRecord, problem: dict[str, Any], started: float) -> RunRecor
 
 def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
     """The run answered from an earlier one with the same spec and solver version."""
-    return replace(
-        run,
-        status=earlier.status,
-        result=earlier.result,
-        problem=earlier.problem,
-        effects=earlier.effects,
-        accuracy=earlier.accuracy,
-        timing=canonical_json({"total_s": time.perf_counter() - started}),
-        cached=True,
-        verdict=earlier.verdict,
-        holds=earlier.holds,
-        figure_name=earlier.figure_name,
-        figure=earlier.figure,
-    )
+    timing = canonical_json({"total_s": time.perf_counter() - started})
+    return replace(run, **{**vars(end_of(earlier)), "timing": timing, "cached": True})
 
 
 def end_of(run: RunRecord) -> Finish:
     """The end of an answered or failed run, for the store."""
-    return Finish(
-        run.status,
-        run.result,
-        run.problem,
-        run.effects,
-        run.accuracy,
-        run.timing,
-        run.verdict,
-        run.holds,
-        run.figure_name,
-        run.figure,
-    )
+    return Finish(**{each.name: getattr(run, each.name) for each in fields(Finish)})
 
 
 def complete(run: RunRecord) -> bool:

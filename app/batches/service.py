@@ -171,7 +171,6 @@ class BatchService:
 
     async def _record(self, ask: Asked, source: Source, first: Row | None) -> BatchRecord:
         return BatchRecord(
-            number=0,
             id=new_batch_id(),
             kind=ask.kind,
             mode=ask.mode,
@@ -182,14 +181,7 @@ class BatchService:
             dictionary=await self.engine.dictionary(ask.kind, ask.mode, ask.detail, source, first),
             solver_name=NAME,
             solver_version=VERSION,
-            total=0,
-            succeeded=0,
-            infeasible=0,
-            failed=0,
-            refused=0,
             created_at=utc_now(),
-            started_at=None,
-            ended_at=None,
             owner=viewer.get().owner,
         )
 

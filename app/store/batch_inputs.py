@@ -62,28 +62,13 @@ class Source:
     delimiter: str = ","
 
     def to_json(self) -> bytes:
-        return canonical_json(
-            {
-                "form": self.form,
-                "columns": list(self.columns),
-                "texts": sorted(self.texts),
-                "base": dict(self.base),
-                "varied": list(self.varied),
-                "delimiter": self.delimiter,
-            }
-        )
+        return canonical_json({**vars(self), "texts": sorted(self.texts)})
 
     @classmethod
     def from_json(cls, text: bytes) -> Source:
         told = json.loads(text)
-        return cls(
-            told["form"],
-            tuple(told["columns"]),
-            frozenset(told["texts"]),
-            told["base"],
-            tuple(told["varied"]),
-            told.get("delimiter", ","),
-        )
+        lists = {"columns": tuple(told["columns"]), "varied": tuple(told["varied"]), "texts": frozenset(told["texts"])}
+        return cls(**{**told, **lists})
 
     def body(self, row: Row) -> dict[str, Any]:
         """The request body of a row. Raises UnreadableRow."""

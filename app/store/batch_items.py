@@ -105,13 +105,11 @@ def run_of(batch: BatchRecord, item: Item) -> RunRecord:
     parts = unpacked(item.content, batch.dictionary)
     bytes_of = {name: None if parts.get(name) is None else canonical_json(parts[name]) for name in _PARTS}
     spec = bytes_of["spec"] or b"{}"
-    return RunRecord(
-        id=item_id(batch.id, item.index),
-        kind=batch.kind,
-        mode=batch.mode,
+    return _run(
+        batch,
+        item.index,
         status=RunStatus.FAILED if item.status == ItemStatus.REFUSED else item.status,
         name=name_of(parts.get("spec")),
-        created_at=batch.created_at,
         spec=spec,
         spec_hash=spec_hash(batch.kind, batch.mode, spec),
         result=bytes_of["result"],
@@ -119,39 +117,32 @@ def run_of(batch: BatchRecord, item: Item) -> RunRecord:
         effects=bytes_of["effects"] or b"[]",
         accuracy=bytes_of["accuracy"],
         timing=bytes_of["timing"] or b"{}",
-        solver_name=batch.solver_name,
-        solver_version=batch.solver_version,
         cached=bool(parts.get("cached")),
-        batch_id=batch.id,
         verdict=bytes_of["verdict"],
         holds=item.holds,
         figure_name=parts.get("figure_name"),
         figure=item.figure,
-        owner=batch.owner,
     )
 
 
 def open_run(batch: BatchRecord, index: int, status: str, body: dict[str, Any]) -> RunRecord:
     """An unanswered item as a run record; its spec is the body as sent."""
     spec, digest = canonical_spec(batch.kind, batch.mode, body)
+    return _run(batch, index, status=status, name=name_of(body), spec=spec, spec_hash=digest)
+
+
+def _run(batch: BatchRecord, index: int, **own: Any) -> RunRecord:
+    """An item as a run record: what all items of the batch share, and its ``own``."""
     return RunRecord(
         id=item_id(batch.id, index),
         kind=batch.kind,
         mode=batch.mode,
-        status=status,
-        name=name_of(body),
         created_at=batch.created_at,
-        spec=spec,
-        spec_hash=digest,
-        result=None,
-        problem=None,
-        effects=b"[]",
-        accuracy=None,
-        timing=b"{}",
         solver_name=batch.solver_name,
         solver_version=batch.solver_version,
         batch_id=batch.id,
         owner=batch.owner,
+        **own,
     )
 
 

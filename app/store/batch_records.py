@@ -40,12 +40,12 @@ class ItemStatus(StrEnum):
 ACTIVE = (BatchStatus.QUEUED, BatchStatus.RUNNING)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class BatchRecord:
     """One batch. ``source``: JSON description of how its blocks are parsed; ``dictionary``: preset dictionary for the
     compression of its items. The counters agree with the items at every commit."""
 
-    number: int
+    number: int = 0
     id: str
     kind: str
     mode: str
@@ -56,14 +56,16 @@ class BatchRecord:
     dictionary: bytes
     solver_name: str
     solver_version: str
-    total: int
-    succeeded: int
-    infeasible: int
-    failed: int
-    refused: int
+    total: int = 0
+    succeeded: int = 0
+    infeasible: int = 0
+    failed: int = 0
+    refused: int = 0
     created_at: datetime
-    started_at: datetime | None
-    ended_at: datetime | None
+    started_at: datetime | None = None
+    ended_at: datetime | None = None
+    owner: str | None = None
+    """Id of the API key of the sender."""
 
     @property
     def done(self) -> int:
@@ -73,9 +75,6 @@ class BatchRecord:
     def cancelled(self) -> int:
         """Number of items without an answer in a cancelled batch."""
         return self.total - self.done if self.status == BatchStatus.CANCELLED else 0
-
-    owner: str | None = None
-    """Id of the API key of the sender."""
 
 
 @dataclass(frozen=True)

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from dataclasses import asdict, dataclass, fields, replace
 from datetime import datetime
-from typing import Any
+from typing import Any, TypeVar
 
-from sqlalchemy import Connection, RowMapping, insert, select, update
+from sqlalchemy import Connection, RowMapping, Table, insert, select, update
 
-from app.store.errors import DamagedRecord, UnknownKey
+from app.store.errors import UnknownKey
 from app.store.hashing import row_hash
 from app.store.models import api_keys, audit
 from app.store.record import new_run_id, utc_now
-from app.store.rows import is_intact
+from app.store.rows import check
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,7 @@ class AuditRecord:
     subject: str
 
 
-_KEY_FIELDS = tuple(field.name for field in fields(KeyRecord))
-_AUDIT_FIELDS = tuple(field.name for field in fields(AuditRecord))
+T = TypeVar("T", KeyRecord, AuditRecord)
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ class RevokeKey:
         row = connection.execute(select(api_keys).where(api_keys.c.id == self.id)).mappings().first()
         if row is None:
             raise UnknownKey(self.id)
-        record = _key(row)
+        record = _record(KeyRecord, api_keys, row)
         if record.revoked_at is not None:
             return False
         revoked = asdict(replace(record, revoked_at=utc_now()))
@@ -90,14 +89,14 @@ class RevokeKey:
 def find_key(connection: Connection, digest: str) -> KeyRecord | None:
     """The key with this digest, unless it is revoked."""
     row = connection.execute(select(api_keys).where(api_keys.c.digest == digest)).mappings().first()
-    found = None if row is None else _key(row)
+    found = None if row is None else _record(KeyRecord, api_keys, row)
     return found if found is not None and found.revoked_at is None else None
 
 
 def list_keys(connection: Connection) -> list[KeyRecord]:
     """All keys, revoked ones included, oldest first."""
     query = select(api_keys).order_by(api_keys.c.created_at, api_keys.c.id)
-    return [_key(row) for row in connection.execute(query).mappings()]
+    return [_record(KeyRecord, api_keys, row) for row in connection.execute(query).mappings()]
 
 
 def any_key(connection: Connection) -> bool:
@@ -108,18 +107,13 @@ def any_key(connection: Connection) -> bool:
 def read_audit(connection: Connection, limit: int) -> list[AuditRecord]:
     """The ``limit`` newest entries of the audit log, newest first. Raises DamagedRecord."""
     rows = connection.execute(select(audit).order_by(audit.c.id.desc()).limit(limit)).mappings()
-    return [AuditRecord(**{name: row[name] for name in _AUDIT_FIELDS}) for row in rows if _check(audit.name, row)]
+    return [_record(AuditRecord, audit, row) for row in rows]
 
 
-def _key(row: RowMapping) -> KeyRecord:
-    _check(api_keys.name, row)
-    return KeyRecord(**{name: row[name] for name in _KEY_FIELDS})
-
-
-def _check(table: str, row: RowMapping) -> bool:
-    if not is_intact(table, row):
-        raise DamagedRecord(table, row["id"])
-    return True
+def _record(kind: type[T], table: Table, row: RowMapping) -> T:
+    """The record in a row. Raises DamagedRecord."""
+    check(table.name, "id", row)
+    return kind(**{field.name: row[field.name] for field in fields(kind)})  # type: ignore[arg-type]
 
 
 def _row(table: str, values: dict[str, Any]) -> dict[str, Any]:

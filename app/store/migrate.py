@@ -9,7 +9,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from sqlalchemy import Connection, Engine, text
+from sqlalchemy import Engine, text
 from sqlalchemy.exc import DBAPIError
 
 import migrations
@@ -76,37 +76,6 @@ def _revision(engine: Engine) -> str | None:
 def latest_revision() -> str:
     """The latest revision by file names, which are v0001_… and so on."""
     return max(match[1] for path in _STEPS.iterdir() if (match := re.match(r"v(\d+)_.*\.py$", path.name)))
-
-
-def head_revision() -> str:
-    """The latest revision according to Alembic."""
-    from alembic.script import ScriptDirectory
-
-    revision = ScriptDirectory.from_config(_config()).get_current_head()
-    assert revision is not None
-    return revision
-
-
-def current_revision(connection: Connection) -> str | None:
-    """The revision of a database; None if it is empty."""
-    from alembic.migration import MigrationContext
-
-    return MigrationContext.configure(connection).get_current_revision()
-
-
-def schema_differences(url: str) -> list[object]:
-    """Differences between a migrated database and the tables in ``models``; empty if they agree."""
-    from alembic.autogenerate import compare_metadata
-    from alembic.migration import MigrationContext
-
-    from app.store.models import metadata
-
-    engine = make_engine(url)
-    try:
-        with engine.connect() as connection:
-            return list(compare_metadata(MigrationContext.configure(connection), metadata))
-    finally:
-        engine.dispose()
 
 
 def _config() -> Config:

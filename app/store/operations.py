@@ -70,7 +70,9 @@ class Advance:
         record = row_to_run(row)
         if record.status not in OPEN_STATUSES:
             return False
-        _rewrite(connection, _changed(record, self.change))
+        change = {"status": RunStatus.RUNNING} if self.change is None else vars(self.change)
+        row = run_to_row(replace(record, **change))
+        connection.execute(update(runs).where(runs.c.id == self.run_id).values(row))
         leased = promises.c.run_id == self.run_id
         if self.change is None:
             connection.execute(update(promises).where(leased).values(attempts=promises.c.attempts + 1))
@@ -93,26 +95,3 @@ def find_response(
     if run is None:
         raise DamagedRecord(runs.name, row["run_id"])
     return row_to_response(row, row_to_run(run))
-
-
-def _changed(record: RunRecord, change: Finish | None) -> RunRecord:
-    if change is None:
-        return replace(record, status=RunStatus.RUNNING)
-    return replace(
-        record,
-        status=change.status,
-        result=change.result,
-        problem=change.problem,
-        effects=change.effects,
-        accuracy=change.accuracy,
-        timing=change.timing,
-        verdict=change.verdict,
-        holds=change.holds,
-        figure_name=change.figure_name,
-        figure=change.figure,
-    )
-
-
-def _rewrite(connection: Connection, record: RunRecord) -> None:
-    row = run_to_row(record)
-    connection.execute(update(runs).where(runs.c.id == record.id).values(row))

@@ -22,7 +22,7 @@ OPEN_STATUSES = (RunStatus.QUEUED, RunStatus.RUNNING)
 ANSWERED_STATUSES = (RunStatus.SUCCEEDED, RunStatus.INFEASIBLE)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class RunRecord:
     """A stored run, whatever its outcome.
 
@@ -41,11 +41,11 @@ class RunRecord:
     created_at: datetime
     spec: bytes
     spec_hash: str
-    result: bytes | None
-    problem: bytes | None
-    effects: bytes
-    accuracy: bytes | None
-    timing: bytes
+    result: bytes | None = None
+    problem: bytes | None = None
+    effects: bytes = b"[]"
+    accuracy: bytes | None = None
+    timing: bytes = b"{}"
     solver_name: str
     solver_version: str
     cached: bool = False

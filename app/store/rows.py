@@ -62,14 +62,13 @@ def row_to_response(row: RowMapping, run: RunRecord) -> StoredResponse:
 
 def check(table: str, key: str, row: RowMapping) -> None:
     """Raise DamagedRecord unless the row matches its hash."""
-    try:
-        intact = is_intact(table, row)
-    except (TypeError, ValueError):  # a column of a type that is never written
-        intact = False
-    if not intact:
+    if not is_intact(table, row):
         raise DamagedRecord(table, str(row[key]))
 
 
 def is_intact(table: str, row: RowMapping) -> bool:
     """Whether the row matches its hash."""
-    return row["row_hash"] == row_hash(table, row)
+    try:
+        return row["row_hash"] == row_hash(table, row)
+    except (TypeError, ValueError):  # a column of a type that is never written
+        return False

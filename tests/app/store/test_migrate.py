@@ -4,21 +4,19 @@ from __future__ import annotations
 
 import asyncio
 from concurrent.futures import ThreadPoolExecutor
-from pathlib import Path
 
 from alembic import command
 from alembic.config import Config
 from sqlalchemy import inspect
 
 from app.store.engine import make_engine
-from app.store.migrate import current_revision, head_revision, latest_revision, schema_differences, upgrade
+from app.store.migrate import latest_revision, upgrade
 from app.store.models import metadata
 from app.store.record import RunFilter
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record
-
-INI = str(Path(__file__).parents[3] / "alembic.ini")
+from tests.app.store.revisions import INI, current_revision, head_revision, schema_differences
 
 
 def test_an_empty_database_is_migrated_to_the_models(empty_database_url: str) -> None:

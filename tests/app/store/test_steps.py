@@ -13,12 +13,13 @@ import pytest
 from sqlalchemy import Engine, event, func, select, text
 
 from app.store.engine import make_engine
-from app.store.migrate import head_revision, upgrade
+from app.store.migrate import upgrade
 from app.store.models import ledger, promises, runs
 from app.store.operations import INSERT_RUN
 from app.store.rows import run_to_row
 from app.store.verify import verify
 from tests.app.store.records import make_record
+from tests.app.store.revisions import head_revision
 from tests.app.store.test_migrate import stepped
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
@@ -88,6 +88,37 @@ _BUSY: dict[type[Busy], tuple[int, str]] = {
 }
 
 
+def _damaged(error: DamagedRecord) -> Problem:
+    logger.error("record_damaged", table=error.table, key=error.key)
+    detail = "the stored record does not match its hash and is not shown; run crankwright verify for details"
+    return Problem(500, "The record is damaged", detail)
+
+
+def _cursor(error: InvalidCursor) -> Problem:
+    entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
+    return Problem(422, INVALID, str(error), [entry])
+
+
+def _stopping(error: Exception) -> Problem:
+    return Problem(503, "The service stops", str(error), headers={"Retry-After": "5"})
+
+
+_PROBLEMS: dict[type[Exception], Callable[[Any], Problem]] = {
+    Problem: lambda problem: problem,
+    IdempotencyConflict: lambda error: Problem(409, "The idempotency key is taken", str(error)),
+    UnknownRun: lambda _error: Problem(404, "No such run", "no run has this id"),
+    UnknownBatch: lambda _error: Problem(404, "No such batch", "no batch has this id"),
+    DamagedRecord: _damaged,
+    InvalidCursor: _cursor,
+    StoreFault: store_problem,
+    StoreClosed: _stopping,
+    ExecutorClosed: _stopping,
+    Busy: busy,
+    Exception: lambda _error: Problem(500, "Something went wrong", "the request was understood; the fault is here"),
+}
+"""The problem that each error is for the client."""
+
+
 def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -> None:
     """Register the exception handlers; ``page`` may render a problem as a page instead of JSON."""
     from fastapi.exceptions import RequestValidationError
@@ -95,66 +126,24 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
     from starlette.requests import ClientDisconnect
     from starlette.responses import Response
 
-    def answer(request: Request, problem: Problem) -> Response:
-        return page(request, problem) or problem_response(problem)
-
-    @app.exception_handler(Problem)
-    async def _problem(request: Request, problem: Problem) -> Response:
-        return answer(request, problem)
-
-    @app.exception_handler(RequestValidationError)
-    async def _parameter(request: Request, error: RequestValidationError) -> Response:
+    problems = {
+        **_PROBLEMS,
         # The location begins with the parameter's kind: query, header or path.
-        return answer(request, refusal(error.errors(), depth=1))
+        RequestValidationError: lambda error: refusal(error.errors(), depth=1),
+        HTTPException: lambda error: Problem(error.status_code, error.detail, error.detail, headers=error.headers),
+    }
 
-    @app.exception_handler(HTTPException)
-    async def _http(request: Request, error: HTTPException) -> Response:
-        return answer(request, Problem(error.status_code, error.detail, error.detail, headers=error.headers))
+    def handler(problem_of: Callable[[Any], Problem]) -> Callable[[Request, Any], Awaitable[Response]]:
+        async def answer(request: Request, error: Exception) -> Response:
+            problem = problem_of(error)
+            return page(request, problem) or problem_response(problem)
 
-    @app.exception_handler(IdempotencyConflict)
-    async def _conflict(request: Request, error: IdempotencyConflict) -> Response:
-        return answer(request, Problem(409, "The idempotency key is taken", str(error)))
+        return answer
 
-    @app.exception_handler(UnknownRun)
-    async def _unknown(request: Request, error: UnknownRun) -> Response:
-        return answer(request, Problem(404, "No such run", "no run has this id"))
-
-    @app.exception_handler(DamagedRecord)
-    async def _damaged(request: Request, error: DamagedRecord) -> Response:
-        logger.error("record_damaged", table=error.table, key=error.key)
-        detail = "the stored record does not match its hash and is not shown; run crankwright verify for details"
-        return answer(request, Problem(500, "The record is damaged", detail))
-
-    @app.exception_handler(StoreFault)
-    async def _fault(request: Request, error: StoreFault) -> Response:
-        return answer(request, store_problem(error))
-
-    @app.exception_handler(StoreClosed)
-    async def _store_closed(request: Request, error: StoreClosed) -> Response:
-        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
-
-    @app.exception_handler(UnknownBatch)
-    async def _unknown_batch(request: Request, error: UnknownBatch) -> Response:
-        return answer(request, Problem(404, "No such batch", "no batch has this id"))
-
-    @app.exception_handler(InvalidCursor)
-    async def _cursor(request: Request, error: InvalidCursor) -> Response:
-        entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
-        return answer(request, Problem(422, INVALID, str(error), [entry]))
-
-    @app.exception_handler(ClientDisconnect)
-    @app.exception_handler(ClientDisconnected)
-    async def _departed(request: Request, error: Exception) -> Response:
+    async def departed(_request: Request, _error: Exception) -> Response:
         return Response(status_code=CLIENT_GONE)
 
-    @app.exception_handler(Busy)
-    async def _busy(request: Request, error: Busy) -> Response:
-        return answer(request, busy(error))
-
-    @app.exception_handler(ExecutorClosed)
-    async def _closed(request: Request, error: ExecutorClosed) -> Response:
-        return answer(request, Problem(503, "The service stops", str(error), headers={"Retry-After": "5"}))
-
-    @app.exception_handler(Exception)
-    async def _unforeseen(request: Request, error: Exception) -> Response:
-        return answer(request, Problem(500, "Something went wrong", "the request was understood; the fault is here"))
+    for kind, problem_of in problems.items():
+        app.add_exception_handler(kind, handler(problem_of))
+    for kind in (ClientDisconnect, ClientDisconnected):
+        app.add_exception_handler(kind, departed)

@@ -19,7 +19,7 @@ from app.accepted_runs import MAX_ATTEMPTS, AcceptedRuns
 from app.access.caller import caller
 from app.admission import Admission, OnStart
 from app.designs.kind import REFUSED, Job, Kind, Mode
-from app.designs.problems import INVALID, OUT_OF_TIME
+from app.designs.problems import INVALID, SOLVER_FAILED
 from app.designs.progress import Progress
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_budget_of
@@ -27,23 +27,14 @@ from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
-from app.jobs.errors import (
-    BudgetExceeded,
-    Busy,
-    ExecutorClosed,
-    JobError,
-    MemoryExceeded,
-    ShareUsed,
-    SolveFailed,
-    WorkerCrashed,
-)
+from app.jobs.errors import Busy, ExecutorClosed, JobError, ShareUsed
 from app.jobs.executor import Executor
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.json_comparison import equal_json
 from app.logging import get_logger
 from app.run_references import resolve_references
 from app.single_flight import SingleFlight
-from app.solve_failures import log_failure, log_fields
+from app.solve_failures import FAILURES, log_failure, log_fields, problem_of
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
 from app.store.hashing import canonical_json
@@ -148,18 +139,9 @@ class Service:
     ) -> RunRecord:
         try:
             answer = await self._run(run, job, request, on_start)
-        except BudgetExceeded as error:
-            log_failure("overrun", run, error)
-            return runs.failed(run, 504, OUT_OF_TIME, str(error), started)
-        except MemoryExceeded as error:
-            log_failure("memory", run, error)
-            return runs.failed(run, 507, "The memory bound was reached", str(error), started)
-        except WorkerCrashed as error:
-            log_failure("crash", run, error)
-            return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
-        except SolveFailed as error:
-            log_failure("failure", run, error, exception=error.detail)
-            return runs.failed(run, 500, "The solver failed", "the solve ended without an answer", started)
+        except FAILURES as error:
+            log_failure(run, error)
+            return runs.failed(run, *problem_of(error), started)
         if answer.status == REFUSED and answer.parts["problem"] is not None:
             problem = json.loads(answer.parts["problem"])
             raise Problem(*(problem[name] for name in ("status", "title", "detail", "errors")))
@@ -339,19 +321,17 @@ class Service:
 
     async def _resume(self, taken: TakenOverRun) -> None:
         run, now = taken.run, time.perf_counter()
-        title = "The service stopped"
         try:
             job = job_of(KINDS[run.kind], Mode(run.mode))
             request = job.request.model_validate_json(run.spec)
-        except (KeyError, ValueError):
-            why = "the service stopped before this run ended, and this version cannot resume it"
-            await self._store_end(run, runs.failed(run, 500, title, why, now))
-            return
-        if taken.attempts >= MAX_ATTEMPTS:
             why = f"the service stopped {taken.attempts} times while this run was solved"
-            await self._store_end(run, runs.failed(run, 500, title, why, now))
-            return
-        await self._finish(run, self._solve_when_warm(run, job, request, now))
+            resumable = taken.attempts < MAX_ATTEMPTS
+        except (KeyError, ValueError):
+            why, resumable = "the service stopped before this run ended, and this version cannot resume it", False
+        if resumable:
+            await self._finish(run, self._solve_when_warm(run, job, request, now))
+        else:
+            await self._store_end(run, runs.failed(run, 500, "The service stopped", why, now))
 
     async def _store_run(self, run: RunRecord, status: int, key: str | None, request_hash: str) -> StoredResponse:
         """Store a run, answered or accepted; return the response."""
@@ -374,7 +354,7 @@ class Service:
             return
         except Exception as error:
             logger.exception("background_solve_failed", **log_fields(run))
-            ended = runs.failed(run, 500, "The solver failed", type(error).__name__, started)
+            ended = runs.failed(run, 500, SOLVER_FAILED, type(error).__name__, started)
         await self._store_end(run, ended)
 
     async def _store_end(self, run: RunRecord, ended: RunRecord) -> None:

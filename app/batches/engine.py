@@ -23,12 +23,13 @@ from app.batches.task import Needs, Task
 from app.designs.accuracy import MAX_BUDGET_S
 from app.designs.kind import Detail, Mode
 from app.designs.many import validated, without_tables
-from app.designs.problems import OUT_OF_TIME
+from app.designs.problems import SOLVER_FAILED
 from app.designs.registry import KINDS, example_of, job_of
-from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, WorkerCrashed
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, WorkerCrashed
 from app.jobs.executor import Executor
 from app.jobs.turns import Turns
 from app.logging import get_logger
+from app.solve_failures import problem_of
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import encoded, sealed
 from app.store.batch_operations import Claim, DropAbandoned, Finish, Release, Renew, Return, Split
@@ -246,7 +247,7 @@ class BatchEngine:
             await self._store.write(Split(chunk, self.owner))
             return
         if chunk.attempts > _MAX_ATTEMPTS:
-            await self._give_up(batch, chunk, 500, "The solver failed", f"{_MAX_ATTEMPTS} attempts came to no end")
+            await self._give_up(batch, chunk, 500, SOLVER_FAILED, f"{_MAX_ATTEMPTS} attempts came to no end")
             return
         try:
             items = await self._solve(batch, chunk)
@@ -333,7 +334,7 @@ class BatchEngine:
         elif isinstance(error, WorkerCrashed) and chunk.attempts < _MAX_ITEM_CRASHES:
             await self._store.write(Return(chunk, self.owner, in_vain=True))
         else:
-            await self._give_up(batch, chunk, *_problem_of(error))
+            await self._give_up(batch, chunk, *problem_of(error))
 
     async def _give_up(self, batch: BatchRecord, chunk: Chunk, status: int, title: str, detail: str) -> None:
         """Store the single item of the chunk as failed."""
@@ -345,11 +346,3 @@ class BatchEngine:
             for index, row in enumerate(rows, chunk.first)
         ]
         await self._store.write(Finish(chunk, self.owner, sealed(batch.number, items)))
-
-
-def _problem_of(error: JobError) -> tuple[int, str, str]:
-    if isinstance(error, BudgetExceeded):
-        return 504, OUT_OF_TIME, str(error)
-    if isinstance(error, MemoryExceeded):
-        return 507, "The memory bound was reached", str(error)
-    return 500, "The solver failed", "the solve ended without an answer"

@@ -21,29 +21,8 @@ class Writer(ABC):
         return "".join(self._block(block) for block in blocks)
 
     def _block(self, block: content.Block) -> str:
-        match block:
-            case content.Banner():
-                return self.banner(block)
-            case content.Paragraph():
-                return self.paragraph(block)
-            case content.Bullets():
-                return self.bullets(block)
-            case content.Table():
-                return self.table(block)
-            case content.Facts():
-                return self.facts(block)
-            case content.Figure():
-                return self.figure(block)
-            case content.Figures():
-                return self.figures(block)
-            case content.Part():
-                return self.part(block)
-            case content.Givens():
-                return self.givens(block)
-            case content.Formula():
-                return self.formula(block)
-            case content.Rows():
-                return self.rows(block)
+        """A block by the method named after its type."""
+        return getattr(self, type(block).__name__.lower())(block)
 
     @abstractmethod
     def section(self, title: str, inside: str) -> str: ...

@@ -12,6 +12,7 @@ import typer
 
 from app import operators
 from app.importing import gc_paused
+from app.operators import DATABASE, DatabaseUrl
 
 app = typer.Typer(
     name="crankwright",
@@ -23,15 +24,11 @@ app = typer.Typer(
     rich_markup_mode=None,
 )
 
-DatabaseUrl = Annotated[
-    str, typer.Option(envvar="CRANKWRIGHT_DATABASE_URL", help="where runs are stored (SQLAlchemy URL)")
-]
 app.add_typer(operators.keys)
 for _command in (operators.audit, operators.backup, operators.restore, operators.prune):
     app.command()(_command)
 
 AsJson = Annotated[bool, typer.Option("--json", help="print the run as JSON")]
-_DATABASE = "sqlite:///crankwright.sqlite3"
 _PRELOAD = "app.jobs.preload"
 
 
@@ -39,7 +36,7 @@ _PRELOAD = "app.jobs.preload"
 def serve(
     host: Annotated[str, typer.Option(envvar="CRANKWRIGHT_HOST")] = "127.0.0.1",
     port: Annotated[int, typer.Option(envvar="CRANKWRIGHT_PORT", min=0, max=65535)] = 8000,
-    database_url: DatabaseUrl = _DATABASE,
+    database_url: DatabaseUrl = DATABASE,
     demo: Annotated[bool, typer.Option("--demo", help="design the paper's flexible rod at start-up")] = False,
 ) -> None:
     """Migrate the database and serve the API and the pages."""
@@ -58,7 +55,7 @@ def serve(
 
 
 @app.command()
-def migrate(database_url: DatabaseUrl = _DATABASE) -> None:
+def migrate(database_url: DatabaseUrl = DATABASE) -> None:
     """Bring the database to this version's schema."""
     from app.store.migrate import latest_revision, upgrade
 
@@ -88,7 +85,7 @@ def warm_up() -> None:
 
 
 @app.command()
-def verify(database_url: DatabaseUrl = _DATABASE) -> None:
+def verify(database_url: DatabaseUrl = DATABASE) -> None:
     """Verify the hash of every stored run and report damage; exit code 1 if there is any."""
     from app.store.verify import verify as verify_store
 
@@ -102,26 +99,26 @@ def verify(database_url: DatabaseUrl = _DATABASE) -> None:
 
 
 @app.command()
-def design(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+def design(kind: str, file: Path, database_url: DatabaseUrl = DATABASE, as_json: AsJson = False) -> None:
     """Design from the request in FILE.json and store the run. Exit code 3 if no design exists, 4 if the design found
     fails a criterion."""
     _solve(kind, "design", _read(file), database_url, as_json)
 
 
 @app.command()
-def check(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+def check(kind: str, file: Path, database_url: DatabaseUrl = DATABASE, as_json: AsJson = False) -> None:
     """Check the dimensions in FILE.json and store the run. Exit code 4 if a criterion fails."""
     _solve(kind, "check", _read(file), database_url, as_json)
 
 
 @app.command()
-def analyse(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+def analyse(kind: str, file: Path, database_url: DatabaseUrl = DATABASE, as_json: AsJson = False) -> None:
     """Analyse the crank dynamics or masses described in FILE.json and store the run."""
     _solve(kind, "analysis", _read(file), database_url, as_json)
 
 
 @app.command()
-def accuracy(kind: str, file: Path, database_url: DatabaseUrl = _DATABASE, as_json: AsJson = False) -> None:
+def accuracy(kind: str, file: Path, database_url: DatabaseUrl = DATABASE, as_json: AsJson = False) -> None:
     """Measure the cost of accuracy for the request in FILE.json and store the run."""
     try:
         spec = json.loads(_read(file))
@@ -155,7 +152,7 @@ def worker(
 def report(
     run_id: str,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="a .pdf or .html; default: RUN_ID.pdf")] = None,
-    database_url: DatabaseUrl = _DATABASE,
+    database_url: DatabaseUrl = DATABASE,
 ) -> None:
     """Write the report of a stored run: verdict, drawing, hand calculation, certificate, plots."""
     import asyncio
@@ -200,49 +197,28 @@ def batch(
     api_key: Annotated[str, typer.Option(envvar="CRANKWRIGHT_API_KEY", help="API key of that service")] = "",
     full: Annotated[bool, typer.Option("--full", help="store curves and tables too")] = False,
     workers: Annotated[int, typer.Option(min=1, max=256, help="worker processes for solving locally")] = 2,
-    database_url: DatabaseUrl = _DATABASE,
+    database_url: DatabaseUrl = DATABASE,
 ) -> None:
     """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). Repeating the command
     resumes an interrupted batch. Exit code 5 if any row was refused or failed."""
+    import asyncio
+    from urllib.error import HTTPError
+
     from app.batches import offline
+    from app.errors import Problem
     from app.printing import shown_batch
 
     if offline.form_of(cases) is None:
         _refuse({"title": "No cases", "detail": f"{cases} is not a .csv, .ndjson, .parquet or .json file"})
     if output.suffix.lower() not in offline.FORMATS:
         _refuse({"title": "No results", "detail": f"{output} is not a .csv, .ndjson or .parquet file"})
-    with shown_batch() as on_progress:
-        ended = _batch(
-            kind, mode, cases, output, url, api_key, "full" if full else "scalars", workers, database_url, on_progress
-        )
-    items = ended["items"]
-    counted = ", ".join(f"{items[name]} {name}" for name in items if items[name] and name not in ("total", "done"))
-    typer.echo(f"{items['total']} items: {counted}; results in {output}")
-    raise typer.Exit(5 if items["refused"] or items["failed"] else 0)
-
-
-def _batch(
-    kind: str,
-    mode: str,
-    cases: Path,
-    output: Path,
-    url: str,
-    api_key: str,
-    detail: str,
-    workers: int,
-    database_url: str,
-    on_progress: Any,
-) -> dict[str, Any]:
-    import asyncio
-    from urllib.error import HTTPError
-
-    from app.batches import offline
-    from app.errors import Problem
-
+    detail = "full" if full else "scalars"
     try:
-        if url:
-            return offline.remote(url, api_key or None, cases, kind, mode, detail, output, on_progress)
-        return asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, on_progress))
+        with shown_batch() as told:
+            if url:
+                ended = offline.remote(url, api_key or None, cases, kind, mode, detail, output, told)
+            else:
+                ended = asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, told))
     except Problem as problem:
         _refuse(problem.body)
     except HTTPError as error:
@@ -254,6 +230,10 @@ def _batch(
     except KeyboardInterrupt:
         typer.echo("stopped; repeat the command to resume", err=True)
         raise typer.Exit(130) from None
+    items = ended["items"]
+    counted = ", ".join(f"{items[name]} {name}" for name in items if items[name] and name not in ("total", "done"))
+    typer.echo(f"{items['total']} items: {counted}; results in {output}")
+    raise typer.Exit(5 if items["refused"] or items["failed"] else 0)
 
 
 def _problem_of(status: int, body: bytes) -> dict[str, Any]:
@@ -265,7 +245,7 @@ def _problem_of(status: int, body: bytes) -> dict[str, Any]:
 
 
 @app.command()
-def demo(database_url: DatabaseUrl = _DATABASE) -> None:
+def demo(database_url: DatabaseUrl = DATABASE) -> None:
     """Design the paper's flexible rod, store the run and print it."""
     from app.designs.kind import Mode
     from app.designs.registry import KINDS

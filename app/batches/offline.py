@@ -5,11 +5,11 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
-import os
 import time
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterator
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 from urllib.parse import urlencode
 from urllib.request import Request, urlopen
 
@@ -86,7 +86,7 @@ async def here(
                 batch_id = json.loads(answer)["id"]
                 async for batch in service.progress(batch_id, lambda: False):
                     told(batch_json(batch))
-                with _AtomicFile(output) as sink:
+                with _atomic(output) as sink:
                     async for part in service.results(batch, Wanted(), FORMATS[output.suffix.lower()]):
                         sink.write(part)
                 return batch_json(batch)
@@ -108,18 +108,16 @@ def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail
     headers = {"Content-Type": str(form), "Idempotency-Key": key_of(file, kind, mode, detail)}
     authorization = {"Authorization": f"Bearer {token}"} if token else {}
     base = url.rstrip("/")
-    query = urlencode({"kind": kind, "mode": mode, "name": file.name, "detail": detail})
-    if form == "application/json":
-        place, data = f"{base}/api/v1/batches", swept(file, kind, mode, detail)
-        request = Request(place, data, {**headers, **authorization})
-        with urlopen(request) as response:
+    place = f"{base}/api/v1/batches"
+    with ExitStack() as opened:
+        if form == "application/json":
+            data = swept(file, kind, mode, detail)
+        else:
+            data = opened.enter_context(file.open("rb"))
+            headers["Content-Length"] = str(file.stat().st_size)
+            place += "?" + urlencode({"kind": kind, "mode": mode, "name": file.name, "detail": detail})
+        with urlopen(Request(place, data, {**headers, **authorization})) as response:
             batch = json.loads(response.read())
-    else:
-        with file.open("rb") as source:
-            headers["Content-Length"] = str(os.fstat(source.fileno()).st_size)
-            request = Request(f"{base}/api/v1/batches?{query}", source, {**headers, **authorization})
-            with urlopen(request) as response:
-                batch = json.loads(response.read())
     while True:
         with urlopen(Request(base + batch["links"]["self"], headers=authorization)) as response:
             batch = json.loads(response.read())
@@ -128,25 +126,19 @@ def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail
             break
         time.sleep(0.5)
     place = f"{base}{batch['links']['results']}?format={FORMATS[output.suffix.lower()]}"
-    with urlopen(Request(place, headers=authorization)) as response, _AtomicFile(output) as sink:
+    with urlopen(Request(place, headers=authorization)) as response, _atomic(output) as sink:
         while part := response.read(_READ_BYTES):
             sink.write(part)
     return batch
 
 
-class _AtomicFile:
-    """Atomic file replacement: the target appears only once it is complete."""
-
-    def __init__(self, path: Path) -> None:
-        self._path, self._part = path, path.with_name(path.name + ".part")
-
-    def __enter__(self) -> Any:
-        self._sink = self._part.open("wb")
-        return self._sink
-
-    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
-        self._sink.close()
-        if kind is None:
-            self._part.replace(self._path)
-        else:
-            self._part.unlink(missing_ok=True)
+@contextmanager
+def _atomic(path: Path) -> Iterator[IO[bytes]]:
+    """A file that replaces the one at the path once it is complete."""
+    part = path.with_name(path.name + ".part")
+    try:
+        with part.open("wb") as sink:
+            yield sink
+        part.replace(path)
+    finally:
+        part.unlink(missing_ok=True)

@@ -6,12 +6,14 @@ from functools import cache
 from typing import Any
 
 from fastapi import APIRouter, Response
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import Field
 
-from app.api.contract import PATHS
+from app.api.contract import PATHS, Shown
 from app.designs.fields import FieldInfo, fields_of, objectives_of
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, example_of, modes_of, plots_of
+from app.designs.schema import scaled
+from app.designs.units import in_si
 from app.errors import Problem
 from app.exports.export import Tool, has_part
 from app.exports.registry import EXPORTS
@@ -21,11 +23,7 @@ from solvers import pin
 router = APIRouter(prefix="/api/v1", tags=["catalogue"])
 
 
-class _Shown(BaseModel):
-    model_config = ConfigDict(json_schema_serialization_defaults_required=True)
-
-
-class EffectInfo(_Shown):
+class EffectInfo(Shown):
     """An effect of the kind."""
 
     name: str
@@ -33,7 +31,7 @@ class EffectInfo(_Shown):
     measure: str
 
 
-class ExportInfo(_Shown):
+class ExportInfo(Shown):
     """An export format of the kind's runs."""
 
     name: str
@@ -44,7 +42,7 @@ class ExportInfo(_Shown):
     available: bool = Field(description="false: a required extra is not installed")
 
 
-class ModeInfo(_Shown):
+class ModeInfo(Shown):
     """A mode of a kind: path, fields and examples."""
 
     mode: Mode
@@ -55,7 +53,7 @@ class ModeInfo(_Shown):
     plots: list[str] = Field(description="plots that runs of this kind may have; each run lists its own")
 
 
-class KindLine(_Shown):
+class KindLine(Shown):
     """A kind in the listing."""
 
     kind: str
@@ -65,7 +63,7 @@ class KindLine(_Shown):
     links: dict[str, str]
 
 
-class KindList(_Shown):
+class KindList(Shown):
     """All kinds."""
 
     items: list[KindLine]
@@ -80,7 +78,7 @@ class KindInfo(KindLine):
     requests: list[ModeInfo]
 
 
-class MaterialInfo(_Shown):
+class MaterialInfo(Shown):
     """A material of the catalogue with the sources of its values; null for values its kinds do not use."""
 
     name: str
@@ -102,7 +100,7 @@ class MaterialInfo(_Shown):
     kinds: list[str] = Field(description="kinds whose requests accept the name")
 
 
-class MaterialList(_Shown):
+class MaterialList(Shown):
     """All materials of the catalogue."""
 
     items: list[MaterialInfo]
@@ -185,33 +183,16 @@ def _all_materials() -> bytes:
 
 def _material(name: str, entry: Any) -> MaterialInfo:
     """An entry of the strip or the pin catalogue."""
-    numbers = {f"{quantity}{unit}": getattr(entry, quantity, None) for quantity, (unit, _) in _UNITS.items()}
-    sizes = {f"{quantity}{unit}": size for quantity, (unit, size) in _UNITS.items()}
+    fields = {in_si(field)[0]: field for field in MaterialInfo.model_fields}
+    numbers = {
+        field: scaled(getattr(entry, quantity, None), in_si(field)[1])
+        for quantity, field in fields.items()
+        if field not in ("name", "title", "sources", "kinds")
+    }
     takers = [
         kind.slug
         for kind in KINDS.values()
         if any(name in (field.choices or ()) for mode in kind.jobs for field in fields_of(kind, mode))
     ]
-    return MaterialInfo(
-        name=name,
-        title=entry.title,
-        **{key: None if value is None else value / sizes[key] for key, value in numbers.items()},
-        sources={quantity + _UNITS[quantity][0]: source for quantity, source in entry.sources.items()},
-        kinds=takers,
-    )
-
-
-_UNITS = {
-    "elastic_modulus": ("_gpa", 1e9),
-    "shear_modulus": ("_gpa", 1e9),
-    "poisson": ("", 1.0),
-    "density": ("_kg_m3", 1.0),
-    "allowable_stress": ("_mpa", 1e6),
-    "fatigue_limit": ("_mpa", 1e6),
-    "fatigue_reduction": ("", 1.0),
-    "mean_stress_sensitivity": ("", 1.0),
-    "yield_strength": ("_mpa", 1e6),
-    "ultimate_strength": ("_mpa", 1e6),
-    "loss_factor": ("", 1.0),
-}
-"""Unit suffixes of a material's quantities in the API, and their sizes in SI."""
+    sources = {fields[quantity]: source for quantity, source in entry.sources.items()}
+    return MaterialInfo(name=name, title=entry.title, **numbers, sources=sources, kinds=takers)

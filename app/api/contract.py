@@ -72,13 +72,13 @@ _ALWAYS = {
 _REFERENCE = "#/components/schemas/{model}"
 
 
-class _Shown(BaseModel):
+class Shown(BaseModel):
     """Base of response models: every field is always present."""
 
     model_config = ConfigDict(json_schema_serialization_defaults_required=True)
 
 
-class ProblemEntry(_Shown):
+class ProblemEntry(Shown):
     """An invalid field."""
 
     pointer: str = Field(description="JSON pointer of the field (RFC 6901)")
@@ -86,7 +86,7 @@ class ProblemEntry(_Shown):
     allowed: str
 
 
-class ProblemDetails(_Shown):
+class ProblemDetails(Shown):
     """An error response (RFC 9457)."""
 
     model_config = ConfigDict(json_schema_serialization_defaults_required=False)
@@ -98,21 +98,21 @@ class ProblemDetails(_Shown):
     errors: list[ProblemEntry] = []
 
 
-class Solver(_Shown):
+class Solver(Shown):
     """The solver that produced a result."""
 
     name: str
     version: str
 
 
-class Figure(_Shown):
+class Figure(Shown):
     """The headline number of a run: the objective of a design, a part's mass, an engine's power."""
 
     name: str
     value: float
 
 
-class RunLine(_Shown):
+class RunLine(Shown):
     """A run in a listing."""
 
     id: str
@@ -129,7 +129,7 @@ class RunLine(_Shown):
     solver: Solver
 
 
-class RunPage(_Shown):
+class RunPage(Shown):
     """A page of runs; ``next_cursor`` requests the next one."""
 
     items: list[RunLine]
@@ -137,7 +137,7 @@ class RunPage(_Shown):
     damaged: list[str] = Field(description="ids of runs of this page with damaged records")
 
 
-class RunProgress(_Shown):
+class RunProgress(Shown):
     """Progress of a run."""
 
     done: int = Field(description="solutions found")
@@ -145,7 +145,7 @@ class RunProgress(_Shown):
     doing: str
 
 
-class Links(_Shown):
+class Links(Shown):
     """URLs of a run and its resources."""
 
     self: str
@@ -170,7 +170,7 @@ class Run(RunLine):
     progress: RunProgress | None = Field(description="progress of a long run that is not finished")
 
 
-class BatchItems(_Shown):
+class BatchItems(Shown):
     """Number of items, by outcome."""
 
     total: int
@@ -182,7 +182,7 @@ class BatchItems(_Shown):
     cancelled: int
 
 
-class BatchLinks(_Shown):
+class BatchLinks(Shown):
     """URLs of a batch and its resources."""
 
     self: str
@@ -192,7 +192,7 @@ class BatchLinks(_Shown):
     runs: str
 
 
-class Batch(_Shown):
+class Batch(Shown):
     """Many requests of one kind and mode as one job; each item is a run."""
 
     id: str
@@ -210,7 +210,7 @@ class Batch(_Shown):
     links: BatchLinks
 
 
-class BatchPage(_Shown):
+class BatchPage(Shown):
     """A page of batches; ``next_cursor`` requests the next one."""
 
     items: list[Batch]

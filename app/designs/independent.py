@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from app.designs.kind import Answer
+from app.designs.units import in_si
 from solvers.accuracy import Exact, Reference
 
 ROUNDING = 2.0**-52
@@ -20,12 +21,13 @@ def active(answer: Answer) -> frozenset[str]:
     return frozenset(effect["name"] for effect in answer.effects if effect["state"] == "active")
 
 
-def exact(found: Found, names: Mapping[str, tuple[str, float]]) -> dict[str, Exact]:
-    """Results by the API's names; ``names`` gives each one's name and SI unit."""
+def exact(found: Found, names: Mapping[str, str]) -> dict[str, Exact]:
+    """Results by the API's names, in its units; ``names`` gives each one's name."""
     results_by_name = {}
-    for own, (name, unit) in names.items():
+    for own, name in names.items():
         if own in found:
             value, doubt = found[own]
+            unit = in_si(name.partition(".")[0])[1]
             results_by_name[name] = Exact(None if value is None else float(value / unit), doubt + ROUNDING)
     return results_by_name
 

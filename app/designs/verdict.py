@@ -8,14 +8,14 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from gettext import NullTranslations
 from typing import Any, Literal
 
 from pydantic import Field
 
 from app.designs.schema import Strict
-from app.designs.units import figures, with_unit
+from app.designs.units import figures, in_si, split_unit, with_unit
 from solvers.outcome import Accuracy
 from solvers.verdict import Criterion, Sense, Verdict
 
@@ -63,16 +63,29 @@ class VerdictResult(Strict):
 
 @dataclass(frozen=True, eq=False)
 class Word:
-    """A criterion in the API: name, display label, unit, and its size in SI. Compared by identity.
+    """A criterion in the API: its name, which says its unit, and display label. Compared by identity.
 
     ``no`` is the wording of a failed yes/no criterion, and of one that fails although its figure is what is required.
     """
 
     name: str
     label: str
-    unit: str = ""
-    per: float = 1.0
     no: str = ""
+
+    @cached_property
+    def unit(self) -> str:
+        """The unit as displayed."""
+        return split_unit(self._field)[1]
+
+    @cached_property
+    def per(self) -> float:
+        """The unit in SI."""
+        return in_si(self._field)[1]
+
+    @property
+    def _field(self) -> str:
+        """The name without the index of a range's end."""
+        return self.name.partition(".")[0]
 
 
 Words = Mapping[str, Word]

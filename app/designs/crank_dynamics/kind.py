@@ -14,7 +14,7 @@ from app.designs.crank_dynamics.chain import FOLLOWED, calculation
 from app.designs.crank_dynamics.drawing import drawing
 from app.designs.crank_dynamics.form import FORM
 from app.designs.crank_dynamics.pictures import PLOTS
-from app.designs.crank_dynamics.reference import dynamics_reference
+from app.designs.crank_dynamics.reference import MAIN_RESULTS, dynamics_reference
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.kind import Answer, Detail, Job, Kind, Mode
 from app.designs.schema import RepairDone, Strict, bulk_answers, envelope, refusing, repairs_json, scaled
@@ -291,16 +291,7 @@ CRANK_DYNAMICS = Kind(
     known_effects=crank.EFFECTS,
     plots=PLOTS,
     figure=lambda _mode, result: ("indicated_power_w", result["indicated_power_w"]),
-    main_results=(
-        "mean_torque_nm",
-        "indicated_power_w",
-        "work_fluctuation_j",
-        "rod_compression_max_n",
-        "side_force_max_n",
-        "wrist_pin_load_max_n",
-        "crank_pin_load_max_n",
-        "main_bearing_load_max_n",
-    ),
+    main_results=MAIN_RESULTS,
     form=FORM,
     drawing=drawing,
     calculation=calculation,

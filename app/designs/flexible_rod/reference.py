@@ -9,25 +9,18 @@ from typing import Any
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.units import MEGA, MILLI
+from app.designs.units import MILLI, in_si
 from solvers import rod
 from solvers.accuracy import Exact, Reference
 
 _NAMES = {
-    "fatigue_safety": ("fatigue_safety", 1.0),
-    "stability_safety": ("stability_safety", 1.0),
-    "yield_safety": ("yield_safety", 1.0),
-    "critical_force": ("critical_force_n", 1.0),
-    "axial_force_min": ("axial_force_min_n", 1.0),
-    "axial_force_max": ("axial_force_max_n", 1.0),
-    "stress_amplitude": ("stress_amplitude_mpa", MEGA),
-    "side_force_max": ("side_force_max_n", 1.0),
-    "clamp_moment_max": ("clamp_moment_max_nmm", MILLI),
-    "contact_pressure_max": ("contact_pressure_max_mpa", MEGA),
-    "friction_power": ("friction_power_w", 1.0),
-    "natural_frequency": ("natural_frequency_hz", 1.0),
-    "mass": ("mass_g", MILLI),
-}
+    in_si(name)[0]: name
+    for name in (
+        "fatigue_safety", "stability_safety", "yield_safety", "critical_force_n", "axial_force_min_n",
+        "axial_force_max_n", "stress_amplitude_mpa", "side_force_max_n", "clamp_moment_max_nmm",
+        "contact_pressure_max_mpa", "friction_power_w", "natural_frequency_hz", "mass_g",
+    )
+}  # fmt: skip
 _ALL = frozenset(_NAMES)
 _FRICTION = {"contact_pressure_max", "friction_power"}
 _OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency", "mass"}

@@ -8,24 +8,22 @@ from collections.abc import Callable
 from app.designs.impact_linkage.request import CheckRequest, DesignRequest, LinkageRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.units import MILLI
 from solvers import linkage
 from solvers.accuracy import Exact, Reference
 
-_DEGREE = math.pi / 180.0
 _SHAPE = {
-    "start": ("u31_start", 1.0),
-    "end": ("u31_end", 1.0),
-    "greatest": ("u31_max", 1.0),
-    "restitution": ("kinematic_restitution", 1.0),
-    "transmission_angle": ("transmission_angle_deg", _DEGREE),
+    "start": "u31_start",
+    "end": "u31_end",
+    "greatest": "u31_max",
+    "restitution": "kinematic_restitution",
+    "transmission_angle": "transmission_angle_deg",
 }
 _SIZE = {
-    "impact_speed": ("impact_speed_m_s", 1.0),
-    "longest": ("longest_link_mm", MILLI),
-    "area": ("box_area_mm2", MILLI**2),
+    "impact_speed": "impact_speed_m_s",
+    "longest": "longest_link_mm",
+    "area": "box_area_mm2",
 }
-_LOADS = {"torque": ("peak_torque_nm", 1.0), "force": ("pin_force_n", 1.0)}
+_LOADS = {"torque": "peak_torque_nm", "force": "pin_force_n"}
 
 
 def check_reference(request: CheckRequest, answer: Answer) -> Reference | None:

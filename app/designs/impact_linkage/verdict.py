@@ -2,12 +2,7 @@
 
 from __future__ import annotations
 
-import math
-
-from app.designs.units import MILLI
 from app.designs.verdict import Word
-
-_DEGREE = math.radians(1.0)
 
 WORDS = {
     "turns_fully": Word("rotatable", "crank turns fully", no="the crank cannot turn fully"),
@@ -15,15 +10,15 @@ WORDS = {
     "runs_steadily": Word(
         "runs_steadily", "motor keeps it running", no="the motor does not keep it running at the speed required"
     ),
-    "impact_speed": Word("impact_speed_m_s", "speed of the blow", "m/s"),
-    "greatest_impact_speed": Word("greatest_impact_speed_m_s", "speed of the blow", "m/s"),
-    "min_link": Word("min_link_mm", "shortest link", "mm", MILLI),
-    "longest_link": Word("longest_link_mm", "longest link", "mm", MILLI),
-    "width": Word("width_mm", "width of the swept box", "mm", MILLI),
-    "height": Word("height_mm", "height of the swept box", "mm", MILLI),
-    "enclosing_radius": Word("enclosing_radius_mm", "radius around all it sweeps", "mm", MILLI),
-    "max_pin_force": Word("max_pin_force_n", "pin force", "N"),
-    "coupler_peak": Word("coupler_peak_n", "pin force after a blow that mismatches", "N"),
-    "least_transmission_angle": Word("transmission_angle_deg.0", "least transmission angle", "°", _DEGREE),
-    "greatest_transmission_angle": Word("transmission_angle_deg.1", "greatest transmission angle", "°", _DEGREE),
+    "impact_speed": Word("impact_speed_m_s", "speed of the blow"),
+    "greatest_impact_speed": Word("greatest_impact_speed_m_s", "speed of the blow"),
+    "min_link": Word("min_link_mm", "shortest link"),
+    "longest_link": Word("longest_link_mm", "longest link"),
+    "width": Word("width_mm", "width of the swept box"),
+    "height": Word("height_mm", "height of the swept box"),
+    "enclosing_radius": Word("enclosing_radius_mm", "radius around all it sweeps"),
+    "max_pin_force": Word("max_pin_force_n", "pin force"),
+    "coupler_peak": Word("coupler_peak_n", "pin force after a blow that mismatches"),
+    "least_transmission_angle": Word("transmission_angle_deg.0", "least transmission angle"),
+    "greatest_transmission_angle": Word("transmission_angle_deg.1", "greatest transmission angle"),
 }

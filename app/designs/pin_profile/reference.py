@@ -8,19 +8,18 @@ from typing import Any
 from app.designs.independent import Found, active, exact, reference
 from app.designs.kind import Answer
 from app.designs.pin_profile.request import CheckRequest, DesignRequest, PinRequest
-from app.designs.units import MEGA, MICRO, MILLI
 from solvers.accuracy import Exact, Reference
 from solvers.pin.check import halves_alike
 
 _NAMES = {
-    "mass": ("mass_g", MILLI),
-    "solid_mass": ("solid_mass_g", MILLI),
-    "constant_bore_mass": ("constant_bore_mass_g", MILLI),
-    "max_moment": ("max_moment_nmm", MILLI),
-    "force_limit": ("force_limit_n", 1.0),
-    "deflection": ("deflection_um", MICRO),
-    "small_end_pressure": ("contact_pressures_mpa.small_end", MEGA),
-    "boss_peak_pressure": ("contact_pressures_mpa.boss_peak", MEGA),
+    "mass": "mass_g",
+    "solid_mass": "solid_mass_g",
+    "constant_bore_mass": "constant_bore_mass_g",
+    "max_moment": "max_moment_nmm",
+    "force_limit": "force_limit_n",
+    "deflection": "deflection_um",
+    "small_end_pressure": "contact_pressures_mpa.small_end",
+    "boss_peak_pressure": "contact_pressures_mpa.boss_peak",
 }
 _MADE = "the textbook's forces, stresses in bore ratios, Cowper's coefficient"
 

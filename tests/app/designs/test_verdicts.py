@@ -168,9 +168,9 @@ def test_requirements_of_a_rod_are_asked_and_the_rest_is_judged_anyway():
 
 WORDS = {
     "n": Word("safety", "safety"),
-    "s": Word("stress_mpa", "stress", "MPa", 1e6),
+    "s": Word("stress_mpa", "stress"),
     "t": Word("turns", "crank turns", no="the crank does not turn"),
-    "v": Word("speed_m_s", "speed", "m/s"),
+    "v": Word("speed_m_s", "speed"),
 }
 
 

@@ -273,11 +273,12 @@ def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, 
     }
 
 
-def diagnosis_json(outcome: Outcome, limits: Mapping[str, tuple[str, float]]) -> list[dict[str, Any]]:
-    """Unattainable requirements as JSON; ``limits`` maps requirements whose API name or unit differs."""
+def diagnosis_json(outcome: Outcome, limits: Mapping[str, str]) -> list[dict[str, Any]]:
+    """Unattainable requirements as JSON; ``limits`` has the API names of those that differ, and thereby their units."""
     found = []
     for shortfall in outcome.diagnosis:
-        name, unit = limits.get(shortfall.requirement, (shortfall.requirement, 1.0))
+        name = limits.get(shortfall.requirement, shortfall.requirement)
+        unit = in_si(name)[1]
         found.append(
             {
                 "requirement": name,

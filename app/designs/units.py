@@ -59,5 +59,10 @@ def in_si(name: str) -> tuple[str, float]:
     return name.removesuffix(ending), UNITS[ending][1] if ending else 1.0
 
 
+def by_solver_name(*names: str) -> dict[str, str]:
+    """Field names by the names of the same quantities in the solvers."""
+    return {in_si(name)[0]: name for name in names}
+
+
 def _ending(name: str) -> str:
     return next((ending for ending in UNITS if name.endswith(ending) and len(name) > len(ending)), "")

@@ -9,7 +9,7 @@ from typing import Any
 from app.designs.crank_dynamics.request import DynamicsRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.units import in_si
+from app.designs.units import by_solver_name
 from solvers import crank
 from solvers.accuracy import Exact, Reference
 
@@ -18,7 +18,7 @@ MAIN_RESULTS = (
     "wrist_pin_load_max_n", "crank_pin_load_max_n", "main_bearing_load_max_n",
 )  # fmt: skip
 """Results judged by an accuracy study, all of which the reference has."""
-_NAMES = {in_si(name)[0]: name for name in MAIN_RESULTS}
+_NAMES = by_solver_name(*MAIN_RESULTS)
 
 
 def dynamics_reference(request: DynamicsRequest, answer: Answer) -> Reference:

@@ -184,15 +184,7 @@ class DynamicsRequest(SolverRequest):
     series_angles: int = Field(default=360, ge=2, le=3600, description="number of equally spaced angles in the series")
 
     def contradictions(self) -> list[Entry]:
-        found = []
-        if self.mechanism.crank_radius_mm >= self.mechanism.rod_length_mm:
-            found.append(
-                entry(
-                    "/mechanism/crank_radius_mm",
-                    "the crank is not shorter than the rod, so the mechanism cannot turn",
-                    "less than mechanism.rod_length_mm",
-                )
-            )
+        found = stuck(self.mechanism)
         if self.masses.rod_cg_from_pin_mm > self.mechanism.rod_length_mm:
             found.append(
                 entry(
@@ -217,6 +209,14 @@ class DynamicsRequest(SolverRequest):
         pressure, repairs = self.pressure.to_solver(cylinder, mechanism)
         parts: dict[str, Any] = {} if self.engine is None else {"engine": self.engine.to_solver()}
         return crank.Scene(mechanism, cylinder, pressure, masses, **parts), repairs
+
+
+def stuck(mechanism: Mechanism) -> list[Entry]:
+    """The entry for a crank that cannot turn."""
+    if mechanism.crank_radius_mm < mechanism.rod_length_mm:
+        return []
+    why = "the crank is not shorter than the rod, so the mechanism cannot turn"
+    return [entry("/mechanism/crank_radius_mm", why, "less than mechanism.rod_length_mm")]
 
 
 def _of_engine(engine: Engine) -> list[Entry]:

@@ -28,14 +28,16 @@ def request_of(run: dict[str, Any]) -> CheckRequest:
     return CheckRequest.model_validate({**spec, "dimensions": run["result"]["dimensions"]})
 
 
+def settled(run: dict[str, Any]) -> EffectSelection:
+    """Exactly the effects of the run."""
+    active = frozenset(effect["name"] for effect in run["effects"] if effect["state"] == "active")
+    return EffectSelection(active, frozenset(effect["name"] for effect in run["effects"]) - active)
+
+
 def _turn(run: dict[str, Any]) -> tuple[CheckRequest, Instants]:
-    """The cycle with exactly the effects of the run."""
+    """The check of the run's strip, and its cycle."""
     request = request_of(run)
-    states = {effect["name"]: effect["state"] == "active" for effect in run["effects"]}
-    settled = EffectSelection(
-        frozenset(name for name, on in states.items() if on), frozenset(name for name, on in states.items() if not on)
-    )
-    choice = choose_for(request.scene(), request.strip(), settled, request.effect_tolerance)
+    choice = choose_for(request.scene(), request.strip(), settled(run), request.effect_tolerance)
     cycle = Cycle(request.scene(), request.strip(), compose(choice), tolerance=1e-4)
     return request, cycle.at(np.radians(np.linspace(0.0, 360.0, _ANGLES)))
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.designs.flexible_rod.cycle_pictures import request_of
+from app.designs.flexible_rod.cycle_pictures import request_of, settled
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
 from app.designs.units import MILLI
@@ -77,10 +77,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     request = request_of(run)
     scene, width = request.scene(), dimensions["b_mm"] * MILLI
     criterion = CRITERIA[request.fatigue_criterion](scene.material)
-    states = {effect["name"]: effect["state"] == "active" for effect in run["effects"]}
-    settled = rod.EffectSelection(
-        frozenset(name for name, on in states.items() if on), frozenset(name for name, on in states.items() if not on)
-    )
+    effects = settled(run)
     lengths = _axis(spec["bounds"]["l_mm"], dimensions["l_mm"])
     lengths = lengths[lengths <= spec["mechanism"]["rod_length_mm"]]
     low, high = spec["bounds"]["h_mm"]
@@ -95,7 +92,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
         for j, length in enumerate(lengths):
             try:
                 strip = rod.Dimensions(width, thicknesses[i, j] * MILLI, length * MILLI)
-                check = rod.check(scene, strip, settled, request.effect_tolerance, _ACCURACY, criterion).value
+                check = rod.check(scene, strip, effects, request.effect_tolerance, _ACCURACY, criterion).value
             except InvalidInput:
                 continue
             for k, (field, name, _, _) in enumerate(used):

@@ -37,7 +37,7 @@ from app.designs.schema import (
     repairs_json,
     scaled,
 )
-from app.designs.units import MEGA, MILLI
+from app.designs.units import MEGA, MILLI, by_solver_name, in_si
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import rod
 from solvers.fatigue import CRITERIA
@@ -137,16 +137,20 @@ class DesignResult(RodResult):
     certificate: CertificateResult | None
 
 
-_UNIT_OF_OBJECTIVE = {"mass": MILLI, "contact_pressure": MEGA}
-"""Units of objectives that are not shown in SI."""
+_FIGURES = {
+    "mass": "mass_g",
+    "friction_power": "friction_power_w",
+    "contact_pressure": "contact_pressure_max_mpa",
+    "side_force": "side_force_max_n",
+    "fatigue_safety": "fatigue_safety",
+    "stability_safety": "stability_safety",
+}
+"""Result names of the objectives."""
 
 _OF_THE_OBJECTIVE = {"core_optimum", "core_bound"}
 """Evidence of a certificate in the objective's unit."""
 
-_LIMITS = {
-    "max_contact_pressure": ("max_contact_pressure_mpa", MEGA),
-    "max_friction_power": ("max_friction_power_w", 1.0),
-}
+_LIMITS = by_solver_name("max_contact_pressure_mpa", "max_friction_power_w")
 """API names of requirements with a unit suffix."""
 
 
@@ -163,7 +167,7 @@ def run_design(request: DesignRequest) -> Answer:
         criterion,
         request.time_budget_s,
     )
-    unit = _UNIT_OF_OBJECTIVE.get(request.objective, 1.0)
+    unit = in_si(_FIGURES[request.objective])[1]
     certificate = certificate_json(outcome.certificate, unit)
     if certificate is not None:
         certificate |= of_rod(outcome, request.objective)
@@ -173,7 +177,7 @@ def run_design(request: DesignRequest) -> Answer:
     if found is None:
         result = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
         return envelope(request, outcome, result)
-    active = [{"name": _LIMITS.get(a.name, (a.name, 1.0))[0], "sensitivity": a.sensitivity} for a in found.active]
+    active = [{"name": _LIMITS.get(a.name, a.name), "sensitivity": a.sensitivity} for a in found.active]
     result = {
         **result_of(found.check, repairs),
         "objective": found.objective,
@@ -205,16 +209,6 @@ the square root of its error, nor the mean stress, which may be zero."""
 GIVEN_RESULTS = ("stress_amplitude_mpa",)
 """Where fatigue limits a design, two sections often govern equally, each with its own amplitude: rounding decides which
 of the two is reported."""
-
-_FIGURES = {
-    "mass": "mass_g",
-    "friction_power": "friction_power_w",
-    "contact_pressure": "contact_pressure_max_mpa",
-    "side_force": "side_force_max_n",
-    "fatigue_safety": "fatigue_safety",
-    "stability_safety": "stability_safety",
-}
-"""Result names of the objectives."""
 
 
 def figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:

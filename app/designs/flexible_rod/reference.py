@@ -9,18 +9,15 @@ from typing import Any
 from app.designs.flexible_rod.request import CheckRequest, DesignRequest
 from app.designs.independent import active, exact, reference
 from app.designs.kind import Answer
-from app.designs.units import MILLI, in_si
+from app.designs.units import MILLI, by_solver_name
 from solvers import rod
 from solvers.accuracy import Exact, Reference
 
-_NAMES = {
-    in_si(name)[0]: name
-    for name in (
-        "fatigue_safety", "stability_safety", "yield_safety", "critical_force_n", "axial_force_min_n",
-        "axial_force_max_n", "stress_amplitude_mpa", "side_force_max_n", "clamp_moment_max_nmm",
-        "contact_pressure_max_mpa", "friction_power_w", "natural_frequency_hz", "mass_g",
-    )
-}  # fmt: skip
+_NAMES = by_solver_name(
+    "fatigue_safety", "stability_safety", "yield_safety", "critical_force_n", "axial_force_min_n", "axial_force_max_n",
+    "stress_amplitude_mpa", "side_force_max_n", "clamp_moment_max_nmm", "contact_pressure_max_mpa", "friction_power_w",
+    "natural_frequency_hz", "mass_g",
+)  # fmt: skip
 _ALL = frozenset(_NAMES)
 _FRICTION = {"contact_pressure_max", "friction_power"}
 _OF_THE_FORCE = {"axial_force_min", "axial_force_max", "natural_frequency", "mass"}

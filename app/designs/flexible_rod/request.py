@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import ConfigDict, Field
 
-from app.designs.crank_dynamics.request import CUBIC_CENTI, Diagram, Volume
+from app.designs.crank_dynamics.request import CUBIC_CENTI, Diagram, Volume, stuck
 from app.designs.references import Instant, Run, RunReference, cycle_of, source_of, worst_of
 from app.designs.schema import (
     DesignSettings,
@@ -266,15 +266,7 @@ class RodRequest(SolverRequest):
     )
 
     def contradictions(self) -> list[Entry]:
-        if self.mechanism.crank_radius_mm < self.mechanism.rod_length_mm:
-            return []
-        return [
-            entry(
-                "/mechanism/crank_radius_mm",
-                "the crank is not shorter than the rod, so the mechanism cannot turn",
-                "less than mechanism.rod_length_mm",
-            )
-        ]
+        return stuck(self.mechanism)
 
     def _machine(self) -> tuple[rod.Mechanism, rod.Piston]:
         return rod.Mechanism(**si(self.mechanism)), rod.Piston(**si(self.piston))

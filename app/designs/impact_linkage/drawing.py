@@ -14,12 +14,13 @@ from app.designs.drawing import (
     Layer,
     Line,
     Place,
+    extent,
     given,
     length,
     rectangle,
     words_of,
 )
-from app.designs.impact_linkage.mechanism_picture import standing
+from app.designs.impact_linkage.mechanism_picture import LINKS, standing
 from app.designs.units import MILLI
 from solvers import linkage
 from solvers.errors import InvalidInput
@@ -30,7 +31,6 @@ _CLOSURE_TOLERANCE = 1e-3
 """Above this closure error the linkage is drawn as it is."""
 _MAX_BOX = 2.5
 """Maximum box drawn around known links, relative to their extent."""
-_LINKS = ("base", "crank", "coupler", "rocker")
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:
@@ -42,7 +42,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     if found is None:
         return None
     mechanism, paths, caption = found
-    lengths = {name: getattr(mechanism.lengths, name) / MILLI for name in _LINKS}
+    lengths = {name: getattr(mechanism.lengths, name) / MILLI for name in LINKS}
     if not all(np.isfinite(value) and 0.0 < value < 1e7 for value in lengths.values()):
         return None
     crank, base = lengths["crank"], lengths["base"]
@@ -69,7 +69,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
     # The design's result is not anticipated.
     dimensions = [
         Dimension(*ends[name], words_of(name, lengths[name]), "free", path=paths.get(name, ""))
-        for name in _LINKS
+        for name in LINKS
         if paths
     ]
     room, more = _room(request, shapes, math.inf if not paths else _MAX_BOX)
@@ -80,10 +80,10 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
 
 
 def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, str], str] | None:
-    lengths = [length(request, f"lengths_mm.{name}") for name in _LINKS]
+    lengths = [length(request, f"lengths_mm.{name}") for name in LINKS]
     if all(lengths):
         found = linkage.of_lengths(linkage.Lengths(*(value * MILLI for value in lengths)))
-        return found, {name: f"lengths_mm.{name}" for name in _LINKS}, "Shortly after the blow."
+        return found, {name: f"lengths_mm.{name}" for name in LINKS}, "Shortly after the blow."
     scene = _scene(request)
     if scene is None:
         return None
@@ -107,7 +107,7 @@ def _mechanism(request: dict[str, Any]) -> tuple[linkage.Mechanism, dict[str, st
             except InvalidInput:
                 continue
             caption = f"One of the mechanisms for this blow ({kind.name.replace('_', ' ')}); the design finds the best."
-            if min(getattr(found.lengths, name) for name in _LINKS) >= least:
+            if min(getattr(found.lengths, name) for name in LINKS) >= least:
                 return found, {}, caption
             fallback = fallback or (found, {}, caption)
     return fallback
@@ -136,7 +136,7 @@ def _room(
     """The box or pipe limiting the linkage, around the centre of its swept area."""
     wide, high = length(request, "limits.width_mm"), length(request, "limits.height_mm")
     pipe = length(request, "limits.enclosing_radius_mm")
-    xs, ys = zip(*_ends(shapes), strict=True)
+    xs, ys = zip(*(place for shape in shapes for place in extent(shape)), strict=True)
     x, y = 0.5 * (min(xs) + max(xs)), 0.5 * (min(ys) + max(ys))
     own_wide, own_high = max(xs) - min(xs), max(ys) - min(ys)
     out: list[Line | Circle] = []
@@ -161,17 +161,6 @@ def _room(
         edges = (x, y), (x + pipe, y)
         dimensions.append(Dimension(*edges, words_of("≤", pipe), "free", path="limits.enclosing_radius_mm"))
     return out, dimensions
-
-
-def _ends(shapes: list[Line | Circle]) -> list[Place]:
-    found: list[Place] = []
-    for shape in shapes:
-        if isinstance(shape, Circle):
-            (x, y), r = shape.center, shape.radius
-            found += [(x - r, y - r), (x + r, y + r)]
-        else:
-            found += shape.points
-    return found
 
 
 def _place(points: Any) -> Place:

@@ -47,7 +47,7 @@ from app.designs.schema import (
     refusing,
     scaled,
 )
-from app.designs.units import MILLI
+from app.designs.units import MILLI, by_solver_name, in_si, split_unit
 from app.designs.verdict import denials, labels, verdict_json
 from solvers import linkage
 from solvers.outcome import Outcome
@@ -133,27 +133,28 @@ class DesignResult(LinkageResult):
     certificate: CertificateResult | None
 
 
-_UNITS = {
-    "box_area": ("mm²", SQUARE_MILLI),
-    "longest_link": ("mm", MILLI),
-    "enclosing_radius": ("mm", MILLI),
-    "peak_torque": ("N·m", 1.0),
-    "pin_force": ("N", 1.0),
-    "impact_speed": ("m/s", 1.0),
-    "blow_frequency": ("Hz", 1.0),
+_FIGURES = {
+    "box_area": "box_area_mm2",
+    "longest_link": "longest_link_mm",
+    "enclosing_radius": "enclosing_radius_mm",
+    "peak_torque": "peak_torque_nm",
+    "pin_force": "pin_force_n",
+    "impact_speed": "impact_speed_m_s",
+    "blow_frequency": "blow_frequency_hz",
 }
-"""Units of the objectives in the API."""
+"""Result names of the objectives."""
 
-_LIMITS = {
-    "min_link": ("min_link_mm", MILLI),
-    "longest_link": ("longest_link_mm", MILLI),
-    "enclosing_radius": ("enclosing_radius_mm", MILLI),
-    "width": ("width_mm", MILLI),
-    "height": ("height_mm", MILLI),
-    "max_pin_force": ("max_pin_force_n", 1.0),
-    "impact_speed": ("impact_speed_m_s", 1.0),
-}
+_LIMITS = by_solver_name(
+    "min_link_mm", "longest_link_mm", "enclosing_radius_mm", "width_mm", "height_mm", "max_pin_force_n",
+    "impact_speed_m_s",
+)  # fmt: skip
 """API names of requirements with a unit suffix."""
+
+
+def _unit(objective: str) -> tuple[str, float]:
+    """The unit of an objective in the API, and in SI."""
+    name = _FIGURES[objective]
+    return split_unit(name)[1], in_si(name)[1]
 
 
 @refusing
@@ -163,7 +164,7 @@ def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answ
     problem = request.problem()
     outcome = linkage.design(problem, request.selection(), request.effect_tolerance, request.accuracy)
     traded = _traded(request, problem, report) if outcome.value is not None else ()
-    words, unit = _UNITS[request.objective]
+    words, unit = _unit(request.objective)
     claim = of_linkage(outcome, request.objective, problem.objective.sign, request.types)
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
     found = outcome.value
@@ -175,7 +176,7 @@ def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answ
         "objective": found.objective,
         "value": found.value / unit,
         "value_unit": words,
-        "active_limits": [_LIMITS.get(name, (name, 1.0))[0] for name in found.active_limits],
+        "active_limits": [_LIMITS.get(name, name) for name in found.active_limits],
         "alternatives": [
             {
                 "type": other.kind.name,
@@ -203,7 +204,7 @@ def _traded(request: DesignRequest, problem: linkage.LinkageProblem, report: Rep
 
 
 def _front(request: DesignRequest, points: tuple[linkage.FrontPoint, ...]) -> dict[str, Any]:
-    (words, unit), (other_words, other_unit) = _UNITS[request.objective], _UNITS[request.front.against]
+    (words, unit), (other_words, other_unit) = _unit(request.objective), _unit(request.front.against)
     loaded = request.impact_energy_j is not None
     return {
         "objective": request.objective,
@@ -250,16 +251,6 @@ MAIN_RESULTS = (
 )
 """Results judged by an accuracy study. Not the box's sides or angle, nor the angles of peaks: where area or load are
 flat in them, they are uncertain by the square root of its error."""
-
-_FIGURES = {
-    "box_area": "box_area_mm2",
-    "longest_link": "longest_link_mm",
-    "enclosing_radius": "enclosing_radius_mm",
-    "peak_torque": "peak_torque_nm",
-    "pin_force": "pin_force_n",
-    "impact_speed": "impact_speed_m_s",
-    "blow_frequency": "blow_frequency_hz",
-}
 
 
 def figure(mode: Mode, result: Mapping[str, Any]) -> tuple[str, float | None]:

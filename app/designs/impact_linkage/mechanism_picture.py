@@ -17,6 +17,7 @@ from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Say, opening
 from app.designs.units import figures
 
 Array = NDArray[np.float64]
+LINKS = ("base", "crank", "coupler", "rocker")
 _WIDE, _HIGH, _MARGIN, _TEXT = 480.0, 380.0, 16.0, 26.0
 _FRAMES, _STILL, _SECONDS = 90, 14, 4
 _LETTER = 0.56
@@ -50,20 +51,22 @@ def _moves(name: str, values: Array) -> str:
     return f'<animate attributeName="{name}" values="{frames}" dur="{_SECONDS}s" repeatCount="indefinite"/>'
 
 
+def _animated(tag: str, at: dict[str, Array], style: str) -> str:
+    """An element whose coordinates ``at`` the frames are those given, by name."""
+    still = " ".join(f'{name}="{values[min(_STILL, values.size - 1)]:.1f}"' for name, values in at.items())
+    moves = "".join(_moves(name, values) for name, values in at.items() if values.size > 1 and np.ptp(values) > 0)
+    return f"<{tag} {still} {style}>{moves}</{tag}>"
+
+
 def _link(ends: tuple[Array, Array], color: str, width: float) -> str:
     """An animated line; ends of shape (2, frames)."""
     at = dict(zip(("x1", "y1", "x2", "y2"), (*ends[0], *ends[1]), strict=True))
-    still = " ".join(f'{name}="{values[min(_STILL, values.size - 1)]:.1f}"' for name, values in at.items())
-    moves = "".join(_moves(name, values) for name, values in at.items() if values.size > 1 and np.ptp(values) > 0)
-    return f'<line {still} stroke="{color}" stroke-width="{width}" stroke-linecap="round">{moves}</line>'
+    return _animated("line", at, f'stroke="{color}" stroke-width="{width}" stroke-linecap="round"')
 
 
 def _joint(place: Array, radius: float, style: str) -> str:
     """An animated circle; centre of shape (2, frames)."""
-    at = dict(zip(("cx", "cy"), place, strict=True))
-    still = " ".join(f'{name}="{values[min(_STILL, values.size - 1)]:.1f}"' for name, values in at.items())
-    moves = "".join(_moves(name, values) for name, values in at.items() if values.size > 1 and np.ptp(values) > 0)
-    return f'<circle {still} r="{radius:.1f}" {style}>{moves}</circle>'
+    return _animated("circle", dict(zip(("cx", "cy"), place, strict=True)), f'r="{radius:.1f}" {style}')
 
 
 def _path(points: Array) -> str:
@@ -127,7 +130,7 @@ def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
 
 def standing(lengths: dict[str, float]) -> tuple[Array, Array]:
     """Positions of crank pin and rocker joint for arbitrary lengths, in the middle of the possible range."""
-    base, crank, coupler, rocker = (lengths[name] for name in ("base", "crank", "coupler", "rocker"))
+    base, crank, coupler, rocker = (lengths[name] for name in LINKS)
     low, high = max(abs(base - crank), abs(coupler - rocker)), min(base + crank, coupler + rocker)
     apart = 0.5 * (low + high)
     turned = math.acos(min(max((base**2 + crank**2 - apart**2) / (2.0 * base * crank), -1.0), 1.0))
@@ -165,9 +168,7 @@ def _flash(joint: Array) -> str:
 
 def _words(height: float, result: dict[str, Any], box: dict[str, float] | None, say: Say) -> str:
     lengths = result["lengths_mm"]
-    label = (
-        ", ".join(f"{say(name)} {figures(lengths[name])}" for name in ("base", "crank", "coupler", "rocker")) + " mm"
-    )
+    label = ", ".join(f"{say(name)} {figures(lengths[name])}" for name in LINKS) + " mm"
     if box:
         label = say("{} in {} × {} mm").format(label, figures(box["width"]), figures(box["height"]))
     x, y = 0.5 * _WIDE, height - 9.0

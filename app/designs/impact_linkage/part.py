@@ -22,12 +22,11 @@ from app.designs.drawing import (
     extent,
     words_of,
 )
-from app.designs.impact_linkage.mechanism_picture import standing
+from app.designs.impact_linkage.mechanism_picture import LINKS, standing
 from app.designs.impact_linkage.pictures import bar_of
 from app.designs.impact_linkage.swept import outline, segments_of
 from app.designs.part import Extrusion, Parameter, Part, UnfitAngle
 
-LINKS = ("base", "crank", "coupler", "rocker")
 _POSITIONS = 720
 _EYE = 0.25
 """Eye radius relative to the shortest link, if the request does not specify the joints."""

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from app.designs.claims import Claim, with_claim
 from app.designs.schema import CertificateResult, ShortfallResult, Strict, certificate_json, diagnosis_json, scaled
-from app.designs.units import MEGA, MICRO, MILLI
+from app.designs.units import MEGA, MICRO, MILLI, by_solver_name
 from solvers import pin
 from solvers.outcome import Outcome
 
@@ -178,12 +178,7 @@ class InfeasibleResult(Strict):
     certificate: CertificateResult | None = None
 
 
-LIMITS = {
-    "force": ("force_n", 1.0),
-    "max_deflection": ("max_deflection_um", MICRO),
-    "max_ovalization": ("max_ovalization_um", MICRO),
-    "max_ring_stress": ("max_ring_stress_mpa", MEGA),
-}
+LIMITS = by_solver_name("force_n", "max_deflection_um", "max_ovalization_um", "max_ring_stress_mpa")
 """API names of requirements with a unit suffix."""
 
 

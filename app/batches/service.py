@@ -70,12 +70,7 @@ class BatchService:
     # -- intake ----------------------------------------------------------------------------------------------
 
     async def take_lines(
-        self,
-        ask: Asked,
-        as_csv: bool,
-        stream: AsyncIterator[bytes],
-        key: str | None,
-        digest: Any = None,
+        self, ask: Asked, as_csv: bool, stream: AsyncIterator[bytes], key: str | None, digest: Any = None
     ) -> bytes:
         """Accept a batch of NDJSON lines or CSV records, stored while streaming; answers once all are durable."""
         digest = digest or hashlib.sha256()

@@ -10,18 +10,7 @@ from pydantic import BaseModel, ConfigDict, Field, create_model
 from app.designs.kind import Answer, Job, Kind, Mode
 from app.designs.progress import Counter, Report, ignore_progress
 from app.designs.schema import EffectChoice, Entry, Strict, accuracy_json, one_of
-from solvers.accuracy import (
-    Goal,
-    Level,
-    Meeting,
-    Plan,
-    Reference,
-    Solved,
-    Study,
-    Within,
-    closest_proof,
-    study,
-)
+from solvers.accuracy import Goal, Level, Meeting, Plan, Reference, Solved, Study, Within, closest_proof, study
 from solvers.effect_costs import RUNS as EFFECT_RUNS
 from solvers.effect_costs import Chosen, EffectCost, effect_costs
 from solvers.outcome import Accuracy
@@ -216,10 +205,7 @@ def _run(kind: Kind, mode: Mode, asked: Any, report: Report) -> Answer:
     reached = found.recommended
     return Answer(
         status="succeeded",
-        result={
-            **_result(found, asked.spec.accuracy),
-            "effect_costs": [_cost(cost) for cost in costs],
-        },
+        result={**_result(found, asked.spec.accuracy), "effect_costs": [_cost(cost) for cost in costs]},
         effects=effects,
         accuracy=accuracy_json(
             Accuracy(

@@ -136,10 +136,7 @@ def of_rod(outcome: Outcome[Any], objective: str) -> Claim:
         "proven": _of_part(certificate),
         "physics": f"the core's, without {beyond}",
         **common,
-        "estimated": [
-            f"the physics with {beyond}: " + _of_full(certificate),
-            NOT_IN_THE_GAP,
-        ],
+        "estimated": [f"the physics with {beyond}: " + _of_full(certificate), NOT_IN_THE_GAP],
     }
 
 

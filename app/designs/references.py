@@ -91,8 +91,7 @@ def cycle_of(run: Run) -> Mapping[str, Any]:
     result = _succeeded_dynamics(run)
     if run["spec"]["cylinder"]["strokes"] != 2:
         raise UnfitRun(
-            "has a cycle of four strokes; a flexible rod's cycle is one turn",
-            "a run of two strokes, or load.instant",
+            "has a cycle of four strokes; a flexible rod's cycle is one turn", "a run of two strokes, or load.instant"
         )
     if "cycle" not in result:
         raise UnfitRun("was stored without its curves", "a run of its own, or an item of a batch with detail full")

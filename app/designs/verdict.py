@@ -46,8 +46,7 @@ class VerdictResult(Strict):
 
     holds: bool
     certain: bool = Field(
-        default=True,
-        description="false: the estimated error exceeds the distance of a figure from its limit",
+        default=True, description="false: the estimated error exceeds the distance of a figure from its limit"
     )
     error: float = Field(
         default=0.0, description="estimated relative error of the figures if the verdict depends on it, else 0"
@@ -151,10 +150,7 @@ def _criterion(criterion: Criterion, word: Word) -> dict[str, Any]:
 
 
 def summary_of(
-    verdict: Mapping[str, Any],
-    denials: Mapping[str, str],
-    accuracy: Mapping[str, Any] | None,
-    texts: NullTranslations,
+    verdict: Mapping[str, Any], denials: Mapping[str, str], accuracy: Mapping[str, Any] | None, texts: NullTranslations
 ) -> str:
     """Summarise a verdict given as JSON in one sentence, in the language of ``texts``: the governing figure, and a
     missed accuracy.

@@ -264,11 +264,7 @@ def _repeating(run: Mapping[str, Any]) -> Iterator[Block]:
         _("The request is attached to this file. Any Crankwright of the same version gives the same results for it.")
     )
     by = f"{run['solver']['name']} {run['solver']['version']}, {run['id']}, {run['created_at']}"
-    rows = (
-        (_("request"), f"POST /api/v1/{_path(run)}"),
-        (_("its hash"), run["spec_hash"]),
-        (_("answered by"), by),
-    )
+    rows = ((_("request"), f"POST /api/v1/{_path(run)}"), (_("its hash"), run["spec_hash"]), (_("answered by"), by))
     yield Table(("", ""), rows, frozenset(), (20, 80))
 
 

@@ -14,15 +14,7 @@ from app.store.batch_inputs import Row as SentRow
 from app.store.batch_inputs import Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import digest, open_run, run_of
 from app.store.batch_operations import batch_columns, record_of
-from app.store.batch_records import (
-    ACTIVE,
-    BatchRecord,
-    BatchStatus,
-    ChunkState,
-    Item,
-    ItemStatus,
-    split_item_id,
-)
+from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, ChunkState, Item, ItemStatus, split_item_id
 from app.store.errors import DamagedRecord, UnknownBatch, UnknownRun
 from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches

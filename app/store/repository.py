@@ -164,11 +164,7 @@ class RunStore:
         return await self._read(lambda connection: _find_answer(connection, spec_hash, solver, owner))
 
     async def list_runs(
-        self,
-        wanted: RunFilter,
-        cursor: str | None = None,
-        limit: int = 50,
-        order: RunOrder = RunOrder.NEWEST,
+        self, wanted: RunFilter, cursor: str | None = None, limit: int = 50, order: RunOrder = RunOrder.NEWEST
     ) -> RunPage:
         """A page of runs in the given order; runs inserted between two pages shift nothing. ``limit`` is 1…200.
 

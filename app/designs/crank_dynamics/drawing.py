@@ -5,17 +5,7 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from app.designs.drawing import (
-    Circle,
-    Dimension,
-    Drawing,
-    Layer,
-    Line,
-    length,
-    rectangle,
-    signed,
-    words_of,
-)
+from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, length, rectangle, signed, words_of
 
 _TURNED = math.radians(50.0)
 _CROWN, _SKIRT = 0.35, 0.35

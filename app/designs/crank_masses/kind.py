@@ -203,11 +203,7 @@ def run_masses(request: MassesRequest) -> Answer:
         result[shown + "_u"] = None if known is None or name not in known.standard else known.standard[name] / unit
         if known is not None and name in known.interval:
             intervals[shown] = [end / unit for end in known.interval[name]]
-    result |= {
-        "uncertainty_method": known and known.method,
-        "intervals": intervals,
-        "warnings": list(found.warnings),
-    }
+    result |= {"uncertainty_method": known and known.method, "intervals": intervals, "warnings": list(found.warnings)}
     accuracy = accuracy_json(Accuracy(asked.accuracy, _ROUNDING, {"form": "closed"}))
     return Answer("succeeded", result, [], accuracy, {"solve_s": time.perf_counter() - started})
 

@@ -4,18 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from app.designs.drawing import (
-    Circle,
-    Dimension,
-    Drawing,
-    Layer,
-    Line,
-    given,
-    length,
-    rectangle,
-    signed,
-    words_of,
-)
+from app.designs.drawing import Circle, Dimension, Drawing, Layer, Line, given, length, rectangle, signed, words_of
 
 
 def drawing(request: dict[str, Any]) -> Drawing | None:

@@ -160,12 +160,7 @@ def run_design(request: DesignRequest) -> Answer:
     problem = request.problem()
     criterion = CRITERIA[request.fatigue_criterion](problem.scene.material)
     outcome = rod.design(
-        problem,
-        request.selection(),
-        request.effect_tolerance,
-        request.accuracy,
-        criterion,
-        request.time_budget_s,
+        problem, request.selection(), request.effect_tolerance, request.accuracy, criterion, request.time_budget_s
     )
     unit = in_si(_FIGURES[request.objective])[1]
     certificate = certificate_json(outcome.certificate, unit)

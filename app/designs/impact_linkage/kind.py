@@ -266,20 +266,10 @@ IMPACT_LINKAGE = Kind(
     summary="the crank-rocker that strikes once a turn: its type, its four lengths and how it lies in its box",
     jobs={
         Mode.DESIGN: Job(
-            DesignRequest,
-            DesignResult,
-            run_design,
-            reference=design_reference,
-            in_steps=True,
-            tables=TABLES,
+            DesignRequest, DesignResult, run_design, reference=design_reference, in_steps=True, tables=TABLES
         ),
         Mode.CHECK: Job(
-            CheckRequest,
-            LinkageResult,
-            run_check,
-            reference=check_reference,
-            run_many=run_checks,
-            tables=TABLES,
+            CheckRequest, LinkageResult, run_check, reference=check_reference, run_many=run_checks, tables=TABLES
         ),
     },
     known_effects=linkage.EFFECTS,

@@ -96,9 +96,7 @@ def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
     pivots = np.array([[0.0, crank * float(bar.ratios.base)], [0.0, 0.0]])
     box = result["box_mm"]
     place = _Place(np.hstack([circle, joint, pivots]), math.radians(box["angle_deg"]) if box else 0.0, pad)
-    out = [
-        opening(say("The mechanism to scale in its swept box"), _WIDE, place.height),
-    ]
+    out = [opening(say("The mechanism to scale in its swept box"), _WIDE, place.height)]
     wide, high = (place.high - place.low) * place.scale
     left, top = 0.5 * (_WIDE - wide), _MARGIN
     if box:
@@ -113,11 +111,7 @@ def mechanism_picture(run: dict[str, Any], say: Say = str) -> str:
     out.append(_link((ground[:, :1], ground[:, 1:]), "currentColor", 1.5))
     b, c = place(pin), place(joint)
     still = np.repeat(ground[:, :, None], b.shape[1], axis=2)
-    out += [
-        _link((b, c), BLUE, 5.0),
-        _link((still[:, 0], b), RED, 5.0),
-        _link((still[:, 1], c), GREEN, 5.0),
-    ]
+    out += [_link((b, c), BLUE, 5.0), _link((still[:, 0], b), RED, 5.0), _link((still[:, 1], c), GREEN, 5.0)]
     room = f'fill="{GREY}" fill-opacity="0.12" stroke="{GREY}" stroke-opacity="0.4"'
     for at in (ground[:, :1], ground[:, 1:], b, c):
         out.append(_joint(at, pad * place.scale, room) if pad else "")

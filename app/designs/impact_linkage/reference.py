@@ -18,11 +18,7 @@ _SHAPE = {
     "restitution": "kinematic_restitution",
     "transmission_angle": "transmission_angle_deg",
 }
-_SIZE = {
-    "impact_speed": "impact_speed_m_s",
-    "longest": "longest_link_mm",
-    "area": "box_area_mm2",
-}
+_SIZE = {"impact_speed": "impact_speed_m_s", "longest": "longest_link_mm", "area": "box_area_mm2"}
 _LOADS = {"torque": "peak_torque_nm", "force": "pin_force_n"}
 
 

@@ -38,9 +38,7 @@ def _form_of_restitution(value: Any) -> str | None:
 
 
 _Restitution = one_of(
-    _form_of_restitution,
-    {"number": Coefficient, "range": RestitutionRange},
-    "a number, or an object with low and high",
+    _form_of_restitution, {"number": Coefficient, "range": RestitutionRange}, "a number, or an object with low and high"
 )
 
 

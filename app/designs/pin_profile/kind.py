@@ -126,12 +126,7 @@ PIN_PROFILE = Kind(
             tables=TABLES,
         ),
         Mode.CHECK: Job(
-            CheckRequest,
-            PinResult,
-            run_check,
-            reference=check_reference,
-            run_many=run_checks,
-            tables=TABLES,
+            CheckRequest, PinResult, run_check, reference=check_reference, run_many=run_checks, tables=TABLES
         ),
     },
     known_effects=pin.EFFECTS,

@@ -7,18 +7,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import Any
 
-from app.designs.drawing import (
-    Bezier,
-    Dimension,
-    Drawing,
-    Layer,
-    Line,
-    Outline,
-    Piece,
-    Place,
-    Straight,
-    words_of,
-)
+from app.designs.drawing import Bezier, Dimension, Drawing, Layer, Line, Outline, Piece, Place, Straight, words_of
 from app.designs.part import Parameter, Part, Revolution
 from app.designs.pin_profile.request import material_of
 
@@ -261,9 +250,7 @@ def _drawing(
     ]
     shapes += [Line(((x, -0.5 * d), (x, 0.5 * d))) for x, d in steps]
     shapes.append(Line(((-0.05 * length, 0.0), (1.05 * length, 0.0)), Layer.CENTER))
-    dimensions = [
-        Dimension((0.0, 0.5 * D), (length, 0.5 * D), words_of("", length), "x", 0.5 * D, 1, "length_mm"),
-    ]
+    dimensions = [Dimension((0.0, 0.5 * D), (length, 0.5 * D), words_of("", length), "x", 0.5 * D, 1, "length_mm")]
     left, right = outside[0].first, bore[-1].last
     dimensions.append(
         Dimension((0.0, -0.5 * left), (0.0, 0.5 * left), words_of("ø", left), "y", 0.0, -1, "outer_diameter_mm")

@@ -60,11 +60,7 @@ def _form_of_load(value: Any) -> str:
     return "run" if named(value, "kind") == "run" or named(value, "run_id") is not None else "force"
 
 
-_Load = one_of(
-    _form_of_load,
-    {"force": Load, "run": RunForce},
-    'an object with force_n, or one whose "kind" is run',
-)
+_Load = one_of(_form_of_load, {"force": Load, "run": RunForce}, 'an object with force_n, or one whose "kind" is run')
 
 
 class PinMaterial(Strict):

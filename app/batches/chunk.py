@@ -22,8 +22,7 @@ from pydantic_core import to_json
 from app.batches.alike import Alike
 from app.batches.task import Needs, Solved, Task
 from app.designs.kind import Answer, Detail, Job, Mode
-from app.designs.many import answers_of, refusal, validated
-from app.designs.problems import problem_details
+from app.designs.many import answers_of, failure, refusal, validated
 from app.designs.progress import Report
 from app.designs.references import UnfitRun, may_refer, references, replaced
 from app.designs.refusals import REPEATED, json_pointer, repetitions
@@ -91,7 +90,7 @@ class _Answered(NamedTuple):
         # eight times as quickly as three.
         if ((b"N" in text and b"NaN" in text) or b"Infinity" in text) and not finite(parts):
             why = "the solver gave a number that is not finite"
-            return cls.of(slug, mode, _failure("The result is not finite", why))
+            return cls.of(slug, mode, failure("The result is not finite", why))
         holds = None if found.verdict is None else bool(found.verdict["holds"])
         reusable = found.status == "infeasible" or (
             found.status == "succeeded" and (found.accuracy or {}).get("met", True)
@@ -274,15 +273,11 @@ def _storable_spec(body: Any) -> bytes | None:
         return None
 
 
-def _failure(title: str, detail: str, status: int = 500) -> Answer:
-    return Answer("failed", None, [], None, {}, problem_details(title, status, detail))
-
-
 def failed_item(index: int, row: Row, source: Source, dictionary: bytes, status: int, title: str, detail: str) -> Item:
     """The stored form of an item that crashed its worker."""
     try:
         spec = _storable_spec(source.body(row))
     except UnreadableRow:
         spec = None
-    problem = _failure(title, detail, status).problem
+    problem = failure(title, detail, status).problem
     return Item(index, row.line, "failed", None, None, packed(encoded(spec, {"problem": problem}), dictionary))

@@ -52,6 +52,11 @@ def refusal(detail: str, errors: list[Entry]) -> Answer:
     return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, detail, errors))
 
 
+def failure(title: str, detail: str, status: int = 500) -> Answer:
+    """The answer to a request whose solve ended without one."""
+    return Answer("failed", None, [], None, {}, problem_details(title, status, detail))
+
+
 def answers_of(slug: str, mode: Mode, requests: Sequence[BaseModel], detail: Detail) -> Iterator[Answer]:
     """Answer validated requests: in bulk if the job can, else, or as soon as that raises, one by one.
 
@@ -78,8 +83,7 @@ def _one(slug: str, mode: Mode, job: Job, request: BaseModel, detail: Detail) ->
         raise
     except Exception as error:
         logger.error("solve_failed", kind=slug, mode=str(mode), reason=repr(error), exception=traceback.format_exc())
-        problem = problem_details(SOLVER_FAILED, 500, "the solve ended without an answer")
-        return Answer("failed", None, [], None, {}, problem)
+        return failure(SOLVER_FAILED, "the solve ended without an answer")
 
 
 def without_tables(job: Job, answer: Answer, detail: Detail) -> Answer:

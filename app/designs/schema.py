@@ -94,6 +94,18 @@ def named(value: Any, field: str) -> str | None:
     return found if isinstance(found, str) else None
 
 
+def listed_or_own(listed: type[BaseModel], own: type[BaseModel]) -> Any:
+    """A union of a material of a catalogue, told by its name, and one given by its properties."""
+
+    def choose(value: Any) -> str | None:
+        if isinstance(value, dict):
+            return "listed" if "name" in value else "own"
+        return {listed: "listed", own: "own"}.get(type(value))
+
+    needs = "an object with the material's properties, or with its name in the catalogue"
+    return one_of(choose, {"own": own, "listed": listed}, needs)
+
+
 def _form_of_effects(value: Any) -> str | None:
     if isinstance(value, str):
         return "word"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal, Self
+from typing import Annotated, Literal, Self
 
 from pydantic import ConfigDict, Field
 
@@ -18,8 +18,8 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     entry,
+    listed_or_own,
     one_named,
-    one_of,
     si,
 )
 from app.designs.units import MEGA, MILLI
@@ -227,12 +227,6 @@ class CatalogueMaterial(Strict):
         return rod.CATALOGUE[self.name]
 
 
-def _form_of_material(value: Any) -> str | None:
-    if isinstance(value, dict):
-        return "catalogue" if "name" in value else "custom"
-    return {CustomMaterial: "custom", CatalogueMaterial: "catalogue"}.get(type(value))
-
-
 _LOADS = {
     "schmidt": SchmidtLoad,
     "table": TableLoad,
@@ -241,11 +235,7 @@ _LOADS = {
     "run": RunLoad,
 }
 _AnyLoad = one_named("kind", _LOADS)
-_Material = one_of(
-    _form_of_material,
-    {"custom": CustomMaterial, "catalogue": CatalogueMaterial},
-    "an object with the material's properties, or with its name in the catalogue",
-)
+_Material = listed_or_own(CatalogueMaterial, CustomMaterial)
 
 
 class Dimensions(Strict):

@@ -16,6 +16,7 @@ from app.designs.schema import (
     SolverRequest,
     Strict,
     entry,
+    listed_or_own,
     named,
     one_of,
     si,
@@ -98,17 +99,7 @@ class PinSteel(Strict):
         )  # fmt: skip
 
 
-def _form_of_material(value: Any) -> str | None:
-    if isinstance(value, dict):
-        return "steel" if "name" in value else "own"
-    return {PinMaterial: "own", PinSteel: "steel"}.get(type(value))
-
-
-Material = one_of(
-    _form_of_material,
-    {"own": PinMaterial, "steel": PinSteel},
-    "an object with the material's properties, or with its name in the catalogue",
-)
+Material = listed_or_own(PinSteel, PinMaterial)
 
 
 def material_of(spec: Mapping[str, Any]) -> pin.PinMaterial:

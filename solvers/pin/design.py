@@ -31,6 +31,7 @@ from solvers.pin.shapes.given import Profile
 from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
+from solvers.verdict import per_cent
 
 Array = NDArray[np.float64]
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
@@ -130,7 +131,7 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
     """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
     if gap <= max(accuracy, _NEGLIGIBLE_GAP):
         return value
-    message = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
     return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
 
 

@@ -10,10 +10,10 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, EffectSelection
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
 from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
@@ -36,7 +36,6 @@ from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.warnings import warnings_of, where_over
 
-Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
 _EQUAL = 1e-9

@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import LEAST_ACCURACY, require_accuracy
 from solvers.effects import AUTO, EffectSelection
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_error, on_profile
 from solvers.pin.effects import Physics, choose_for, compose, demands_of
@@ -33,7 +33,6 @@ from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
 from solvers.verdict import per_cent
 
-Array = NDArray[np.float64]
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 """Maximum number of stations, and the same if slope and deflection limits couple them in a cone program, whose
 solver error does not decrease with further stations."""

@@ -5,15 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Scene
 from solvers.verdict import per_cent
 
-Array = NDArray[np.float64]
 _SLACK = 1e-9
 """Relative excess up to which a violation is not reported."""
 

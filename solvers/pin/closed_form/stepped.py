@@ -9,7 +9,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.pin.closed_form.constant import lightest_relative_volume
 from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated, law_row
@@ -24,8 +23,6 @@ from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
@@ -28,7 +28,6 @@ from solvers.pin.optimum.shape_result import ShapeResult
 from solvers.pin.optimum.slope_limit import slope_limited
 from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
 
-Array = NDArray[np.float64]
 _MAX_ITERATIONS = 12
 _TOLERANCE, _TOLERANCE_FRACTION = 1e-12, 1e-5
 """Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""

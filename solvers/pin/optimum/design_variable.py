@@ -20,14 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.limits import Limits
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.least_wall import least_bushing_wall, least_wall
 from solvers.pin.section.strength import StrengthConstraint, utilisations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

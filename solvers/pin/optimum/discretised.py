@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import forces_at
@@ -16,8 +16,6 @@ from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, cowper
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints
 from solvers.pin.stations.lobatto_panels import Stations
-
-Array = NDArray[np.float64]
 
 
 def constraints_at(

@@ -29,11 +29,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import Program
 from solvers.pin.section.flexibility import chord_decrease, envelope_line_start, flexibilities, inflection, slopes
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
 _DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0

@@ -17,14 +17,13 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import DualSolution, Program
 from solvers.pin.optimum.station_minimum import STEP_TOLERANCE, minimiser, solid_threshold, stationary
 from solvers.pin.section.flexibility import ShearFlexibility, curvatures, densities, flexibilities, slopes
 
-Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_ITERATIONS = 200
 MAX_SLACK = 4e-14

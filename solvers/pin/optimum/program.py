@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
@@ -23,8 +23,6 @@ from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import ShearFlexibility, densities
 from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.lobatto_panels import NODES, Stations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.program import Program, folded, unfolded
 from solvers.pin.optimum.shape_result import ShapeResult
@@ -23,7 +23,6 @@ from solvers.pin.shapes.cone_sizes import corner_table, half_bar, pattern_search
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume
 from solvers.pin.stations.lobatto_panels import NODES
 
-Array = NDArray[np.float64]
 _MAX_BOXES = {False: 20_000, True: 8_000}
 """Maximum number of boxes per direction, without and with a deflection limit (which requires a root per box)."""
 _GAP, _GAP_FRACTION = 8e-8, 0.08

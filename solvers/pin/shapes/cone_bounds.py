@@ -20,8 +20,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.shapes.cone_sizes import (
     SIZE_TOLERANCE,
@@ -37,7 +37,6 @@ from solvers.pin.shapes.cone_sizes import (
 )
 from solvers.pin.shapes.tapers import relative_bore, taper_fraction, unit_volume, unit_volume_slopes
 
-Array = NDArray[np.float64]
 Slopes = tuple[float, float, float, float]
 """Ranges of d(ln size)/dr and d(ln size)/dc in a box."""
 _ROUNDING = 1e-14

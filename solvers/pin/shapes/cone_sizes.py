@@ -15,8 +15,8 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
@@ -25,7 +25,6 @@ from solvers.pin.shapes.tapers import relative_bore, unit_volume
 from solvers.pin.stations.initial_panels import kinks
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 
-Array = NDArray[np.float64]
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
 """Initial number of cells of the half in the table of corner bores, and minimum width of a cell."""
 _CORNER_RISE, _COARSE_CORNER = 1e-2, 1e-4

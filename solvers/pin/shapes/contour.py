@@ -13,11 +13,10 @@ from functools import cache
 
 import numpy as np
 from numpy.polynomial import Chebyshev
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
-Array = NDArray[np.float64]
 _TOLERANCE = 1e-7
 """Relative to the greatest diameter: 2 nm for a pin of 20 mm."""
 _POSITION_TOLERANCE = 1e-9

@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.lagrangian import minimum_volume
@@ -18,8 +17,6 @@ from solvers.pin.shapes.break_points.half import Half, at_stations, step_vertice
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
 from solvers.pin.shapes.constant import Constant
 from solvers.pin.shapes.free import Free
-
-Array = NDArray[np.float64]
 
 MOST_STEPS = 12
 _GAP_FRACTION = 0.09

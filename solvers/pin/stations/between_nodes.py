@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.stations.lobatto_panels import NODES, Stations
-
-Array = NDArray[np.float64]
 
 _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""

@@ -9,13 +9,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, maximise_dual, trace
-
-Array = NDArray[np.float64]
 
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work, in cost evaluations, of a call, of a wall that requires a minimisation, and of one that does not."""

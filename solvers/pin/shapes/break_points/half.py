@@ -10,15 +10,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
 from solvers.pin.optimum.program import Program, folded
 from solvers.pin.shapes.break_points.sums import Sums
 from solvers.pin.stations.initial_panels import kinks
-
-Array = NDArray[np.float64]
 
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""

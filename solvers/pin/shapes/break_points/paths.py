@@ -34,11 +34,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.station_minimum import minimiser_below
 from solvers.pin.section.flexibility import curvatures, flexibilities
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 POSITION, FLOOR, BENDING, SHEAR = 0, 2, 4, 6

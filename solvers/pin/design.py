@@ -14,11 +14,10 @@ from solvers.effects import AUTO, EffectSelection
 from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_error, on_profile
-from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.dual_bound import bound_reduction
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.optimum.shape_result import ShapeResult
@@ -80,7 +79,7 @@ def design(
     started = time.perf_counter()
     require_accuracy(accuracy)
     scene, limits = problem.scene, problem.limits
-    choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
+    choice = choose_for(scene, limits, effects, effect_tolerance)
     physics = compose(choice)
     found = None
     if math.isfinite(design_variable_of(scene).floor(scene, limits)):
@@ -110,18 +109,14 @@ def design(
         sizes=checked.variable.sizes(walls),
         length=scene.geometry.length,
     )
-    evidence = dict(best.evidence)
-    if limits.max_deflection is not None:
-        evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
-    constrained = evidence.get("deflection_as_constrained_um")
-    bound = best.bound - best.volume * bound_reduction(value.check.deflection, constrained, accuracy)
+    bound = max(best.bound, 0.0)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
         _with_gap_warning(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, max(error_estimate, evaluation) + ROUNDING, {"stations": int(best.solidity.size)}),
-        certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
+        certificate=Certificate(best.method, unit * bound, gap, best.evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -171,7 +166,7 @@ def _evaluated(
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
     """Return the full diagnosis of an infeasible problem."""
-    choice = choose_for(problem.scene, effects, effect_tolerance, demands_of(problem.limits))
+    choice = choose_for(problem.scene, problem.limits, effects, effect_tolerance)
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 

@@ -36,23 +36,6 @@ from solvers.pin.section.flexibility import chord_decrease, envelope_line_start,
 
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
-_DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
-"""Relative agreement below which two deflections are equal; upper estimate of the relative mass change per relative
-deflection change."""
-
-
-def bound_reduction(deflection: float | None, constrained_um: object, accuracy: float) -> float:
-    """Return the relative reduction of the bound due to a difference between the reported deflection [m] and the
-    constrained one [um].
-
-    Both use the same formula and differ by rounding only, so the result is normally 0. A real difference would mean
-    that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few per
-    cent of mass.
-    """
-    if deflection is None or not isinstance(constrained_um, float) or constrained_um == 0.0:
-        return 0.0
-    apart = abs(1e6 * deflection / constrained_um - 1.0)
-    return _MASS_PER_DEFLECTION * apart if apart > max(_DEFLECTION_TOLERANCE, accuracy) else 0.0
 
 
 @kernel

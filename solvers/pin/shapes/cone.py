@@ -93,9 +93,6 @@ class Cone:
 
         evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
         evidence["narrowing" if direction == NARROWING else "widening"] = r
-        if program.limit is not None:
-            half = folded(refined_program)
-            evidence["deflection_as_constrained_um"] = 1e6 * half.deflection(solidity_at(half))
         bores = size * g.outer_diameter, r * size * g.outer_diameter
         (end, middle), cone = bores[::direction], c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
@@ -115,7 +112,7 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
 
     def cut(old: Program, places: tuple[float, ...]) -> Program:
         stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
-        return assemble(scene, old.limits, old.criterion, old.physics, stations, old.law)
+        return assemble(scene, old.limits, old.criterion, old.physics, stations)
 
     finer = cut(program, (c * 0.5 * length,))
     contacts = _contacts(folded(finer), direction, r, c, 0.01 * gap)

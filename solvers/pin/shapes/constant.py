@@ -68,5 +68,5 @@ def lightest_constant_mass(program: Program, accuracy: float) -> float | None:
         if found.multiplier > 0.0 or not (error_estimate > 1.0).any():
             break
         stations = refined(program, error_estimate, program.lower)
-        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
+        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
     return program.mass_unit * float(found.solidity[0])

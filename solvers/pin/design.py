@@ -9,7 +9,7 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from solvers.accuracy import LEAST_ACCURACY, require_accuracy
+from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
 from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
@@ -35,8 +35,6 @@ from solvers.verdict import per_cent
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 """Maximum number of stations, and the same if slope and deflection limits couple them in a cone program, whose
 solver error does not decrease with further stations."""
-_UTILISATION_OVERSHOOT = 0.5
-"""Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
 _MASS_ERROR_FRACTION = 0.5
 """Tolerated mass error as a fraction of the accuracy; the errors of deflection and stresses are a few times larger."""
 _MAX_PASSES = 40
@@ -83,7 +81,7 @@ def design(
     physics = compose(choice)
     found = None
     if math.isfinite(design_variable_of(scene).floor(scene, limits)):
-        found = _feasible_design(problem, physics, accuracy)
+        found = _on_refined_stations(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -94,7 +92,8 @@ def design(
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )
-    (program, best, error_estimate), (checked, walls, places, evaluation) = found
+    program, best, error_estimate = found
+    checked, walls, places, evaluation = _evaluated(problem, physics, program, best, accuracy)
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
@@ -127,28 +126,6 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
         return value
     message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
     return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
-
-
-def _feasible_design(
-    problem: PinProblem, physics: Physics, accuracy: float
-) -> tuple[tuple[Program, ShapeResult, float], tuple[Program, Array, tuple[float, ...], float]] | None:
-    """Return the best shape and its evaluation on stations adapted to it.
-
-    A piecewise linear shape is sized at the stations of the search. If its utilisation between them exceeds the
-    tolerance, the search is repeated on stations for a tighter accuracy.
-    """
-    for tighter in (1.0, 1e-2, 1e-4):
-        found = _on_refined_stations(problem, physics, max(tighter * accuracy, LEAST_ACCURACY))
-        if found is None:
-            return None
-        evaluation = _evaluated(problem, physics, found[0], found[1], accuracy)
-        checked, walls, _, _ = evaluation
-        if (
-            found[1].corners is None
-            or float(checked.utilisations(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy
-        ):
-            break
-    return found, evaluation
 
 
 def _evaluated(

@@ -6,9 +6,8 @@ minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection d
 is nearly linear in it, so a safeguarded Newton method converges in a few iterations. The method is one compiled
 function.
 
-A station may jump to the solid section at a critical lambda. Of the stations that jump at the final lambda, as many
-are made solid as the limit requires, and one takes an intermediate value. For independent stations this is optimal
-up to that one station; panels are refined around it as around any kink.
+A station may jump to the solid section at a critical lambda. The stations that jump at the final lambda take an
+intermediate value; panels are refined around them as around any kink.
 """
 
 from __future__ import annotations
@@ -38,8 +37,6 @@ excess over its limit."""
 _JUMP_TOLERANCE = 1e-10
 """Relative bracket width of the multiplier at which the search ends if stations jump there, so that no multiplier gives
 the limit exactly."""
-_MIN_JUMP = 1e-6
-"""Difference of two equally good values of u above which it is a jump, not rounding."""
 
 
 @kernel
@@ -267,24 +264,8 @@ def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> Du
     if math.isnan(multiplier):
         return None
     if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
-        best = _interpolated(segments, soft, best) if monotone else _partial_jump(segments, soft, best)
+        best = _interpolated(segments, soft, best)
     return DualSolution(best, multiplier, iterations)
-
-
-def _partial_jump(segments: Segments, soft: Array, stiff: Array) -> Array:
-    """Change as many of the jumping stations from ``soft`` to ``stiff`` as the limit requires; interpolate one."""
-    jumping = np.flatnonzero(stiff - soft > _MIN_JUMP)
-    u = stiff.copy()
-    stiff_deflections = segments.deflections(stiff)
-    deflection_increase = np.cumsum((segments.deflections(soft) - stiff_deflections)[jumping])
-    slack = segments.limit * (1.0 - 0.4 * MAX_SLACK) - float(stiff_deflections.sum())
-    still_soft = int(np.searchsorted(deflection_increase, slack, side="right"))
-    u[jumping[:still_soft]] = soft[jumping[:still_soft]]
-    if still_soft == jumping.size:
-        return _interpolated(segments, soft, u)
-    last = np.zeros(u.size, dtype=bool)
-    last[jumping[still_soft]] = True
-    return _interpolated(segments, np.where(last, soft, u), u)
 
 
 def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:

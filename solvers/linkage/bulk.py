@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import Case, check_case, peak_rows
+from solvers.linkage.check import Case
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, peaks_per_energy
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
@@ -28,16 +28,11 @@ _ORIENTATION = 1e-13
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
-    """Outcomes of all cases, in order; for an invalid case its InvalidInput.
-
-    Peak loads and the maximum angular velocity ratio come from one compiled loop; the box, steady running and other
-    effects are computed case by case.
-    """
-    cases = list(cases)
+    """Outcomes of all cases, in order; for an invalid case its InvalidInput."""
     found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case, row in zip(cases, peak_rows([case.mechanism for case in cases]), strict=True):
+    for case in cases:
         try:
-            found.append(check_case(case, row))
+            found.append(case.evaluate())
         except InvalidInput as refusal:
             found.append(refusal)
     return found

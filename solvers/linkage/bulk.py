@@ -19,7 +19,7 @@ from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 from solvers.numerics.parallel import in_slices
-from solvers.outcome import Outcome
+from solvers.outcome import Outcome, evaluated
 
 _NEAR_LIMIT = 1e-3
 """Above this relative distance from the least free ratio, the distance keeps twelve digits; below it, it is computed
@@ -29,13 +29,7 @@ _ORIENTATION = 1e-13
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
     """Outcomes of all cases, in order; for an invalid case its InvalidInput."""
-    found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case in cases:
-        try:
-            found.append(case.evaluate())
-        except InvalidInput as refusal:
-            found.append(refusal)
-    return found
+    return evaluated(cases)
 
 
 @dataclass(frozen=True)

@@ -108,7 +108,7 @@ class Prepared:
     def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
         """Return the outcome from one row of ``evaluate_all``'s results."""
         value = result(self.stepped, results, row, self._sections)
-        return self._outcome(value, ROUNDING, {"sections": len(self.stepped.steps.bores)}, seconds)
+        return self._outcome(value, ROUNDING, {"sections": len(self.stepped.bores)}, seconds)
 
     def on_stations(self) -> Outcome[PinCheck]:
         """Evaluate the check by quadrature on stations."""

@@ -44,10 +44,7 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
 
 @lru_cache(maxsize=32, typed=True)
 def _member(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
-    """``of_family`` for a free ratio that gives a mechanism.
-
-    Cached with what is derived from it: in a sweep of speeds, loads or limits the mechanism is the same.
-    """
+    """``of_family`` for a valid free ratio; cached, since sweeps of speeds, loads or limits share the mechanism."""
     field, pole = f"ratios.{kind.parameter}", kind.pole(Gain(restitution))
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
     if not parameter > pole:

@@ -64,10 +64,7 @@ def judge(
 
 @lru_cache(maxsize=32)
 def _set_constraints(limits: Limits, given: Given) -> list[tuple[Constraint, float, Callable[..., Criterion], bool]]:
-    """Constraints with a limit set: constraint, limit, criterion function, and whether its scene data are given.
-
-    Cached: linkages judged in bulk mostly share both.
-    """
+    """Constraints with a limit set, their criterion, whether their data are given; cached for bulk checks."""
     return [
         (row, limit, _JUDGED[row.sense], all(getattr(given, name) for name in row.needs))
         for row in CONSTRAINTS

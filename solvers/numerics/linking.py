@@ -121,10 +121,7 @@ def _defined_functions(module: Any) -> list[Any]:
 
 
 def _all_callees(library: Any) -> list[Any]:
-    """All libraries called directly or indirectly, each linked once.
-
-    Callers come before callees, because LLVM drops functions that nothing has called so far.
-    """
+    """All libraries called, callers first, because LLVM drops functions that nothing has called so far."""
     found: dict[Any, None] = {}
 
     def visit(caller: Any) -> None:

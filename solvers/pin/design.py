@@ -131,8 +131,7 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
 def _evaluated(
     problem: PinProblem, physics: Physics, program: Program, best: ShapeResult, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...], float]:
-    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
-    estimate."""
+    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error."""
     if best.corners is None:
         return program, program.variable.wall_of(best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
@@ -148,8 +147,7 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
 
 
 def _result_error(program: Program, best: ShapeResult) -> Array:
-    """Return the relative error of deflection and maximum utilisation, per panel; zero for shapes with corners,
-    which are evaluated on their own stations."""
+    """Relative error of deflection and utilisation per panel; 0 with corners, which have stations of their own."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
     walls = program.variable.wall_of(best.solidity)

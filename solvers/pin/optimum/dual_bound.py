@@ -75,8 +75,7 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
 
 
 def _max_u(program: Program, multiplier: float, u: Array) -> float:
-    """Return an upper bound of every term's minimiser: 1 for a pin, for a bushing a u at which all slopes are
-    positive."""
+    """Return an upper bound of every minimiser: 1 for a pin, for a bushing a u at which all slopes are positive."""
     if program.variable.kappa < 0.0:
         return 1.0
     top = float(u.max())
@@ -154,8 +153,7 @@ def monotone_minimum(u: Array, slope: Array, low: Array, top: float) -> float:
 def _bound_where_concave(
     program: Program, multiplier: float, low: Array, order: NDArray[np.int64], concave_from: float
 ) -> float:
-    """Return a lower bound of the integral of M(z) over the levels from ``concave_from`` to 1, for one half in station
-    order."""
+    """Return a lower bound of the integral of M(z) from ``concave_from`` to 1, for one half in station order."""
     scale = multiplier / program.limit
 
     def suffixes(of: Array) -> Array:

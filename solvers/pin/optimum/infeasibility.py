@@ -54,8 +54,7 @@ def _where(weak: WeakSpan) -> str:
 
 
 def _ovalization_shortfall(scene: Scene, limits: Limits) -> Shortfall:
-    """Return the only possible shortfall of a bushing: even a solid bar, whose ovalization is independent of its
-    diameter, exceeds the limit."""
+    """Return the only shortfall that a bushing can have: the ovalization of a solid bar of any diameter."""
     length, m = scene.geometry.length, scene.material
     solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
     return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")

@@ -104,10 +104,7 @@ class Cone:
 
 
 def _refined_at_contacts(program: Program, direction: int, r: float, c: float, gap: float) -> Program:
-    """Refine the program with a panel boundary where the cone ends and at contact points between stations.
-
-    A contact counts if its clearance is less than at every station of its panel by a hundredth of ``gap``.
-    """
+    """Refine where the cone ends and at contacts whose clearance is less than at stations by a hundredth of ``gap``."""
     scene, length = program.scene, program.scene.geometry.length
 
     def cut(old: Program, places: tuple[float, ...]) -> Program:
@@ -120,8 +117,7 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
 
 
 def _contacts(half: Program, direction: int, r: float, c: float, margin: float) -> tuple[float, ...]:
-    """Return the positions [m] between stations at which a shape has less clearance than at any station of their
-    panel."""
+    """Return the positions [m] between stations with less clearance than at any station of their panel."""
 
     def clearance_at(x: Array, bore: Array) -> Array:
         f = relative_bores(direction, r, c, x.ravel() / (0.5 * half.scene.geometry.length))

@@ -47,10 +47,7 @@ _COARSE = 1e-4
 
 @kernel
 def _range_at(direction: int, c0: float, c1: float, t: float) -> Slopes:
-    """Return at position t for c in [c0, c1]: minimum and maximum p, and minimum and maximum |dp/dc|.
-
-    p has a kink where the cone ends; the slope range there includes both sides.
-    """
+    """Return for c in [c0, c1] the ranges of p and |dp/dc| at t; the latter includes both sides of the kink at c."""
     c_narrow, c_wide = (c0, c1) if direction > 0 else (c1, c0)
     steepest, longest = 0.0, max(c0, t)
     if t <= c1:
@@ -123,8 +120,7 @@ def _critical_station(bar: HalfBar, direction: int, r: float, c: float) -> int:
 
 @kernel
 def _add(constraints: Array, count: int, middle: float, slopes: Slopes) -> int:
-    """Add a constraint (ln of the size it allows at the box's centre, and ranges of its derivatives); return the number
-    of constraints."""
+    """Add a constraint (ln of its size at the centre, ranges of its derivatives); return the number of constraints."""
     low_r, high_r, low_c, high_c = slopes
     if not (math.isfinite(middle) and math.isfinite(low_r + high_r + low_c + high_c)):
         return count

@@ -100,8 +100,7 @@ def _cubics(x: Array, values: Array, slopes: Array, tolerance: float) -> list[Cu
 
 
 def _at_nodes(x: Array, values: Array, slopes: Array) -> tuple[Array, Array, Array]:
-    """Divide a panel at its nodes; with the slopes of chords if the last coefficients of its polynomial have not
-    decayed."""
+    """Divide a panel at its nodes; with the slopes of chords unless its polynomial has converged."""
     parts = [np.stack([nodes[:-1], nodes[1:]], axis=1) for nodes in (x, values, slopes)]
     sizes = np.abs(chebfit(NODE_PLACES, values, NODES - 1)[1:])
     if sizes[-2:].max() > _UNRESOLVED * sizes.max():

@@ -40,8 +40,7 @@ def running_maximum_error(stations: Stations, values: Array, forward: bool = Tru
 
 @kernel
 def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
-    """Return position and height of the maximum of the parabola through ``sign`` y at i - 1, i and i + 1; NaN and -inf
-    without one."""
+    """Position and height of the maximum of the parabola through ``sign`` y around i; NaN and -inf without one."""
     rise, fall = sign * (y[i] - y[i - 1]) / (x[i] - x[i - 1]), sign * (y[i + 1] - y[i]) / (x[i + 1] - x[i])
     bend = (fall - rise) / (x[i + 1] - x[i - 1])
     if not bend < 0.0:
@@ -52,8 +51,7 @@ def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
 
 @kernel
 def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
-    """Return the height at which extrapolations from both sides intersect between stations i and i + 1; y[i] if
-    none."""
+    """Height at which extrapolations from both sides meet between stations i and i + 1; y[i] if they do not."""
     up, down = 0.0, 0.0
     if i > first:
         up = (y[i] - y[i - 1]) / (x[i] - x[i - 1])
@@ -98,10 +96,7 @@ def _maximum_excess(x: Array, values: Array, nodes: int, most: float, found: Arr
 
 @kernel
 def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float:
-    """Return the excess of parabolas over a panel's j-th node, up to the adjacent nodes.
-
-    Three parabolas, so that at least one does not straddle a kink.
-    """
+    """Excess beside a panel's j-th node by three parabolas, one of which at least does not straddle a kink."""
     low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
     for shift in range(-1, 2):
         i = first + min(max(j + shift, 1), NODES - 2)

@@ -116,8 +116,7 @@ class Stations:
 
 @kernel
 def _lay_out(edges: Array, residuals: Array, table: Array, width: Array) -> None:
-    """Write the nodes of panels, their rounding residuals (D. E. Knuth's sum), panel starts and weights into
-    ``table``."""
+    """Write nodes, their rounding residuals (Knuth's sum), panel starts and weights into ``table``."""
     span = edges[edges.size - 1] - edges[0]
     for panel in range(width.size):
         begin, residual, first = edges[panel], residuals[panel], panel * NODES

@@ -58,8 +58,7 @@ class Bounds:
         return points(self.half, np.concatenate(places)).split([t.size for t in places])
 
     def _layers(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
-        """Return the layers from the bar's end to its middle with the walls' bounds, and arrays for their costs; steps
-        between equal layers share one array."""
+        """Return the layers from end to middle, and arrays for their costs; equal steps share one array."""
         known: dict[tuple[int, float], Cells] = {}
         for layer, low in zip([*layers, self._ends[1]], least, strict=True):
             if (id(layer), low) not in known:

@@ -107,8 +107,7 @@ class Half:
 
 
 def _plateau_ends(half: Half, edges: Array) -> list[float]:
-    """Return the positions at which the lower bound of u stops and resumes increasing: kinks of f, and the latter are
-    frequent optimal break points."""
+    """Return where the lower bound of u stops and resumes increasing: kinks, and frequent break points."""
     t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
     level = half.lower_bound(t)
     flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])

@@ -26,8 +26,7 @@ class Sums:
 
     @cached_property
     def _series(self) -> tuple[Array, Array, Array, Array]:
-        """Left ends and widths of the panels as fractions; Legendre series (panels, 2, NODES + 1) of the densities and
-        of their integrals."""
+        """Left ends and widths of the panels; Legendre series (panels, 2, NODES + 1) of densities and integrals."""
         s, legendre = self.stations, np.polynomial.legendre
         left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
         values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)], axis=1)

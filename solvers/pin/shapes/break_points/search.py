@@ -84,8 +84,15 @@ def lightest_steps(half: Half, steps: int, known_bound: float = 0.0, gap: float 
 
     ``known_bound`` is a lower bound from a relaxation.
     """
-    if half.lightest_walls(np.arange(1, steps + 1) / steps) is None:
+    even = half.lightest_walls(np.arange(1, steps + 1) / steps)
+    if even is None:
         return None
+    if even.multiplier == 0.0:
+        # Probably the limit is not binding.
+        free = Half(replace(half.program, limit=None), half.solid_from)
+        found = _Search(free, steps, gap).close(known_bound)
+        if half.lightest_walls(found.places).multiplier == 0.0:
+            return found
     return _Search(half, steps, gap).close(known_bound)
 
 

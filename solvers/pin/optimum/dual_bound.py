@@ -40,9 +40,9 @@ _MIN_LEVELS, _SUBINTERVALS = 513, 128
 
 @kernel
 def _tangents(
-    scale: float, weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array,
-    value: Array, slope: Array,
-) -> None:  # fmt: skip
+    scale: float, weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array
+) -> tuple[Array, Array]:  # fmt: skip
+    value, slope = np.empty_like(u), np.empty_like(u)
     for i in range(u.size):
         value[i], slope[i] = weight[i] * u[i], weight[i]
         if not (scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0)):
@@ -57,6 +57,7 @@ def _tangents(
             h, h_slope = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
         value[i] += weight[i] * scale * h
         slope[i] += weight[i] * scale * h_slope
+    return value, slope
 
 
 def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
@@ -65,13 +66,10 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
 
     ``enveloped`` replaces h_i by its convex envelope.
     """
-    value, slope, law = np.empty_like(u), np.empty_like(u), program.law
-    scale = multiplier / program.limit if multiplier > 0.0 else 0.0
-    _tangents(
-        scale, program.weight, program.bending, program.shear, program.variable.kappa, law.a, law.b, enveloped, u,
-        value, slope,
-    )  # fmt: skip
-    return value, slope
+    law, scale = program.law, multiplier / program.limit if multiplier > 0.0 else 0.0
+    return _tangents(
+        scale, program.weight, program.bending, program.shear, program.variable.kappa, law.a, law.b, enveloped, u
+    )
 
 
 def _max_u(program: Program, multiplier: float, u: Array) -> float:

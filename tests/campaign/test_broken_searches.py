@@ -17,7 +17,7 @@ from bench.campaign.rivalry import Problem
 from bench.campaign.rod_designs import RodProblem
 from solvers.linkage import KINDS as TYPES
 from solvers.linkage.optimum.family import Family
-from solvers.pin.section.flexibility import ShearFlexibility, cowper
+from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes import cone as cones
 from solvers.pin.shapes import stepped
 from solvers.pin.shapes.break_points import half as halves
@@ -60,11 +60,11 @@ def test_a_wrong_pin_model_is_covered_by_the_gap_or_detected(monkeypatch):
     """Shear compliance 10 % too high in the walls of steps, so that part of the limit is unused; and in their bound."""
     problem = pin_of(PAPERS, {"kind": "stepped", "steps": 2}, max_deflection_um=9.5)
     true, soft = halves.Segments, cowper(MATERIAL["poisson"])
-    soft = ShearFlexibility(1.1 * soft.a, 1.1 * soft.b)
-    monkeypatch.setattr(halves, "Segments", lambda *given: replace(true(*given), law=soft))
+    soft = soft._replace(a=1.1 * soft.a, b=1.1 * soft.b)
+    monkeypatch.setattr(halves, "Segments", lambda *given: true(*given)._replace(law=soft))
     owned = judged("pin-profile", problem)
     assert owned.closest < -1e-3 and owned.bounded
-    monkeypatch.setattr(halves.Half, "law", np.array([-1.0, soft.a, soft.b]))
+    monkeypatch.setattr(halves.Half, "law", soft)
     found = judged("pin-profile", problem)
     assert not found.bounded and not found.unbeaten and found.better > 1e-3
 

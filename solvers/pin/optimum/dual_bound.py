@@ -32,7 +32,14 @@ from numpy.typing import NDArray
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.flexibility import chord_decrease, envelope_line_start, flexibilities, inflection, slopes
+from solvers.pin.section.flexibility import (
+    Flexibility,
+    chord_decrease,
+    envelope_line_start,
+    flexibilities,
+    inflection,
+    slopes,
+)
 
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
@@ -40,20 +47,20 @@ _MIN_LEVELS, _SUBINTERVALS = 513, 128
 
 @kernel
 def _tangents(
-    scale: float, weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array
-) -> tuple[Array, Array]:  # fmt: skip
+    scale: float, weight: Array, bend: Array, shear: Array, law: Flexibility, enveloped: bool, u: Array
+) -> tuple[Array, Array]:
     value, slope = np.empty_like(u), np.empty_like(u)
     for i in range(u.size):
         value[i], slope[i] = weight[i] * u[i], weight[i]
         if not (scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0)):
             continue
-        line_start = envelope_line_start(bend[i], shear[i], a, b) if enveloped and kappa < 0.0 else np.inf
+        line_start = envelope_line_start(bend[i], shear[i], law) if enveloped and law.kappa < 0.0 else np.inf
         if u[i] > line_start:
             # The convex envelope is linear from here to the solid section.
-            fall = chord_decrease(line_start, bend[i], shear[i], a, b)
-            h, h_slope = bend[i] + shear[i] * a + fall * (1.0 - u[i]), -fall
+            fall = chord_decrease(line_start, bend[i], shear[i], law)
+            h, h_slope = bend[i] + shear[i] * law.a + fall * (1.0 - u[i]), -fall
         else:
-            (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
+            (f, g), (df, dg) = flexibilities(u[i], law), slopes(u[i], law)
             h, h_slope = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
         value[i] += weight[i] * scale * h
         slope[i] += weight[i] * scale * h_slope
@@ -66,10 +73,8 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
 
     ``enveloped`` replaces h_i by its convex envelope.
     """
-    law, scale = program.law, multiplier / program.limit if multiplier > 0.0 else 0.0
-    return _tangents(
-        scale, program.weight, program.bending, program.shear, program.variable.kappa, law.a, law.b, enveloped, u
-    )
+    scale = multiplier / program.limit if multiplier > 0.0 else 0.0
+    return _tangents(scale, program.weight, program.bending, program.shear, program.law, enveloped, u)
 
 
 def _max_u(program: Program, multiplier: float, u: Array) -> float:
@@ -167,22 +172,22 @@ def _bound_where_concave(
     if (
         not beyond.size
         and low[-1] < 1.0
-        and _integral_over_levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
+        and _integral_over_levels(ends, np.array([low.size]), sums, program.law) == 0.0
     ):
         return 0.0
     levels = np.unique(np.concatenate([np.linspace(concave_from, 1.0, _MIN_LEVELS), beyond]))
     latest = np.searchsorted(low, levels[1:], side="left")
-    return _integral_over_levels(levels, latest, sums, program.law.a, program.law.b)
+    return _integral_over_levels(levels, latest, sums, program.law)
 
 
 @kernel
-def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
+def _integral_over_levels(levels: Array, latest: Indices, sums: Array, law: Flexibility) -> float:
     """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] f' + sums[2] g'."""
     total = 0.0
     for k in range(latest.size):
         for end in range(2):
             z, least = levels[k + end], np.inf
-            bent, sheared = slopes(z, -1.0, a, b)
+            bent, sheared = slopes(z, law)
             for t in range(latest[k] + 1):
                 least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
             total += 0.5 * (levels[k + 1] - levels[k]) * least

@@ -20,7 +20,7 @@ from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.design_variable import DesignVariable
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, cowper, densities
+from solvers.pin.section.flexibility import Flexibility, cowper, densities
 from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.lobatto_panels import NODES, Stations
 
@@ -66,9 +66,9 @@ class Program:
     initial: Array | None = None
 
     @property
-    def law(self) -> ShearFlexibility:
-        """The shear flexibility."""
-        return cowper(self.scene.material.poisson)
+    def law(self) -> Flexibility:
+        """The law of the flexibilities."""
+        return cowper(self.scene.material.poisson, self.variable.kappa)
 
     @property
     def weight(self) -> Array:
@@ -85,7 +85,7 @@ class Program:
 
     def densities(self, u: Array) -> Array:
         """Deflection density at every station [m]."""
-        return densities(u, self.bending, self.shear, self.variable.kappa, self.law.a, self.law.b)
+        return densities(u, self.bending, self.shear, self.law)
 
     def deflection(self, u: Array) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""

@@ -90,8 +90,8 @@ def deflection_slopes(
         u0, u1 = (1.0 - d1) * (1.0 + d1), (1.0 - d0) * (1.0 + d0)
         v0, v1 = 2.0 - u0, 2.0 - u1
         bend0, bend1 = 0.5 * (1.0 / (u1 * u1) - 1.0 / (v1 * v1)), 0.5 * (1.0 / (u0 * u0) - 1.0 / (v0 * v0))
-        fall = bar.a + 0.25 * bar.b
-        rise0, rise1 = bar.b * (1.0 / v0 - 0.25) / (v0 * v0), bar.b * (1.0 / v1 - 0.25) / (v1 * v1)
+        fall, b = bar.law.a + 0.25 * bar.law.b, bar.law.b
+        rise0, rise1 = b * (1.0 / v0 - 0.25) / (v0 * v0), b * (1.0 / v1 - 0.25) / (v1 * v1)
         g0 = weight * d0 * (bend * bend0 + shear * (fall / (u1 * u1) + rise0))
         g1 = weight * d1 * (bend * bend1 + shear * (fall / (u0 * u0) + rise1))
         f_low += g0 * low

@@ -25,7 +25,7 @@ def _one_wall(program: Program) -> DualSolution | None:
     if program.limit is None:
         return DualSolution(least, 0.0, 0)
     p, bend, shear = program, program.weight @ program.bending, program.weight @ program.shear
-    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.variable.kappa, p.law, 1)
+    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.law, 1)
     return minimum_segment_volume(whole, least, False)
 
 

@@ -15,6 +15,7 @@ from solvers.numerics.arrays import Array
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
 from solvers.pin.optimum.program import Program, folded
+from solvers.pin.section.flexibility import Flexibility
 from solvers.pin.shapes.break_points.sums import Sums
 from solvers.pin.stations.initial_panels import kinks
 
@@ -42,11 +43,10 @@ class Half:
     program: Program
     solid_from: float = math.inf
 
-    @cached_property
-    def law(self) -> Array:
-        """Flexibility law of the sections: kappa (``solvers.pin.section.flexibility``) and Cowper's constants."""
-        law = self.program.law
-        return np.array([self.program.variable.kappa, law.a, law.b])
+    @property
+    def law(self) -> Flexibility:
+        """The law of the flexibilities."""
+        return self.program.law
 
     def _least_at(self, x: Array) -> Array:
         """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
@@ -94,8 +94,7 @@ class Half:
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
         bending, shear = np.maximum(mean, 0.0)
-        p = self.program
-        steps = Segments(weight, bending, shear, 1.0, p.variable.kappa, p.law, places.size)
+        steps = Segments(weight, bending, shear, 1.0, self.law, places.size)
         found = minimum_segment_volume(steps, least, True)
         return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
 

@@ -150,12 +150,6 @@ class LengthTolerances:
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
 """All effects."""
-_DATA_REQUIREMENTS = [
-    (effect.name, effect.needs, f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs")
-    for effect in EFFECTS
-    if effect.needs
-]
-"""Effects that require optional scene data: name, field, and the reason given if the field is missing."""
 
 
 def choose_for(
@@ -166,11 +160,11 @@ def choose_for(
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     unable = {}
-    for name, needs, why in _DATA_REQUIREMENTS:
-        if getattr(situation.scene, needs) is None:
-            if name in selection.include:
-                raise InvalidInput(needs, f"the effect {name!r} cannot run without it", "a value")
-            unable[name] = why
+    for effect in EFFECTS:
+        if effect.needs is not None and getattr(situation.scene, effect.needs) is None:
+            if effect.name in selection.include:
+                raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
+            unable[effect.name] = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
     return choose(EFFECTS, situation, selection, tolerance, demands, unable)
 
 

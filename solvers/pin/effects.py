@@ -21,16 +21,6 @@ class Physics:
     contact_pressure: bool = True
 
 
-@dataclass(frozen=True)
-class PinEffect:
-    """An effect: the field of ``Physics`` that it sets, its description, and the bound of its influence in a scene."""
-
-    name: str
-    summary: str
-    measure: str
-    influence: Callable[[Scene], float]
-
-
 def _shear_influence(scene: Scene) -> float:
     """1.5 r/(1 + r), with r the ratio of shear to bending deflection of the solid pin, times 2A + B/2.
 
@@ -52,21 +42,25 @@ def _adds_results(scene: Scene) -> float:
     return 1.0
 
 
-_OWN_RESULTS = "1: its results exist only when it runs"
+@dataclass(frozen=True)
+class PinEffect:
+    """An effect: the field of ``Physics`` that it sets, its description, and the bound of its influence in a scene."""
+
+    name: str
+    summary: str
+    measure: str = "1: its results exist only when it runs"
+    influence: Callable[[Scene], float] = _adds_results
+
+
 EFFECTS = (
     PinEffect(
         "shear_deflection",
         "shear adds to the deflection of the middle (Cowper)",
-        "1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection",
-        _shear_influence,
+        measure="1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection",
+        influence=_shear_influence,
     ),
-    PinEffect(
-        "ovalization",
-        "the pin flattens as a ring: growth of its diameter, hoop stresses at four points",
-        _OWN_RESULTS,
-        _adds_results,
-    ),
-    PinEffect("contact_pressure", "pressures on the rod's small end and on the bosses", _OWN_RESULTS, _adds_results),
+    PinEffect("ovalization", "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"),
+    PinEffect("contact_pressure", "pressures on the rod's small end and on the bosses"),
 )
 
 

@@ -393,6 +393,13 @@ def test_limits_hardly_above_what_is_attainable_are_met(room):
         assert designed(scene, replace(limits, enclosing_radius=least * (1 - room)), objective, *kinds).value is None
 
 
+def test_a_linkage_that_fits_its_box_only_aslant_is_told_in_that_box():
+    scene = replace(BREAKER, tool_radius=0.072223)
+    limits = Limits(5e-3, 2e-3, width=0.19, height=0.224)
+    box = designed(scene, limits, "blow_frequency").value.check.box
+    assert box.width <= limits.width * (1 + 1e-9) and box.height <= limits.height * (1 + 1e-9)
+
+
 @pytest.mark.parametrize("objective", ["box_area", "longest_link", "blow_frequency"])
 @pytest.mark.parametrize("limit", ["min_link", "longest_link", "enclosing_radius"])
 def test_limits_that_the_answer_just_meets_leave_it_as_it_is(objective, limit):

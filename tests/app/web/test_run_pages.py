@@ -10,6 +10,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.web.comparison import difference
 from app.words.shaping import sentences
 
 HTML = {"accept": "text/html"}
@@ -94,6 +95,10 @@ def test_the_key_figure_is_in_every_row(client, pins):
     mass = pins[0]["result"]["mass_g"]
     assert pins[0]["figure"] == {"name": "mass_g", "value": mass}
     assert f"{mass:.4g} g" in client.get("/runs?text=Listed 0").text
+
+
+def test_small_and_large_differences_are_written_as_figures_are_elsewhere():
+    assert difference(1e-4, 9.1e-5) == "-9e-6 (-9 %)"
 
 
 def test_two_runs_are_compared(client, pins):

@@ -3,10 +3,11 @@
 python -m bench.batches_at_scale                       # 10^6 pin, 10^6 linkage, 10^5 rod checks, 10^4 rod designs
 python -m bench.batches_at_scale --share 0.01          # a hundredth of each
 python -m bench.batches_at_scale --only "pin checks"   # one of them
+Measurements are stored in ``--state`` and not repeated. What follows and the table go into docs/reliability.md. Run it
+on an idle machine.
 
 Each batch runs on a fresh service with its own SQLite file, two batch workers and two interactive ones, while /healthz
-and an uncached pin check are requested ten times a second. Measurements are stored in ``--state`` and not repeated; the
-table goes into docs/reliability.md. Run it on an idle machine.
+and an uncached pin check are requested ten times a second.
 
 Bulk rate: two processes that only call the solvers' ``check_many`` on the same cases simultaneously; for designs, which
 have no such function, the design. Answer rate: two processes that turn validated requests into answers

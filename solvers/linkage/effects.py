@@ -28,7 +28,8 @@ from solvers.linkage.swept_area.outline import sweep
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 _ORIENTATION, _ROUNDING = 1e-13, 1e-14
 """Relative errors of the minimum box, this sharp because it costs microseconds only, and of closed-form results."""
-_LIMIT_ROUNDING = 1e-11
+_LIMIT_ROUNDING = 2e-10
+"""Relative allowance within which the box of a design on its limits is found: twice what the search allows."""
 _STEPS_SHARE = 0.1
 """Fraction of the requested accuracy allotted to the discretisation of the steady running."""
 

@@ -83,7 +83,7 @@ class PendulumRequest(SolverRequest):
     amplitude_deg: Amplitude = 0.0
     gravity_m_s2: Gravity = 9.80665
     small_end_bore_radius_mm: NotNegative = Field(
-        default=0.0, description="bore diameter where the knife edge supports the inside of the bore"
+        default=0.0, description="bore radius where the knife edge supports the inside of the bore"
     )
     big_end_bore_radius_mm: NotNegative = 0.0
     uncertainty: PendulumUncertainty = PendulumUncertainty()

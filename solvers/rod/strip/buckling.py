@@ -70,11 +70,15 @@ def _first_roots(beta: Array, out: Array) -> None:
 def critical_phase(length_ratio: ArrayLike) -> NDArray[np.float64]:
     """x = K_cr l for beta = l/L in (0, 1], with the shape of beta; accurate to a few units in the last place."""
     beta = np.asarray(length_ratio, dtype=float)
-    if not np.all((beta > 0) & (beta <= 1)):
-        raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
+    _require_within_rod(bool(np.all((beta > 0) & (beta <= 1))))
     x = np.empty(beta.size)
     _first_roots(np.ascontiguousarray(beta).ravel(), x)
     return np.minimum(x, FIRST_ROOT_LIMITS[1]).reshape(beta.shape)
+
+
+def _require_within_rod(within: bool) -> None:
+    if not within:
+        raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
 
 
 def critical_parameter(length_ratio: ArrayLike) -> NDArray[np.float64]:
@@ -92,7 +96,9 @@ def critical_coupling(length: ArrayLike, rod_length: float) -> NDArray[np.float6
 def coupling_of(length: float, rod_length: float) -> float:
     """``critical_coupling`` of one strip, cached, as a search evaluates many strips of the same length in
     succession."""
-    return float(critical_coupling(length, rod_length))
+    beta = length / rod_length
+    _require_within_rod(0.0 < beta <= 1.0)
+    return -((min(first_root(beta)[0], FIRST_ROOT_LIMITS[1]) / length) ** 2)
 
 
 def critical_force(

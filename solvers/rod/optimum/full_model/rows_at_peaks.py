@@ -19,7 +19,6 @@ from solvers.rod.optimum.full_model.smooth_parts import Index, Parts, part_value
 from solvers.rod.optimum.full_model.strip import FullStrip
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.piston.skirt import pressure_per_load
-from solvers.rod.rows import FIRST_PART, STRESS, UTILISATION, Layout
 from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
@@ -38,51 +37,36 @@ class RowsAtPeaks:
     power: bool
 
     @cached_property
-    def layout(self) -> Layout:
+    def layout(self) -> rows.Layout:
         parts = self.parts
-        return Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
+        return rows.Layout(parts.utilisations.shape[1], parts.stresses.shape[1], self.peaks.reactions.size)
 
     def __call__(self, strip: FullStrip) -> Array:
-        """All rows of a strip, shape (rows,)."""
-        states = strip.cycle.states(self._angles)
-        out = self._stability_rows(strip, states)
-        self._set_load_rows(strip, states, out)
-        return out
+        """All rows of a strip, shape (rows,); those of the loads are invalid for a strip that buckles."""
+        return self._rows(strip, strip.cycle.states(self._angles))
 
     def corrections(self, strip: FullStrip) -> Array:
         """Contribution of its corrections to the rows of a strip, (rows,); zero if it buckles."""
-        states = strip.cycle.states(self._angles)
-        uncorrected = self._stability_rows(strip, states)
-        out = uncorrected.copy()
-        self._set_load_rows(FullStrip(strip.cycle.without_corrections()), states, uncorrected)
-        self._set_load_rows(strip, states, out)
-        return out - uncorrected
+        states, uncorrected = strip.cycle.states(self._angles), FullStrip(strip.cycle.without_corrections())
+        return self._rows(strip, states) - self._rows(uncorrected, states)
 
-    def _stability_rows(self, strip: FullStrip, states: Array) -> Array:
-        """The rows, with those of dimensions and stability set."""
-        out, d = np.zeros(self.layout.size), strip.dimensions
-        out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(d.b * d.h**3), math.log(d.l), math.log(d.h)
-        in_plane, out_of_plane = strip.critical
+    def _rows(self, strip: FullStrip, states: Array) -> Array:
+        """All rows of a strip from its states at the angles of the stencils."""
+        out, parts, piston, d = np.zeros(self.layout.size), self.parts, self.scene.piston, strip.dimensions
+        stations, (in_plane, out_of_plane) = self._stations * d.l, strip.critical
         compression = max_peak_height(-states[FORCE, 3 * (self.peaks.angles.size + self.peaks.reactions.size) :])
-        out[rows.STABILITY] = math.log(compression / in_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
-        out[rows.SIDEWAYS] = math.log(compression / out_of_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
+        # A strip that buckles has no corrections.
+        cycle = strip.cycle if compression < in_plane else strip.cycle.without_corrections()
+        shape = cycle.bent_strip(states)
+        set_rows(
+            shape.strip, states, stations, shape.curvature_correction(stations), shape.side_correction,
+            shape.moment_correction, shape.inclined, d.b, d.h, self.scene.material.elastic_modulus, compression,
+            in_plane, out_of_plane, parts.order, parts.starts, parts.utilisations, parts.stresses, *self.diagram,
+            self.peaks.reactions.size, pressure_per_load(piston.diameter, piston.skirt_length), out,
+        )  # fmt: skip
+        if self.power and out[rows.POWER] != rows.BUCKLED:
+            out[rows.POWER] = finite_log(strip.friction_power())
         return out
-
-    def _set_load_rows(self, strip: FullStrip, states: Array, out: Array) -> None:
-        """Set the other rows; they are invalid for a strip that buckles."""
-        if out[rows.STABILITY] < 0.0:
-            parts, piston, d, shape = self.parts, self.scene.piston, strip.dimensions, strip.cycle.bent_strip(states)
-            stations, modulus = (1.0 - self._stations) * d.l, self.scene.material.elastic_modulus
-            set_load_rows(
-                shape.strip, states, stations, shape.curvature_correction(stations), shape.side_correction,
-                shape.moment_correction, shape.inclined, 1.0 / (d.b * d.h), 0.5 * modulus * d.h, parts.order,
-                parts.starts, parts.utilisations, parts.stresses, *self.diagram, self.peaks.reactions.size,
-                pressure_per_load(piston.diameter, piston.skirt_length), out,
-            )  # fmt: skip
-            if self.power:
-                out[rows.POWER] = finite_log(strip.friction_power())
-        if out[rows.STABILITY] >= 0.0 or not np.isfinite(out).all():
-            set_buckled_rows(out)
 
     @cached_property
     def _angles(self) -> Array:
@@ -94,7 +78,8 @@ class RowsAtPeaks:
 
     @cached_property
     def _stations(self) -> Array:
-        return self.peaks.stations()
+        """The sections' distances from the clamp, relative to the strip's length."""
+        return 1.0 - self.peaks.stations()
 
 
 @kernel
@@ -107,26 +92,35 @@ def max_peak_height(values: Array) -> float:
 
 
 @kernel
-def set_load_rows(
+def set_rows(
     strip: Strip, states: Array, stations: Array, curvature_correction: Array, side_correction: Array,
-    moment_correction: Array, inclined: bool, axial_factor: float, bending_factor: float, order: Index, starts: Index,
-    utilisations: Index, stresses: Index, lines: Array, parabola: Array, peaks: int, pressure_per_force: float,
-    out: Array,
+    moment_correction: Array, inclined: bool, b: float, h: float, modulus: float, compression: float, in_plane: float,
+    out_of_plane: float, order: Index, starts: Index, utilisations: Index, stresses: Index, lines: Array,
+    parabola: Array, peaks: int, pressure_per_force: float, out: Array,
 ) -> None:  # fmt: skip
-    """Set the rows of utilisation, stress, side force and pressure with their parts, from states and corrections as in
-    ``BentStrip``. The three-point stencils of the states are those of stresses, as in ``Parts``, then those of
-    ``peaks`` peaks of the reactions [N], the second of which times ``pressure_per_force`` [1/m^2] is a pressure."""
-    stress = fibre_stresses(strip, states, stations, curvature_correction, axial_factor, bending_factor, inclined)
+    """Set all rows but that of friction power, from states and corrections as in ``BentStrip``, and the maximum
+    compression and the critical forces [N]. The three-point stencils of the states are those of stresses, as in
+    ``Parts``, then those of ``peaks`` peaks of the reactions [N], the second of which times ``pressure_per_force``
+    [1/m^2] is a pressure."""
+    out[rows.TAU], out[rows.LENGTH], out[rows.THICKNESS] = -math.log(b * h**3), math.log(strip.length), math.log(h)
+    out[rows.STABILITY] = math.log(compression / in_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
+    out[rows.SIDEWAYS] = math.log(compression / out_of_plane) if compression > 0.0 else rows.NEVER_COMPRESSED
+    if not out[rows.STABILITY] < 0.0:
+        set_buckled_rows(out)
+        return
+    stress = fibre_stresses(strip, states, stations, curvature_correction, 1.0 / (b * h), 0.5 * modulus * h, inclined)
     utilisation_parts, stress_parts = part_values(stress, order, starts, utilisations, stresses, lines, parabola)
-    out[UTILISATION], out[STRESS] = finite_log(utilisation_parts.max()), finite_log(stress_parts.max())
+    out[rows.UTILISATION], out[rows.STRESS] = finite_log(utilisation_parts.max()), finite_log(stress_parts.max())
     for n in range(utilisation_parts.size):
-        out[FIRST_PART + n] = finite_log(utilisation_parts[n])
+        out[rows.FIRST_PART + n] = finite_log(utilisation_parts[n])
     for n in range(stress_parts.size):
-        out[FIRST_PART + utilisation_parts.size + n] = finite_log(stress_parts[n])
+        out[rows.FIRST_PART + utilisation_parts.size + n] = finite_log(stress_parts[n])
     reactions = np.empty((2, 3 * peaks))
     for i in range(3 * peaks):
         at = 3 * order.size + i
         side, moment = states[SIDE, at] + side_correction[at], states[MOMENT, at] + moment_correction[at]
         reactions[0, i] = abs(side)
         reactions[1, i] = abs(side) + strip.lever * abs(moment + side * strip.offset)
-    reaction_rows(reactions, pressure_per_force, FIRST_PART + utilisation_parts.size + stress_parts.size, out)
+    reaction_rows(reactions, pressure_per_force, rows.FIRST_PART + utilisation_parts.size + stress_parts.size, out)
+    if not np.isfinite(out).all():
+        set_buckled_rows(out)

@@ -90,6 +90,9 @@ def verify(database_url: DatabaseUrl = DATABASE) -> None:
     from app.store.verify import verify as verify_store
 
     report = verify_store(database_url)
+    if report.older:
+        typer.echo(f"the database is at revision {report.older} of an earlier version: crankwright migrate", err=True)
+        raise typer.Exit(1)
     for damage in report.damages:
         typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
     damaged = {(damage.table, damage.key) for damage in report.damages}

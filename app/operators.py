@@ -119,6 +119,9 @@ def restore(source: Annotated[Path, typer.Argument(help="a backup")], database_u
 
 
 def _report(report: Report, done: str) -> None:
+    if report.older:
+        typer.echo(f"{done}, not verified: it is at revision {report.older} of an earlier version")
+        return
     for damage in report.damages:
         typer.echo(f"{damage.table} {damage.key}: {damage.what}", err=True)
     typer.echo(f"{done}: {report.runs} runs, {'sound' if report.sound else 'DAMAGED'}")

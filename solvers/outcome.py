@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
+
+from solvers.errors import InvalidInput
 
 T = TypeVar("T")
 
@@ -109,3 +111,20 @@ class Outcome(Generic[T]):
     certificate: Certificate | None = None
     diagnosis: tuple[Shortfall, ...] = ()
     timing: Mapping[str, float] = field(default_factory=dict)
+
+
+class Case(Protocol[T]):
+    """The arguments of one evaluation."""
+
+    def evaluate(self) -> Outcome[T]: ...
+
+
+def evaluated(cases: Iterable[Case[T]]) -> list[Outcome[T] | InvalidInput]:
+    """One outcome per case, in order; an invalid case yields its InvalidInput."""
+    found: list[Outcome[T] | InvalidInput] = []
+    for case in cases:
+        try:
+            found.append(case.evaluate())
+        except InvalidInput as refusal:
+            found.append(refusal)
+    return found

@@ -112,6 +112,12 @@ def _judged(
     return Criterion(name, sense, required, reached, max(margin, 0.0) if holds else margin, holds, asked)
 
 
+def per_cent(share: float) -> str:
+    """A share in per cent for a message: two digits without a padded exponent, from 100 on a whole number."""
+    value = 100.0 * share
+    return f"{value:.2g}".replace("e-0", "e-") if value < 99.5 else f"{value:.0f}"
+
+
 def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[str, ...]:
     """A caution for each omitted effect that may change the judged values by more than ``UNREPORTED_INFLUENCE``;
     ``telling``: effects that change any of them."""
@@ -121,7 +127,7 @@ def left_out(effects: Iterable[EffectReport], telling: Container[str]) -> tuple[
             continue
         influence = effect.influence
         if influence > UNREPORTED_INFLUENCE:
-            much = f"by up to {100.0 * influence:.2g} %" if influence < 1.0 else "by any amount"
+            much = f"by up to {per_cent(influence)} %" if influence < 1.0 else "by any amount"
             said.append(f"the effect {effect.name} is left out, which may change the figures {much}")
     return tuple(said)
 

@@ -64,7 +64,7 @@ async def run_export(
     run = json.loads(await service.as_json(run_id, complete=True))
     made = await exports.file(run, export, ExportOptions(tool, angle_deg, report_language))
     if made is None:
-        return _later(request)
+        return _later(request, run["id"])
     # Next to the results' own table, two programs' parameters are CSV files too.
     part = f"-{export}-{tool}" if export == PARAMETERS.name else ""
     name = f"{run['kind']}-{run['id']}{part}.{made.extension}"
@@ -76,12 +76,13 @@ async def run_export(
     return Response(made.content, media_type=made.media_type, headers=headers)
 
 
-def _later(request: Request) -> Response:
-    """Respond 202: retry later. A browser refreshes by itself."""
+def _later(request: Request, run_id: str) -> Response:
+    """Respond 202: retry later. A browser refreshes by itself (a link with ``download`` would save this answer)."""
     headers = {"Retry-After": str(_RETRY_S), "Cache-Control": "no-store"}
     if "text/html" in request.headers.get("accept", ""):
         title, said = _("One moment"), _("The file is being made; the download starts by itself.")
-        page = f'<!doctype html><html lang="{language()}"><title>{title}</title><p>{said}'
+        back = f'<a href="/runs/{run_id}">{_("Run")}</a>'
+        page = f'<!doctype html><html lang="{language()}"><title>{title}</title><p>{said} {back}'
         return HTMLResponse(page, 202, headers | {"Refresh": str(_RETRY_S)})
     body = {"status": "being made", "retry_after_s": _RETRY_S}
     return Response(json.dumps(body), 202, headers, "application/json")

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import cache, lru_cache, wraps
+from functools import lru_cache, wraps
 from typing import Annotated, Any, Literal, Protocol, TypeVar, Union
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Field, Tag
@@ -184,26 +184,6 @@ class DesignSettings(Strict):
 def time_budget_of(request: BaseModel) -> float | None:
     """The time budget in the request [s], if any."""
     return request.time_budget_s if isinstance(request, DesignSettings) else None
-
-
-def si(model: BaseModel) -> dict[str, Any]:
-    """The fields of a model that are not null, under the solver's names and in SI units."""
-    values, found = vars(model), {}
-    for field, name, unit in _in_si(type(model)):
-        value = values[field]
-        if value is not None:
-            found[name] = value if unit == 1.0 else _times(value, unit)
-    return found
-
-
-def _times(value: Any, unit: float) -> Any:
-    return tuple(each * unit for each in value) if isinstance(value, list) else value * unit
-
-
-@cache
-def _in_si(model: type[BaseModel]) -> list[tuple[str, str, float]]:
-    """Each field of a model, its name in the solvers, and its unit."""
-    return [(field, *in_si(field)) for field in model.model_fields]
 
 
 def scaled(value: float | None, unit: float) -> float | None:

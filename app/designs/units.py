@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from functools import cache
+from typing import Any
+
+from pydantic import BaseModel
 
 MICRO, MILLI, MEGA, GIGA = 1e-6, 1e-3, 1e6, 1e9
 
@@ -66,3 +70,23 @@ def by_solver_name(*names: str) -> dict[str, str]:
 
 def _ending(name: str) -> str:
     return next((ending for ending in UNITS if name.endswith(ending) and len(name) > len(ending)), "")
+
+
+def si(model: BaseModel) -> dict[str, Any]:
+    """The fields of a model that are not null, under the solver's names and in SI units."""
+    values, found = vars(model), {}
+    for field, name, unit in _in_si(type(model)):
+        value = values[field]
+        if value is not None:
+            found[name] = value if unit == 1.0 else _times(value, unit)
+    return found
+
+
+def _times(value: Any, unit: float) -> Any:
+    return tuple(each * unit for each in value) if isinstance(value, list) else value * unit
+
+
+@cache
+def _in_si(model: type[BaseModel]) -> list[tuple[str, str, float]]:
+    """Each field of a model, its name in the solvers, and its unit."""
+    return [(field, *in_si(field)) for field in model.model_fields]

@@ -31,7 +31,7 @@ class BudgetExceeded(JobError):
     """The solve exceeded its wall-clock budget and its worker was killed."""
 
     def __init__(self, budget_s: float) -> None:
-        super().__init__(f"the solve did not end within its budget of {budget_s:g} s")
+        super().__init__(f"the solve was stopped after {budget_s:g} s without an answer")
         self.budget_s = budget_s
 
 

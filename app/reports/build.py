@@ -279,7 +279,7 @@ def _light(svg: str) -> str:
 
 
 def _number(value: object) -> str:
-    return f"{value:.6g}".replace("-", "−") if isinstance(value, float) else str(value)
+    return figures(value, 6).replace("-", "−") if isinstance(value, float) else str(value)
 
 
 def _first_upper(text: str) -> str:

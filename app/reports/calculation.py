@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from app.designs.calculation import chain as chains
 from app.designs.calculation.chain import DEGREE, Chain, NotANumber
 from app.designs.kind import Kind, Mode
+from app.designs.units import figures
 from app.reports.content import Block, Formula, Given, Givens, Paragraph, Part, Rows, Table
 from app.words.effects import effect_rows
 from app.words.fields import plain
@@ -124,4 +125,4 @@ def _why_apart(kind: Kind, run: Mapping[str, Any], apart: bool) -> str:
 
 
 def _figure(value: float) -> str:
-    return f"{value:.6g}".replace("-", "−")
+    return figures(value, 6).replace("-", "−")

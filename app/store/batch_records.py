@@ -114,14 +114,6 @@ class Item(NamedTuple):
     asked: int | None = None
 
 
-@dataclass(frozen=True)
-class BatchPage:
-    """A page of batches, newest first; ``next_cursor`` is None on the last page."""
-
-    items: tuple[BatchRecord, ...]
-    next_cursor: str | None
-
-
 def new_batch_id() -> str:
     """A UUIDv7 whose last 32 bits are zero; item ids carry their index there."""
     return new_run_id()[:-8] + NO_ITEM

@@ -47,7 +47,7 @@ class NewerDatabase(StoreError):
 
 
 def _upgrade(engine: Engine) -> None:
-    found = _revision(engine)
+    found = revision(engine)
     if found == latest_revision():
         return
     if found is not None and found > latest_revision():
@@ -62,7 +62,8 @@ def _upgrade(engine: Engine) -> None:
         command.upgrade(config, "head")
 
 
-def _revision(engine: Engine) -> str | None:
+def revision(engine: Engine) -> str | None:
+    """The revision of the database; None if it is empty."""
     try:
         with engine.connect() as connection:
             return connection.execute(text("SELECT version_num FROM alembic_version")).scalar()

@@ -18,6 +18,7 @@ from app.store.batch_verify import batch_damages
 from app.store.damage import Damage
 from app.store.engine import make_engine
 from app.store.hashing import spec_hash
+from app.store.migrate import latest_revision, revision
 from app.store.models import (
     JSON_COLUMNS,
     api_keys,
@@ -46,6 +47,8 @@ class Report:
     idempotency_keys: int = 0
     batch_items: int = 0
     damages: tuple[Damage, ...] = field(default=())
+    older: str | None = None
+    """The revision of a database of an earlier version, of which nothing was read."""
 
     @property
     def sound(self) -> bool:
@@ -59,6 +62,8 @@ def verify(url: str) -> Report:
     damages: list[Damage] = []
     items = 0
     try:
+        if (found := revision(engine)) is not None and found < latest_revision():
+            return Report(older=found)
         with engine.connect() as connection:
             _tolerate_broken_text(connection)
             damages += _schema_damages(connection)

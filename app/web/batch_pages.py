@@ -26,6 +26,7 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
+from app.web.forms.numbers import number
 from app.web.rendering import page
 from app.words.fields import named, plain
 from app.words.languages import gettext
@@ -194,10 +195,8 @@ def _asked(form: dict[str, str], kind: str, mode: str, base: dict[str, Any]) -> 
 
 
 def _number(text: str, whole: bool = False) -> float | int | str | None:
-    try:
-        return int(text) if whole else float(text)
-    except ValueError:
-        return text or None
+    found = number(text) if text.strip() else None
+    return int(found) if whole and isinstance(found, float) and found.is_integer() else found
 
 
 @router.get("/batches/{batch_id}")

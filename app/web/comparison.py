@@ -9,7 +9,7 @@ from typing import Any
 
 from app.designs.kind import Kind
 from app.designs.registry import KINDS
-from app.designs.units import split_unit
+from app.designs.units import figures, split_unit, tidy
 from app.words.fields import choice, named
 from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
@@ -79,7 +79,7 @@ def difference(a: Any, b: Any) -> str:
     if math.isclose(a, b, rel_tol=_RELATIVE_TOLERANCE, abs_tol=1e-300):
         return _("the same")
     share = f" ({100.0 * (b - a) / abs(a):+.3g} %)" if a else ""
-    return f"{b - a:+.4g}{share}"
+    return tidy(f"{b - a:+.4g}{share}")
 
 
 def _text(value: Any) -> str:
@@ -87,7 +87,7 @@ def _text(value: Any) -> str:
         return _("none")
     if isinstance(value, bool):
         return _("yes") if value else _("no")
-    return f"{value:.6g}"
+    return figures(value, 6)
 
 
 def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:

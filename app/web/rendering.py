@@ -36,10 +36,10 @@ templates.env.install_gettext_callables(gettext, ngettext, newstyle=True)  # typ
 
 
 def figure(value: Any, unit: str = "", digits: int = 6) -> str:
-    """A value to ``digits`` significant digits in the selected units."""
+    """A value to ``digits`` significant digits in the selected units, without an exponent below 1e7."""
     if isinstance(value, bool):
         return gettext("yes") if value else gettext("no")
-    return tidy(f"{units.told(value, unit):.{digits}g}") if isinstance(value, float) else str(value)
+    return figures(units.told(value, unit), digits) if isinstance(value, float) else str(value)
 
 
 def uncertain(value: float, spread: float, unit: str = "") -> str:

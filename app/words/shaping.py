@@ -23,15 +23,15 @@ def sentences(run: Mapping[str, Any], worths: Mapping[str, float] | None = None)
     result = run["result"] or {}
     objective = str(result.get("objective", "mass"))
     told = [
-        {"name": _allowed(item["name"]), "worth": _worth(_short(item["name"]), item["sensitivity"], objective)}
+        {"name": _allowed(item["name"]), "worth": _worth(item["sensitivity"], objective)}
         for item in result.get("active_constraints") or ()
     ]
     used_up = _("fully used; a looser limit would give a better design")
     for name, criterion in _active_limits(run).items():
-        worth = used_up
         if criterion is not None and name in (worths or {}):
-            worth = _worth(_limit(criterion), worths[name], objective)
-        told.append({"name": _(criterion["label"]) if criterion else _allowed(name), "worth": worth})
+            told.append({"name": _limit(criterion), "worth": _worth(worths[name], objective)})
+        else:
+            told.append({"name": _(criterion["label"]) if criterion else _allowed(name), "worth": used_up})
     return told
 
 
@@ -104,23 +104,17 @@ def _limit(criterion: Mapping[str, Any]) -> str:
     return said % {"what": _(criterion["label"])}
 
 
-def _short(name: str) -> str:
-    """Label of a constraint without its article."""
-    size, _sep, _end = name.rpartition("_")
-    return _(SIZES[size]) if size in SIZES else _allowed(name).removeprefix("the ")
-
-
-def _worth(what: str, sensitivity: float, objective: str) -> str:
+def _worth(sensitivity: float, objective: str) -> str:
     """The improving change of a bound and its gain; ``sensitivity`` = d ln(objective) / d ln(bound)."""
     best = {"objective": _(objective.replace("_", " "))}
     if abs(sensitivity) < _NEGLIGIBLE:
         return _("changes the %(objective)s hardly at all") % best
     grows = objective in _MAXIMISED
     if grows:
-        more = _("1 %% more %(what)s gains %(share)s %% %(objective)s")
-        less = _("1 %% less %(what)s gains %(share)s %% %(objective)s")
+        more = _("1 %% more gains %(share)s %% %(objective)s")
+        less = _("1 %% less gains %(share)s %% %(objective)s")
     else:
-        more = _("1 %% more %(what)s saves %(share)s %% %(objective)s")
-        less = _("1 %% less %(what)s saves %(share)s %% %(objective)s")
+        more = _("1 %% more saves %(share)s %% %(objective)s")
+        less = _("1 %% less saves %(share)s %% %(objective)s")
     gains = sensitivity if grows else -sensitivity
-    return (more if gains > 0 else less) % {**best, "what": what, "share": f"{abs(sensitivity):.2g}"}
+    return (more if gains > 0 else less) % {**best, "share": f"{abs(sensitivity):.2g}"}

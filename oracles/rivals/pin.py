@@ -19,7 +19,7 @@ from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import pin
 from solvers.effects import EffectSelection
 from solvers.pin.check import halves_alike, on_profile
-from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring import ovalization
 
@@ -138,7 +138,7 @@ class Bushing(_Sought):
 
 def pin_of(problem: pin.PinProblem, selection: EffectSelection) -> Pin:
     """A pin with the effects of an answer."""
-    return Pin(problem, compose(choose_for(problem.scene, selection, demands=demands_of(problem.limits))))
+    return Pin(problem, compose(choose_for(problem.scene, problem.limits, selection, 1e-2)))
 
 
 def look_at(part: Part, shape: Shape) -> Look:

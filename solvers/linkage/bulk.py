@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput, require
-from solvers.linkage.check import Case, check_case, peak_rows
+from solvers.linkage.check import Case
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, peaks_per_energy
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
@@ -19,7 +19,7 @@ from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import outlines
 from solvers.numerics.arrays import Array
 from solvers.numerics.parallel import in_slices
-from solvers.outcome import Outcome
+from solvers.outcome import Outcome, evaluated
 
 _NEAR_LIMIT = 1e-3
 """Above this relative distance from the least free ratio, the distance keeps twelve digits; below it, it is computed
@@ -28,19 +28,8 @@ _ORIENTATION = 1e-13
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[LinkageCheck] | InvalidInput]:
-    """Outcomes of all cases, in order; for an invalid case its InvalidInput.
-
-    Peak loads and the maximum angular velocity ratio come from one compiled loop; the box, steady running and other
-    effects are computed case by case.
-    """
-    cases = list(cases)
-    found: list[Outcome[LinkageCheck] | InvalidInput] = []
-    for case, row in zip(cases, peak_rows([case.mechanism for case in cases]), strict=True):
-        try:
-            found.append(check_case(case, row))
-        except InvalidInput as refusal:
-            found.append(refusal)
-    return found
+    """Outcomes of all cases, in order; for an invalid case its InvalidInput."""
+    return evaluated(cases)
 
 
 @dataclass(frozen=True)

@@ -4,20 +4,16 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
-from itertools import compress
 from typing import NamedTuple
-
-import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
 from solvers.linkage.effects import Situation, choose_for, compose
 from solvers.linkage.limits import Limits
-from solvers.linkage.loads.torque_and_pin_force import TORQUE, Peaks, peaks_per_energy, scaled_peaks
+from solvers.linkage.loads.torque_and_pin_force import Peaks, peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain
 from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
@@ -48,10 +44,7 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
 
 @lru_cache(maxsize=32, typed=True)
 def _member(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
-    """``of_family`` for a free ratio that gives a mechanism.
-
-    Cached with what is derived from it: in a sweep of speeds, loads or limits the mechanism is the same.
-    """
+    """``of_family`` for a valid free ratio; cached, since sweeps of speeds, loads or limits share the mechanism."""
     field, pole = f"ratios.{kind.parameter}", kind.pole(Gain(restitution))
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
     if not parameter > pole:
@@ -75,7 +68,33 @@ def check(
     effects that limits require. Raises InvalidInput for an invalid request, EffectConflict for an excluded effect that
     is required.
     """
-    return Case(scene, mechanism, limits, effects, effect_tolerance, accuracy, demands).evaluate()
+    started = time.perf_counter()
+    require_accuracy(accuracy)
+    loads = None
+    if mechanism.can_strike and mechanism.rotatable:
+        loads = peaks(mechanism.bar, mechanism.crank, scene.impact_energy)
+    situation = Situation(scene, mechanism, limits, accuracy, loads)
+    choice = choose_for(situation, effects, effect_tolerance, demands)
+    effect_results = compose(choice, situation)
+    confined, closure = mechanism.confined, mechanism.closure
+    settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
+    if effect_results.running is not None:
+        settings["steps"] = effect_results.running.steps
+    value = LinkageCheck(
+        mechanism=mechanism,
+        rotatable=mechanism.rotatable,
+        confined=confined,
+        strike=_strike(scene, mechanism, loads, confined) if mechanism.can_strike else None,
+        window=None if closure.closes else window(mechanism.bar, closure.surplus),
+        **vars(effect_results),
+    )
+    return Outcome(
+        status=Status.SUCCEEDED,
+        value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
+        effects=choice.manifest,
+        accuracy=Accuracy(accuracy, max(_ROUNDING, effect_results.error), settings),
+        timing={"solve_s": time.perf_counter() - started},
+    )
 
 
 class Case(NamedTuple):
@@ -90,54 +109,10 @@ class Case(NamedTuple):
     demands: tuple[Demand, ...] = ()
 
     def evaluate(self) -> Outcome[LinkageCheck]:
-        """Evaluate this case by ``check``."""
-        return check_case(self, peak_rows([self.mechanism])[0])
+        return check(*self)
 
 
-def peak_rows(mechanisms: Sequence[Mechanism]) -> list[tuple[float, ...] | None]:
-    """Rows of ``peaks_per_energy``, in one call for all mechanisms; None for one that cannot strike or rotate fully."""
-    striking = [mechanism.can_strike and mechanism.rotatable for mechanism in mechanisms]
-    bars = [mechanism.bar for mechanism in compress(mechanisms, striking)]
-    rows = iter(())
-    if bars:
-        ends = np.array([bar.u31_end for bar in bars])
-        rows = map(tuple, peaks_per_energy(np.stack([bar.coefficients for bar in bars]), ends, TORQUE, 3).tolist())
-    return [next(rows) if strikes else None for strikes in striking]
-
-
-def check_case(case: Case, row: tuple[float, ...] | None) -> Outcome[LinkageCheck]:
-    """``check`` of a case whose mechanism has this row of peaks (``peak_rows``)."""
-    started = time.perf_counter()
-    require_accuracy(case.accuracy)
-    scene, mechanism = case.scene, case.mechanism
-    loads = scaled_peaks(row, mechanism.crank, scene.impact_energy) if row else None
-    situation = Situation(scene, mechanism, case.limits, case.accuracy, loads)
-    choice = choose_for(situation, case.effects, case.effect_tolerance, case.demands)
-    effect_results = compose(choice, situation)
-    confined, closure = mechanism.confined, mechanism.closure
-    settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
-    if effect_results.running is not None:
-        settings["steps"] = effect_results.running.steps
-    value = LinkageCheck(
-        mechanism=mechanism,
-        rotatable=mechanism.rotatable,
-        confined=confined,
-        strike=_strike(scene, mechanism, loads, confined, row) if mechanism.can_strike else None,
-        window=None if closure.closes else window(mechanism.bar, closure.surplus),
-        **vars(effect_results),
-    )
-    return Outcome(
-        status=Status.SUCCEEDED,
-        value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
-        effects=choice.manifest,
-        accuracy=Accuracy(case.accuracy, max(_ROUNDING, effect_results.error), settings),
-        timing={"solve_s": time.perf_counter() - started},
-    )
-
-
-def _strike(
-    scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None, row: tuple[float, ...] | None
-) -> Strike:
+def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:
     bar = mechanism.bar
     design_restitution = bar.restitution
     return Strike(
@@ -150,5 +125,5 @@ def _strike(
         impact_speed=scene.tool_speed(mechanism),
         transmission_angle=float(bar.middle_transmission_angle),
         peaks=loads,
-        u31_max=max(row[4], bar.u31_start, bar.u31_end) if row else math.inf,
+        u31_max=math.inf if loads is None else loads.u31,
     )

@@ -22,6 +22,7 @@ from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
+from solvers.verdict import per_cent
 
 _METHOD = "branch and bound over the free ratio of every type, orientation included"
 _LEAST_GAP = 1e-6
@@ -156,11 +157,11 @@ def _with_search_warning(
         where = "links without end" if unbounded else "the parallelogram"
         message = (
             f"the best mechanism lies at the edge of the search, next to {where}: farther out at most "
-            f"{possible_gain:.1e} of the objective would be gained"
+            f"{per_cent(possible_gain)} % of the objective would be gained"
         )
         messages.append(
             f"{message}; a limit on the size would give a mechanism that can be built" if unbounded else message
         )
     elif excluded_to > 2.0 * max(gap, _WIDE):
-        messages.append(f"a better mechanism is excluded only to {excluded_to:.1e}")
+        messages.append(f"a better mechanism is excluded only to {per_cent(excluded_to)} %")
     return replace(value, warnings=(*value.warnings, *messages)) if messages else value

@@ -28,7 +28,8 @@ from solvers.linkage.swept_area.outline import sweep
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
 _ORIENTATION, _ROUNDING = 1e-13, 1e-14
 """Relative errors of the minimum box, this sharp because it costs microseconds only, and of closed-form results."""
-_LIMIT_ROUNDING = 1e-11
+_LIMIT_ROUNDING = 2e-10
+"""Relative allowance within which the box of a design on its limits is found: twice what the search allows."""
 _STEPS_SHARE = 0.1
 """Fraction of the requested accuracy allotted to the discretisation of the steady running."""
 
@@ -150,12 +151,6 @@ class LengthTolerances:
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
 """All effects."""
-_DATA_REQUIREMENTS = [
-    (effect.name, effect.needs, f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs")
-    for effect in EFFECTS
-    if effect.needs
-]
-"""Effects that require optional scene data: name, field, and the reason given if the field is missing."""
 
 
 def choose_for(
@@ -166,11 +161,11 @@ def choose_for(
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     unable = {}
-    for name, needs, why in _DATA_REQUIREMENTS:
-        if getattr(situation.scene, needs) is None:
-            if name in selection.include:
-                raise InvalidInput(needs, f"the effect {name!r} cannot run without it", "a value")
-            unable[name] = why
+    for effect in EFFECTS:
+        if effect.needs is not None and getattr(situation.scene, effect.needs) is None:
+            if effect.name in selection.include:
+                raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
+            unable[effect.name] = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
     return choose(EFFECTS, situation, selection, tolerance, demands, unable)
 
 

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import lru_cache
 from typing import NamedTuple
 
-from solvers.linkage.constraints import CONSTRAINTS, Constraint
+from solvers.linkage.constraints import CONSTRAINTS
 from solvers.linkage.effects import NO_STEADY_RUNNING
 from solvers.linkage.limits import Limits
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import STRENGTH_SPEED, Scene
 from solvers.linkage.warnings import SPEED_SLACK
 from solvers.outcome import Accuracy
-from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, equal, slack_of, unknown, yes
+from solvers.verdict import Sense, Verdict, at_least, at_most, doubt, equal, slack_of, unknown, yes
 
 _JUDGED = {Sense.AT_LEAST: at_least, Sense.AT_MOST: at_most}
 _MAX_SLOWDOWN = 0.1
@@ -53,26 +51,16 @@ def judge(
     slowed = _slowed(check, scene, given)
     if NO_STEADY_RUNNING in check.warnings or check.running is not None:
         criteria.append(yes("runs_steadily", NO_STEADY_RUNNING not in check.warnings and not slowed))
-    for row, limit, judged, known in _set_constraints(limits, given):
-        value = row.reached(check) if known else None
+    for row in CONSTRAINTS:
+        limit = row.limit(limits)
+        if limit is None:
+            continue
+        value = row.reached(check) if all(getattr(given, name) for name in row.needs) else None
         if value is not None:
-            criteria.append(judged(row.name, limit, value, slack, row.asked))
+            criteria.append(_JUDGED[row.sense](row.name, limit, value, slack, row.asked))
         elif row.asked:
             criteria.append(unknown(row.name, row.sense, limit))
     return Verdict(tuple(criteria), (*check.warnings, *slowed), doubt(accuracy, designed))
-
-
-@lru_cache(maxsize=32)
-def _set_constraints(limits: Limits, given: Given) -> list[tuple[Constraint, float, Callable[..., Criterion], bool]]:
-    """Constraints with a limit set: constraint, limit, criterion function, and whether its scene data are given.
-
-    Cached: linkages judged in bulk mostly share both.
-    """
-    return [
-        (row, limit, _JUDGED[row.sense], all(getattr(given, name) for name in row.needs))
-        for row in CONSTRAINTS
-        if (limit := row.limit(limits)) is not None
-    ]
 
 
 def _slowed(check: LinkageCheck, scene: Scene, given: Given) -> tuple[str, ...]:

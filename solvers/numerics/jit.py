@@ -119,8 +119,7 @@ def fusing_kernel(function: F) -> F:
 
 
 def _without_literals(call_template: Callable[..., Any]) -> Callable[..., Any]:
-    """Treat constant arguments as ordinary numbers; numba would otherwise compile a kernel again for each constant
-    value."""
+    """Treat constants as numbers; numba would otherwise compile a kernel again for each value."""
 
     def of_types(arguments: Any, named: Any) -> Any:
         from numba.core.types import unliteral

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, TypeVar
 
-from solvers.numerics import compiler_caches
+from solvers.numerics.operator_types import types_of_operators
 
 R = TypeVar("R")
 
@@ -45,7 +45,7 @@ def _linking() -> Iterator[None]:
     if library is None or not hasattr(generator, "_library_class"):
         yield
         return
-    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), compiler_caches.all_caches():
+    with global_compiler_lock, _no_entry_from_c(cpu_target.target_context), types_of_operators():
         original = generator._library_class
         generator._library_class = library
         try:
@@ -121,10 +121,7 @@ def _defined_functions(module: Any) -> list[Any]:
 
 
 def _all_callees(library: Any) -> list[Any]:
-    """All libraries called directly or indirectly, each linked once.
-
-    Callers come before callees, because LLVM drops functions that nothing has called so far.
-    """
+    """All libraries called, callers first, because LLVM drops functions that nothing has called so far."""
     found: dict[Any, None] = {}
 
     def visit(caller: Any) -> None:

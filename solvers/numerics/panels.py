@@ -230,8 +230,7 @@ def interpolate(f: Array, rule: Rule, x: float) -> float:
 
 @kernel
 def _zero(f: Array, rule: Rule, left: int, small: float) -> tuple[float, float]:
-    """Zero of the interpolant between point ``left`` and the next one by the Illinois method, and the value there;
-    stops at a value below ``small`` in magnitude."""
+    """Zero between point ``left`` and the next by the Illinois method, to a value below ``small``; and that value."""
     a, b, fa, fb = rule.points[left], rule.points[left + 1], f[left], f[left + 1]
     x, value = a, fa
     for _ in range(_MAX_STEPS):

@@ -62,8 +62,7 @@ class _Location(NamedTuple):
 def _value_and_slope(
     rule: Rule, ripple: Ripple, at: _Location, sign: float, x: float
 ) -> tuple[float, float, float, float]:
-    """f, its slope, and the modes' contribution to both at the angle x, all times ``sign``; leaves Z in the
-    workspace."""
+    """f, its slope, and the modes' part of both at x, times ``sign``; leaves Z in the workspace."""
     u = (x - at.middle) / at.half
     denominator, value, slope, node = 0.0, 0.0, 0.0, -1
     for j in range(rule.points.size):

@@ -10,14 +10,14 @@ from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, EffectSelection
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
 from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
-from solvers.pin.effects import Physics, PinEffect, choose_for, compose, demands_of
+from solvers.pin.effects import Physics, PinEffect, choose_for, compose
 from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit_of
@@ -29,14 +29,12 @@ from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.warnings import warnings_of, where_over
 
-Array = NDArray[np.float64]
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
 _EQUAL = 1e-9
@@ -76,7 +74,7 @@ class Case(NamedTuple):
         require_accuracy(self.accuracy)
         scene, profile, limits = self.scene, self.profile, self.limits
         profile.require_inside(scene.geometry)
-        choice = choose_for(scene, self.effects, self.effect_tolerance, demands_of(limits))
+        choice = choose_for(scene, limits, self.effects, self.effect_tolerance)
         whole = profile.along(scene.geometry.length)
         if not halves_alike(scene, whole):
             scene = replace(scene, mirrored=False)
@@ -110,7 +108,7 @@ class Prepared:
     def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
         """Return the outcome from one row of ``evaluate_all``'s results."""
         value = result(self.stepped, results, row, self._sections)
-        return self._outcome(value, ROUNDING, {"sections": len(self.stepped.steps.bores)}, seconds)
+        return self._outcome(value, ROUNDING, {"sections": len(self.stepped.bores)}, seconds)
 
     def on_stations(self) -> Outcome[PinCheck]:
         """Evaluate the check by quadrature on stations."""
@@ -164,7 +162,7 @@ def on_profile(
     stations = initial_stations(scene, whole.places)
     points = design_variable_of(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
-        program = assemble(scene, limits, criterion, physics, stations, cowper(scene.material.poisson))
+        program = assemble(scene, limits, criterion, physics, stations)
         walls = whole.between(points, stations.x, stations.panel_start) / program.variable.unit_diameter
         error_estimate = deflection_error(program, walls)
         coarse = error_estimate.sum() > 0.1 * accuracy

@@ -8,17 +8,16 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
 import numpy as np
-from numpy.typing import NDArray
 
-from solvers.accuracy import LEAST_ACCURACY, require_accuracy
+from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
+from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_error, on_profile
-from solvers.pin.effects import Physics, choose_for, compose, demands_of
+from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.dual_bound import bound_reduction
 from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
 from solvers.pin.optimum.program import Program, refined
 from solvers.pin.optimum.shape_result import ShapeResult
@@ -31,13 +30,11 @@ from solvers.pin.shapes.given import Profile
 from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.initial_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
+from solvers.verdict import per_cent
 
-Array = NDArray[np.float64]
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
 """Maximum number of stations, and the same if slope and deflection limits couple them in a cone program, whose
 solver error does not decrease with further stations."""
-_UTILISATION_OVERSHOOT = 0.5
-"""Tolerated overshoot of the strength utilisation, as a fraction of the accuracy."""
 _MASS_ERROR_FRACTION = 0.5
 """Tolerated mass error as a fraction of the accuracy; the errors of deflection and stresses are a few times larger."""
 _MAX_PASSES = 40
@@ -80,11 +77,11 @@ def design(
     started = time.perf_counter()
     require_accuracy(accuracy)
     scene, limits = problem.scene, problem.limits
-    choice = choose_for(scene, effects, effect_tolerance, demands_of(limits))
+    choice = choose_for(scene, limits, effects, effect_tolerance)
     physics = compose(choice)
     found = None
     if math.isfinite(design_variable_of(scene).floor(scene, limits)):
-        found = _feasible_design(problem, physics, accuracy)
+        found = _on_refined_stations(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -95,7 +92,8 @@ def design(
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )
-    (program, best, error_estimate), (checked, walls, places, evaluation) = found
+    program, best, error_estimate = found
+    checked, walls, places, evaluation = _evaluated(problem, physics, program, best, accuracy)
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
@@ -110,18 +108,14 @@ def design(
         sizes=checked.variable.sizes(walls),
         length=scene.geometry.length,
     )
-    evidence = dict(best.evidence)
-    if limits.max_deflection is not None:
-        evidence.setdefault("deflection_as_constrained_um", 1e6 * program.deflection(best.solidity))
-    constrained = evidence.get("deflection_as_constrained_um")
-    bound = best.bound - best.volume * bound_reduction(value.check.deflection, constrained, accuracy)
+    bound = max(best.bound, 0.0)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
         _with_gap_warning(value, gap, accuracy),
         choice.manifest,
         Accuracy(accuracy, max(error_estimate, evaluation) + ROUNDING, {"stations": int(best.solidity.size)}),
-        certificate=Certificate(best.method, unit * max(bound, 0.0), gap, evidence),
+        certificate=Certificate(best.method, unit * bound, gap, best.evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
 
@@ -130,37 +124,14 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
     """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
     if gap <= max(accuracy, _NEGLIGIBLE_GAP):
         return value
-    message = f"a lighter pin of this form is excluded only to {gap:.1e} of the mass"
+    message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
     return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
-
-
-def _feasible_design(
-    problem: PinProblem, physics: Physics, accuracy: float
-) -> tuple[tuple[Program, ShapeResult, float], tuple[Program, Array, tuple[float, ...], float]] | None:
-    """Return the best shape and its evaluation on stations adapted to it.
-
-    A piecewise linear shape is sized at the stations of the search. If its utilisation between them exceeds the
-    tolerance, the search is repeated on stations for a tighter accuracy.
-    """
-    for tighter in (1.0, 1e-2, 1e-4):
-        found = _on_refined_stations(problem, physics, max(tighter * accuracy, LEAST_ACCURACY))
-        if found is None:
-            return None
-        evaluation = _evaluated(problem, physics, found[0], found[1], accuracy)
-        checked, walls, _, _ = evaluation
-        if (
-            found[1].corners is None
-            or float(checked.utilisations(walls).max()) <= 1.0 + _UTILISATION_OVERSHOOT * accuracy
-        ):
-            break
-    return found, evaluation
 
 
 def _evaluated(
     problem: PinProblem, physics: Physics, program: Program, best: ShapeResult, accuracy: float
 ) -> tuple[Program, Array, tuple[float, ...], float]:
-    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error
-    estimate."""
+    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error."""
     if best.corners is None:
         return program, program.variable.wall_of(best.solidity), (), 0.0
     given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
@@ -171,13 +142,12 @@ def _evaluated(
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
     """Return the full diagnosis of an infeasible problem."""
-    choice = choose_for(problem.scene, effects, effect_tolerance, demands_of(problem.limits))
+    choice = choose_for(problem.scene, problem.limits, effects, effect_tolerance)
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
 def _result_error(program: Program, best: ShapeResult) -> Array:
-    """Return the relative error of deflection and maximum utilisation, per panel; zero for shapes with corners,
-    which are evaluated on their own stations."""
+    """Relative error of deflection and utilisation per panel; 0 with corners, which have stations of their own."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
     walls = program.variable.wall_of(best.solidity)

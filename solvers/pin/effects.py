@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from functools import cached_property
-from typing import Protocol
+from collections.abc import Callable
+from dataclasses import dataclass
 
-from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
+from solvers.effects import Choice, Demand, EffectSelection, choose
 from solvers.pin.limits import Limits
 from solvers.pin.load.piston_pin import deflection_integrals
 from solvers.pin.scene import BushingGeometry, Scene
@@ -22,105 +21,56 @@ class Physics:
     contact_pressure: bool = True
 
 
+def _shear_influence(scene: Scene) -> float:
+    """1.5 r/(1 + r), with r the ratio of shear to bending deflection of the solid pin, times 2A + B/2.
+
+    For a uniform bore the bound r/(1 + r) is proven: phi v <= 2A + B/2 for u in (0, 1]. Walls that are thinner at the
+    bosses than in the middle shear relatively more; the factor 1.5 covers them, verified on random bores, not proven.
+    """
+    g, m, law = scene.geometry, scene.material, cowper(scene.material.poisson)
+    if isinstance(g, BushingGeometry):
+        # The shear contribution grows with the unknown outer diameter, up to the whole deflection.
+        return 1.0
+    bend, shear = deflection_integrals(scene.force, g.boss_length, g.small_end_length, g.gap)
+    ratio = m.elastic_modulus * g.inertia * shear / (m.shear_modulus * g.area * bend) if bend > 0.0 else 0.0
+    r = (2.0 * law.a + 0.5 * law.b) * ratio
+    return min(1.0, 1.5 * r / (1.0 + r))
+
+
+def _adds_results(scene: Scene) -> float:
+    """Influence of an effect that adds results without changing others: 1 by definition."""
+    return 1.0
+
+
 @dataclass(frozen=True)
-class Situation:
-    """A scene, with the quantities required by the effects' bounds."""
-
-    scene: Scene
-
-    @cached_property
-    def shear_to_bending_ratio(self) -> float:
-        """Ratio of shear to bending deflection of the solid pin: (E I0/(G A0)) int Q q/int M m."""
-        g, m = self.scene.geometry, self.scene.material
-        bend, shear = deflection_integrals(self.scene.force, g.boss_length, g.small_end_length, g.gap)
-        return m.elastic_modulus * g.inertia * shear / (m.shear_modulus * g.area * bend) if bend > 0.0 else 0.0
-
-
-class PinEffect(Protocol):
-    """An effect: its description, the bound of its influence, and its contribution to the physics."""
+class PinEffect:
+    """An effect: the field of ``Physics`` that it sets, its description, and the bound of its influence in a scene."""
 
     name: str
     summary: str
-    measure: str
-
-    def influence(self, situation: Situation) -> float: ...
-
-    def join(self, physics: Physics) -> Physics: ...
-
-
-@dataclass(frozen=True)
-class ShearDeflection:
-    """Shear deflection (Cowper).
-
-    For a uniform bore the bound r/(1 + r) is proven: phi v <= 2A + B/2 for u in (0, 1].
-
-    Walls that are thinner at the bosses than in the middle shear relatively more; the factor 1.5 covers them,
-    verified on random bores, not proven.
-    """
-
-    name: str = "shear_deflection"
-    summary: str = "shear adds to the deflection of the middle (Cowper)"
-    measure: str = "1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection"
-
-    def influence(self, situation: Situation) -> float:
-        if isinstance(situation.scene.geometry, BushingGeometry):
-            # The shear contribution grows with the unknown outer diameter, up to the whole deflection.
-            return 1.0
-        law = cowper(situation.scene.material.poisson)
-        r = (2.0 * law.a + 0.5 * law.b) * situation.shear_to_bending_ratio
-        return min(1.0, 1.5 * r / (1.0 + r))
-
-    def join(self, physics: Physics) -> Physics:
-        return replace(physics, shear_deflection=True)
-
-
-@dataclass(frozen=True)
-class Ovalization:
-    """Ring ovalization. It adds results without changing others, so its influence is 1 by definition."""
-
-    name: str = "ovalization"
-    summary: str = "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"
     measure: str = "1: its results exist only when it runs"
-
-    def influence(self, situation: Situation) -> float:
-        return 1.0
-
-    def join(self, physics: Physics) -> Physics:
-        return replace(physics, ovalization=True)
+    influence: Callable[[Scene], float] = _adds_results
 
 
-@dataclass(frozen=True)
-class ContactPressure:
-    name: str = "contact_pressure"
-    summary: str = "pressures on the rod's small end and on the bosses"
-    measure: str = "1: its results exist only when it runs"
-
-    def influence(self, situation: Situation) -> float:
-        return 1.0
-
-    def join(self, physics: Physics) -> Physics:
-        return replace(physics, contact_pressure=True)
-
-
-EFFECTS: tuple[PinEffect, ...] = (ShearDeflection(), Ovalization(), ContactPressure())
+EFFECTS = (
+    PinEffect(
+        "shear_deflection",
+        "shear adds to the deflection of the middle (Cowper)",
+        measure="1.5 r/(1 + r) with r = (2A + B/2) E I0 int Q q/(G A0 int M m): its share of the deflection",
+        influence=_shear_influence,
+    ),
+    PinEffect("ovalization", "the pin flattens as a ring: growth of its diameter, hoop stresses at four points"),
+    PinEffect("contact_pressure", "pressures on the rod's small end and on the bosses"),
+)
 
 
-def demands_of(limits: Limits) -> tuple[Demand, ...]:
-    """Return the effects these limits require."""
+def choose_for(scene: Scene, limits: Limits, selection: EffectSelection, tolerance: float) -> Choice[PinEffect]:
+    """Select the effects for a scene (see ``solvers.effects.choose``); limits on the ring require its ovalization."""
     names = ("max_ovalization", "max_ring_stress")
-    return tuple(Demand("ovalization", f"limits.{name}") for name in names if getattr(limits, name) is not None)
-
-
-def choose_for(
-    scene: Scene, selection: EffectSelection = AUTO, tolerance: float = 1e-2, demands: tuple[Demand, ...] = ()
-) -> Choice[PinEffect]:
-    """Select the effects for a scene (see ``solvers.effects.choose``)."""
-    return choose(EFFECTS, Situation(scene), selection, tolerance, demands)
+    demands = [Demand("ovalization", f"limits.{name}") for name in names if getattr(limits, name) is not None]
+    return choose(EFFECTS, scene, selection, tolerance, demands)
 
 
 def compose(choice: Choice[PinEffect]) -> Physics:
     """Return the physics of the selected effects, in addition to strength and bending."""
-    physics = Physics(shear_deflection=False, ovalization=False, contact_pressure=False)
-    for effect in choice.active:
-        physics = effect.join(physics)
-    return physics
+    return Physics(**{effect.name: choice.has(effect.name) for effect in EFFECTS})

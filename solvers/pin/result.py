@@ -52,8 +52,7 @@ class Sections:
 
 
 def _kept(table: Array, places: Array, step: float) -> Array:
-    """Return a mask of the columns to keep: one per ``step``, the ends, those at ``places``, and that of maximum
-    stress; of equal columns at one position only the first."""
+    """Mask of the columns kept: one per ``step``, the ends, ``places``, the maximum stress; of equal ones the first."""
     x, sizes = table[0], table[1:3]
     new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
     places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))

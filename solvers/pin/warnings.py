@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.limits import Limits
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.scene import Scene
+from solvers.verdict import per_cent
 
-Array = NDArray[np.float64]
 _SLACK = 1e-9
 """Relative excess up to which a violation is not reported."""
 
@@ -45,9 +45,7 @@ def warnings_of(
     """
     messages, variable = [], design_variable_of(scene)
     if over is not None:
-        share = 100.0 * (utilisation - 1.0)
-        much = f"{share:.2g}" if share < 99.5 else f"{share:.0f}"
-        by = f"by {much} %" if math.isfinite(utilisation) else "where there is no wall"
+        by = f"by {per_cent(utilisation - 1.0)} %" if math.isfinite(utilisation) else "where there is no wall"
         messages.append(f"the strength is exceeded {_place(scene, over)}, {by}")
     least = 0.5 * variable.unit_diameter * float(walls.min())
     if least < limits.min_wall * (1.0 - _SLACK):

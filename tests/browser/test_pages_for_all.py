@@ -108,6 +108,10 @@ def test_nothing_is_wider_than_the_screen_in_any_language(browser, address, lang
             phone.set_viewport_size(size)
             wide = phone.evaluate("document.documentElement.scrollWidth - window.innerWidth")
             assert wide <= 0, f"{slug} {mode}: wider than {size['width']} by {wide}"
+        phone.set_viewport_size(_DESK)
+        sections = "document.querySelectorAll('.columns > section, .inputs section')"
+        over = phone.evaluate(f"[...{sections}].map((s) => s.scrollWidth - s.clientWidth)")
+        assert max(over, default=0) <= 0, f"{slug} {mode}: a column over the next one by {over}"
     phone.set_viewport_size({"width": 820, "height": 1180})
     for path in ("/", "/runs", "/batches"):
         phone.goto(address + path)

@@ -17,12 +17,11 @@ from bench.campaign.rivalry import Problem
 from bench.campaign.rod_designs import RodProblem
 from solvers.linkage import KINDS as TYPES
 from solvers.linkage.optimum.family import Family
-from solvers.pin.optimum import discretised as pin_program
-from solvers.pin.section.flexibility import ShearFlexibility
+from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes import cone as cones
 from solvers.pin.shapes import stepped
+from solvers.pin.shapes.break_points import half as halves
 
-pin_design = importlib.import_module("solvers.pin.design")
 rod_design = importlib.import_module("solvers.rod.design")
 
 MATERIAL = {"allowable_stress_mpa": 150.0, "elastic_modulus_gpa": 210.0, "poisson": 0.3, "density_kg_m3": 7850.0}
@@ -57,18 +56,15 @@ def test_the_papers_pin_is_not_beaten():
     assert stand(found) and found.neighbours >= 2 and abs(found.closest) < 1e-5
 
 
-def soften(monkeypatch, module):
-    """Shear compliance 10 % too high in the design search, so that part of the limit is unused."""
-    true = module.cowper
-    monkeypatch.setattr(module, "cowper", lambda nu: ShearFlexibility(1.1 * true(nu).a, 1.1 * true(nu).b))
-
-
 def test_a_wrong_pin_model_is_covered_by_the_gap_or_detected(monkeypatch):
+    """Shear compliance 10 % too high in the walls of steps, so that part of the limit is unused; and in their bound."""
     problem = pin_of(PAPERS, {"kind": "stepped", "steps": 2}, max_deflection_um=9.5)
-    soften(monkeypatch, pin_program)
+    true, soft = halves.Segments, cowper(MATERIAL["poisson"])
+    soft = soft._replace(a=1.1 * soft.a, b=1.1 * soft.b)
+    monkeypatch.setattr(halves, "Segments", lambda *given: true(*given)._replace(law=soft))
     owned = judged("pin-profile", problem)
     assert owned.closest < -1e-3 and owned.bounded
-    monkeypatch.setattr(pin_design, "bound_reduction", lambda *_: 0.0)
+    monkeypatch.setattr(halves.Half, "law", soft)
     found = judged("pin-profile", problem)
     assert not found.bounded and not found.unbeaten and found.better > 1e-3
 

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from solvers.outcome import Accuracy
-from solvers.verdict import MAX_SLACK, Sense, Verdict, at_least, at_most, equal, slack_of, unknown, yes
+from solvers.verdict import MAX_SLACK, Sense, Verdict, at_least, at_most, equal, per_cent, slack_of, unknown, yes
 
 SLACK = 1e-6
 
@@ -57,3 +57,8 @@ def test_the_governing_criterion():
     assert Verdict((dark, bad, tight, worse)).governing is worse
     assert Verdict((idle,)).governing is None
     assert Verdict((idle, ample, tight)).holds and not Verdict((tight, dark)).holds
+
+
+@pytest.mark.parametrize(("share", "said"), [(1.2e-5, "0.0012"), (3e-8, "3e-6"), (0.0472, "4.7"), (2.5, "250")])
+def test_shares_in_messages_have_no_padded_exponent(share, said):
+    assert per_cent(share) == said

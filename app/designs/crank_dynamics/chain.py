@@ -53,7 +53,7 @@ class _Crank:
         if self.offset:
             c.given("e", "offset of the cylinder axis", q.mechanism.offset_mm, "mm")
         c.given("f", "turns per second", q.mechanism.speed_hz, "1/s")
-        c.given("D", "bore", q.cylinder.bore_mm, "mm")
+        c.given("D", "cylinder bore", q.cylinder.bore_mm, "mm")
         c.given("p_c", "pressure in the crankcase", q.cylinder.crankcase_pressure_mpa, "MPa")
         c.title("Machine")
         c.step("lam", "r / L", "ratio of crank and rod", source=TAYLOR)

@@ -13,7 +13,7 @@ FORM = FormWords(
     },
     labels={
         "mechanism.offset_mm": "Offset of the cylinder axis e",
-        "cylinder.bore_mm": "Bore",
+        "cylinder.bore_mm": "Cylinder bore",
         "cylinder.crankcase_pressure_mpa": "Pressure under the piston",
         "cylinder.strokes": "Strokes of a cycle",
         "pressure": "Pressure in the cylinder",

@@ -18,9 +18,8 @@ from app.designs.schema import (
     entry,
     one_named,
     one_of,
-    si,
 )
-from app.designs.units import MEGA, MILLI
+from app.designs.units import MEGA, MILLI, si
 from solvers import crank
 
 CUBIC_CENTI = 1e-6

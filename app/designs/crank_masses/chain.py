@@ -91,7 +91,7 @@ def _weighing(c: Chain, spec: Mapping[str, Any], result: Mapping[str, Any]) -> N
 
 def _estimate(c: Chain, spec: Mapping[str, Any], result: Mapping[str, Any]) -> None:
     c.title("Constructive masses of an existing engine")
-    c.given("D", "bore", spec["bore_mm"], "mm")
+    c.given("D", "cylinder bore", spec["bore_mm"], "mm")
     c.given("mu_p", "piston group per piston area", spec["piston_kg_m2"], "kg/m²")
     c.given("mu_r", "rod per piston area", spec["rod_kg_m2"], "kg/m²")
     c.step("A", "pi * D**2 / 4 * 1e-6", "piston area", "m²")

@@ -12,18 +12,8 @@ from app.designs.crank_masses.chain import calculation
 from app.designs.crank_masses.drawing import drawing
 from app.designs.crank_masses.form import FORM
 from app.designs.kind import Answer, Job, Kind, Mode
-from app.designs.schema import (
-    Entry,
-    NotNegative,
-    Positive,
-    SolverRequest,
-    Strict,
-    accuracy_json,
-    one_named,
-    refused,
-    si,
-)
-from app.designs.units import MILLI, in_si
+from app.designs.schema import Entry, NotNegative, Positive, SolverRequest, Strict, accuracy_json, one_named, refused
+from app.designs.units import MILLI, in_si, si
 from solvers import crank
 from solvers.errors import InvalidInput
 from solvers.outcome import Accuracy
@@ -65,7 +55,7 @@ class PendulumRequest(SolverRequest):
     amplitude_deg: Amplitude = 0.0
     gravity_m_s2: Gravity = 9.80665
     small_end_bore_radius_mm: NotNegative = Field(
-        default=0.0, description="bore diameter where the knife edge supports the inside of the bore"
+        default=0.0, description="bore radius where the knife edge supports the inside of the bore"
     )
     big_end_bore_radius_mm: NotNegative = 0.0
     uncertainty: PendulumUncertainty = PendulumUncertainty()

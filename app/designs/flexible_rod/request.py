@@ -20,9 +20,8 @@ from app.designs.schema import (
     entry,
     listed_or_own,
     one_named,
-    si,
 )
-from app.designs.units import MEGA, MILLI
+from app.designs.units import MEGA, MILLI, si
 from solvers import rod
 from solvers.crank.gas.data_repair import Repair
 from solvers.crank.gas.indicator_diagram import IndicatorPressure

@@ -11,8 +11,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, Field
 
-from app.designs.schema import DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of, si
-from app.designs.units import MILLI
+from app.designs.schema import DesignSettings, Entry, NotNegative, Positive, SolverRequest, Strict, entry, one_of
+from app.designs.units import MILLI, si
 from solvers import linkage
 from solvers.errors import InvalidInput
 from solvers.linkage.scene import GREATEST_RESTITUTION, LEAST_RESTITUTION

@@ -19,9 +19,8 @@ from app.designs.schema import (
     listed_or_own,
     named,
     one_of,
-    si,
 )
-from app.designs.units import MILLI
+from app.designs.units import MILLI, si
 from solvers import pin
 
 MAX_POINTS = 5_000

@@ -17,8 +17,8 @@ from app.words.units import told, unit_shown
 SAYS = {
     "is out of range": "is out of range",
     "is missing": "is missing",
-    "is text": "is not a number; 1.5 and 1,5 are",
-    "is not a number": "is not a number; 1.5 and 1,5 are",
+    "is text": "is not a number; 1.5, 1,5 and 1 500 are",
+    "is not a number": "is not a number; 1.5, 1,5 and 1 500 are",
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
 }

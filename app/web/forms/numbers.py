@@ -1,4 +1,4 @@
-"""Parsing and formatting of numbers with decimal comma or point and an optional unit suffix."""
+"""Parsing and formatting of numbers with decimal comma or point, grouped thousands and an optional unit suffix."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import re
 from typing import Any
 
 from app.designs.units import tidy
+from app.words.languages import Language, language
 from app.words.units import meant, told, unit_shown
 
 UNITS: dict[str, dict[str, float]] = {
@@ -20,7 +21,8 @@ UNITS: dict[str, dict[str, float]] = {
     "N·m": {"nm": 1.0, "n·m": 1.0, "n*m": 1.0, "lbf·ft": 1.3558179483314004, "lbf*ft": 1.3558179483314004},
     "kg": {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125},
     "kg/m³": {"kg/m3": 1.0, "kg/m³": 1.0, "g/cm3": 1e3, "g/cm³": 1e3},
-    "Hz": {"hz": 1.0, "1/s": 1.0, "rpm": 1.0 / 60.0, "1/min": 1.0 / 60.0, "/min": 1.0 / 60.0},
+    "Hz": {"hz": 1.0, "1/s": 1.0, "s⁻¹": 1.0, "rpm": 1.0 / 60.0, "1/min": 1.0 / 60.0, "/min": 1.0 / 60.0,
+           "min⁻¹": 1.0 / 60.0},
     "rad": {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0},
     "°": {"deg": 1.0, "°": 1.0, "rad": 180.0 / math.pi},
     "m/s": {"m/s": 1.0, "mm/s": 1e-3, "ft/s": 0.3048, "km/h": 1.0 / 3.6},
@@ -30,7 +32,15 @@ UNITS: dict[str, dict[str, float]] = {
     "W": {"w": 1.0, "kw": 1e3},
 }  # fmt: skip
 
+_CYRILLIC = {
+    "мкм": "µm", "мм": "mm", "см": "cm", "м": "m", "па": "pa", "кпа": "kpa", "мпа": "mpa", "гпа": "gpa", "бар": "bar",
+    "н": "n", "кн": "kn", "г": "g", "кг": "kg", "гц": "hz", "об": "1", "с": "s", "мс": "ms", "мин": "min", "хв": "min",
+    "рад": "rad", "град": "deg", "мл": "ml", "л": "l", "дж": "j", "кдж": "kj", "вт": "w", "квт": "kw",
+}  # fmt: skip
+"""Units as Russian and Ukrainian write them; "об/мин" is 1/min."""
+
 _MAX_DIGITS = 16
+_GROUPS = re.compile(r"^[+-]?\d{1,3}(?:[\s'’]\d{3})+(?!\d)")
 _NUMBER = re.compile(r"([+-]?(?:\d+(?:[.,]\d*)?|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S.*)?")
 
 
@@ -44,18 +54,30 @@ def others(unit: str) -> str:
 
 def number(text: str, unit: str = "") -> float | str:
     """The number in ``unit``; the text itself if it is not a finite number with a known unit."""
-    matched = _NUMBER.fullmatch(text.strip().replace("\u2212", "-"))
+    typed = text.strip().replace("\u2212", "-").replace("–", "-")
+    typed = _GROUPS.sub(lambda found: re.sub(r"[\s'’]", "", found[0]), typed)
+    matched = _NUMBER.fullmatch(typed)
     if matched is None:
         return text
     digits, behind = matched.groups()
     value = float(digits.replace(",", "."))
     if behind is None:
         return meant(value, unit) if math.isfinite(value) else text
-    size = 1.0 if behind == unit else UNITS.get(unit, {}).get(behind.strip().lower())
+    size = 1.0 if behind == unit else UNITS.get(unit, {}).get(_latin(behind.strip().lower()))
     if size is None:
         return text
     value = value if size == 1.0 else value * size
     return value if math.isfinite(value) else text
+
+
+def _latin(unit: str) -> str:
+    """A unit in lower case with Latin letters and the micro sign, which looks like the Greek letter."""
+    return re.sub("[а-яі]+", lambda word: _CYRILLIC.get(word[0], word[0]), unit).replace("\u03bc", "µ")
+
+
+def ambiguous(text: str) -> bool:
+    """Whether an English reader could mean thousands by the comma: 7,850."""
+    return language() == Language.EN and re.match(r"\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)", text) is not None
 
 
 def shown(value: Any, unit: str = "") -> str:

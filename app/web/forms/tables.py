@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 
 from app.web.forms.nodes import Node, Texts, applies
 from app.web.forms.numbers import number, shown
+from app.words.languages import Language, language
 from app.words.languages import gettext as _
 from app.words.units import unit_shown
 
@@ -30,12 +31,16 @@ class Numbers(Node):
 
 
 def cells_of(line: str, columns: int = 0) -> list[str]:
-    """Split a line at tabs, semicolons or spaces; at commas only if there is no other separator."""
+    """Split a line at tabs or semicolons, else at spaces; at commas only if there is no other separator.
+
+    A single comma is a decimal one where the language writes it so and no number of columns says otherwise.
+    """
     line = line.strip()
-    cells = [cell.strip() for cell in re.split(r"[\t;]|\s+", line) if cell.strip(" ,")]
-    cells = [cell.rstrip(",") for cell in cells]
+    separators = r"[\t;]" if re.search(r"[\t;]", line) else r"\s+"
+    cells = [cell.strip().rstrip(",") for cell in re.split(separators, line) if cell.strip(" ,")]
     commas = line.count(",")
-    if len(cells) == 1 and commas and (columns == commas + 1 or not columns):
+    listed = columns == commas + 1 if columns else commas > 1 or language() == Language.EN
+    if len(cells) == 1 and commas and listed:
         return [cell.strip() for cell in line.split(",") if cell.strip()]
     return cells
 

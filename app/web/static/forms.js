@@ -24,7 +24,7 @@
 
   // -- tables: cells over a text of lines, which is what is sent ---------------------------------------------------
   const MOST_ROWS = 400;
-  const cellsOf = (line) => line.trim().split(/[\t;]|\s+/).filter((cell) => cell !== "");
+  const cellsOf = (line) => line.trim().split(/[\t;]/.test(line.trim()) ? /[\t;]/ : /\s+/).filter((cell) => cell.trim() !== "");
   const tables = [];
 
   function make(tag, attributes = {}, text = "") {
@@ -158,7 +158,7 @@
   }
 
   // -- sliders -----------------------------------------------------------------------------------------------------
-  const value = (text) => Number(text.trim().replace(",", "."));
+  const value = (text) => Number(text.replace(/\s/g, "").replace(",", "."));
   function slider(input) {
     const range = make("input", { type: "range", "aria-label": say("slider", { label: form.querySelector(`label[for="${CSS.escape(input.id)}"]`)?.textContent ?? "" }), "data-path": input.dataset.path });
     const settle = () => {

@@ -1800,7 +1800,7 @@ class PendulumRequest(TypedDict):
     gravity_m_s2: NotRequired[float]
     """gravity, in m/s²"""
     small_end_bore_radius_mm: NotRequired[float]
-    """bore diameter where the knife edge supports the inside of the bore"""
+    """bore radius where the knife edge supports the inside of the bore"""
     big_end_bore_radius_mm: NotRequired[float]
     """big end bore radius, in mm"""
     uncertainty: NotRequired[PendulumUncertainty]

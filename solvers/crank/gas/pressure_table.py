@@ -54,8 +54,7 @@ class TablePressure:
 
 @kernel
 def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, Array, Index]:
-    """Return breaks, origins, cubics and strokes of a table over the cycle between the first and the last of
-    ``ends``, the dead centres."""
+    """Return breaks, origins, cubics and strokes of a table between the dead centres ``ends``."""
     n, start, period = angle.size, ends[0], ends[-1] - ends[0]
     # One point of overlap on the left and two on the right make the slopes, and hence the curve, periodic.
     x, y = np.empty(n + 3), np.empty(n + 3)

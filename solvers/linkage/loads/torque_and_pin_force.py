@@ -40,24 +40,21 @@ _PEAK_TOLERANCE = 1e-14
 
 @dataclass(frozen=True)
 class Peaks:
-    """Maximum magnitudes over the cycle and their crank angles [rad]."""
+    """Maximum magnitudes over the cycle of crank torque [N m], pin force [N] and u31, the former with their crank
+    angles [rad]."""
 
     torque: float
     torque_angle: float
     force: float
     force_angle: float
+    u31: float
 
 
 def peaks(bar: FourBar, crank: float, energy: float) -> Peaks:
-    """Peak crank torque [N m] and pin force [N] of a mechanism with its crank's length [m] and impact energy [J]."""
-    row = peaks_per_energy(bar.coefficients[None], np.array([bar.u31_end]), TORQUE, 2)[0]
-    return scaled_peaks(tuple(row.tolist()), crank, energy)
-
-
-def scaled_peaks(row: tuple[float, ...], crank: float, energy: float) -> Peaks:
-    """Peaks from a row of ``peaks_per_energy`` that begins with the torque and the force."""
-    torque, at_torque, force, at_force = row[:4]
-    return Peaks(energy * torque, at_torque, energy / crank * force, at_force)
+    """Peaks of a mechanism with its crank's length [m] and impact energy [J]."""
+    row = peaks_per_energy(bar.coefficients[None], np.array([bar.u31_end]), TORQUE, 3)[0]
+    torque, at_torque, force, at_force, u31, _ = row.tolist()
+    return Peaks(energy * torque, at_torque, energy / crank * force, at_force, max(u31, bar.u31_start, bar.u31_end))
 
 
 def series(bar: FourBar, crank: float, energy: float, phi: Array) -> tuple[Array, Array]:

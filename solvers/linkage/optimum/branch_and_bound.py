@@ -18,7 +18,7 @@ from operator import itemgetter
 import numpy as np
 
 from solvers.linkage.optimum.family import Family
-from solvers.linkage.optimum.member_quantities import MemberQuantities
+from solvers.linkage.optimum.member_quantities import EXCESS, MemberQuantities
 from solvers.linkage.optimum.range_bounds import RangeBounds
 from solvers.linkage.problem import Quantities, Subproblem
 from solvers.numerics.arrays import Array
@@ -82,7 +82,11 @@ def search(
     tails = np.linspace(low, first, _TAIL_SUBINTERVALS + 1), np.linspace(last, high, _TAIL_SUBINTERVALS + 1)
     edges = np.unique(np.concatenate([*tails, np.linspace(first, last, _SUBINTERVALS + 1)]))
     lows, highs, bounds = edges[:-1], edges[1:], np.zeros(edges.size - 1)
-    q, cost, bound, cells = math.nan, math.inf, math.inf, 0
+    bound, cells = math.inf, 0
+    # Limits that an answer just meets may leave one end of the range only.
+    q, cost = min(
+        zip((first, last), _costs(subproblem, family, np.array([first, last])), strict=True), key=itemgetter(1)
+    )
     while lows.size:
         # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well.
         spread = np.arange(_TRIALS) * (lows.size - 1) // (_TRIALS - 1)
@@ -139,7 +143,7 @@ def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float
     if subproblem.limits.transmission_angle is not None:
         low, high = family.subrange(lambda bar: bar.middle_transmission_angle, *subproblem.limits.transmission_angle)
     if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
-        crank = subproblem.limits.min_link / subproblem.fixed_scale
+        crank = subproblem.limits.min_link / subproblem.fixed_scale * (1.0 - EXCESS)
         first, last = family.subrange(lambda bar: 1.0 / (bar.ratios.rocker * bar.u31_end), crank, math.inf)
         low, high = max(low, first), min(high, last)
     return low, high
@@ -153,7 +157,7 @@ def _scale(subproblem: Subproblem, family: Family, q: float) -> float:
 def _cost(quantities: Quantities) -> Array:
     low, high = quantities.scale
     with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        return np.where(low <= high, quantities.subproblem.objective.cost(quantities), np.inf)
+        return np.where(low <= high * (1.0 + EXCESS), quantities.subproblem.objective.cost(quantities), np.inf)
 
 
 def _costs(subproblem: Subproblem, family: Family, q: Array) -> Array:

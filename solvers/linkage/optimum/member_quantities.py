@@ -20,6 +20,10 @@ from solvers.numerics.arrays import Array
 _TOLERANCE = 1e-13
 """Relative tolerance of the least box of a member."""
 
+EXCESS = 1e-10
+"""Relative excess over limits by which a member is still feasible: the search tells members apart by 1e-11, and two
+limits that an answer just meets may leave that one member."""
+
 
 def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, slack: float = 0.0) -> tuple[Array, Array]:
     """Minimum and maximum feasible V [m] from lower and upper quantities of members; minimum > maximum: none.
@@ -49,7 +53,7 @@ def feasible_scales(quantities: Quantities, narrowest: Array, widest: Array, sla
     fixed = subproblem.fixed_scale
     if fixed is None:
         return low, high
-    met = (low <= fixed * (1.0 + 1e-12)) & (fixed * (1.0 - 1e-12) <= high)
+    met = (low <= fixed * (1.0 + EXCESS)) & (fixed * (1.0 - EXCESS) <= high)
     return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
 
 

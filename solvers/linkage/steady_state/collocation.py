@@ -96,8 +96,7 @@ def inertias(machine: Machine, steps: Array) -> Array:
 
 @kernel
 def _step(inertia: Array, width: float, energy: float, machine: Machine, torque: Array) -> bool:
-    """Solve for the torques at the Gauss points of one step from its initial energy by Newton's method, in place of the
-    initial guess; returns whether it converged."""
+    """Solve for the torques at the Gauss points of a step by Newton's method, in place; whether it converged."""
     for _ in range(40):
         matrix, correction = np.empty((_STAGES, _STAGES)), np.empty(_STAGES)
         for i in range(_STAGES):

@@ -83,8 +83,7 @@ class OrientationSearch(NamedTuple):
 
 @kernel
 def _minimum(outline: Array, search: OrientationSearch) -> tuple[float, float, bool]:
-    """Minimum, its orientation, and whether pi/2 must be added to the orientation; inf if no box fits into width and
-    height."""
+    """Minimum, its orientation, and whether pi/2 is to be added to that; inf if no box fits."""
     edges, width, height = corner_directions(outline), search.width, search.height
     best, at = _minimum_near_base_line(outline, edges, search, width, height, math.inf)
     if width == height:

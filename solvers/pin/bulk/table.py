@@ -5,16 +5,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from solvers.errors import require
+from solvers.numerics.arrays import Array
 from solvers.pin.closed_form.kernel import Pins, constraint_rows, evaluated, law_row
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

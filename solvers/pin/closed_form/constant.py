@@ -45,6 +45,6 @@ def lightest_relative_volume(scene: Scene, limits: Limits, criterion: Criterion,
     g, (bending_stiffness, shear_stiffness) = scene.geometry, variable.stiffness(scene)
     bend, shear = deflection_integrals(scene.force, g.boss_length, g.small_end_length, g.gap)
     sections = np.array([bend / bending_stiffness]), np.array([shear / shear_stiffness if with_shear else 0.0])
-    whole = Segments(np.ones(1), *sections, limits.max_deflection, variable.kappa, cowper(scene.material.poisson), 1)
+    whole = Segments(np.ones(1), *sections, limits.max_deflection, cowper(scene.material.poisson), 1)
     found = minimum_segment_volume(whole, np.array([least]), False)
     return None if found is None else float(found.solidity[0])

@@ -23,14 +23,12 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.parallel import in_slices
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
-
-Array = NDArray[np.float64]
 
 _MAX_CONSTRAINTS = 3
 _BISECTIONS = 60

@@ -9,7 +9,6 @@ from functools import partial
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.pin.closed_form.constant import lightest_relative_volume
 from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated, law_row
@@ -25,22 +24,13 @@ from solvers.pin.section.flexibility import cowper
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
 
-Array = NDArray[np.float64]
 
-
-@dataclass(frozen=True)
-class Steps:
-    """A stepped bore: step diameters of the first half and their end positions [m]."""
-
-    ends: tuple[float, ...]
-    bores: tuple[float, ...]
-
-
-def steps_of(profile: Profile, length: float) -> Steps | None:
-    """Return a profile's steps if it is purely stepped and symmetric; else None."""
+def steps_of(profile: Profile, length: float) -> tuple[tuple[float, ...], tuple[float, ...]] | None:
+    """Return the ends [m] and the diameters of the steps of the first half if a profile is purely stepped and
+    symmetric; else None."""
     half, bore = 0.5 * length, profile.bore
     if all(d == bore[0] for d in bore):
-        return Steps((half,), bore[:1])
+        return (half,), bore[:1]
     if profile.x[-1] > half * (1.0 + 1e-12):
         return None
     # The bore is constant before the first point and after the last one.
@@ -53,15 +43,16 @@ def steps_of(profile: Profile, length: float) -> Steps | None:
                 return None
             ends.append(min(end, half))
             bores.append(ahead)
-    return Steps(tuple(ends), tuple(bores))
+    return tuple(ends), tuple(bores)
 
 
 @dataclass(frozen=True)
 class Stepped:
-    """A stepped-bore pin with the data its check needs."""
+    """A stepped-bore pin with the data its check needs: diameters ``bores`` of the first half up to ``ends`` [m]."""
 
     scene: Scene
-    steps: Steps
+    ends: tuple[float, ...]
+    bores: tuple[float, ...]
     criterion: Criterion
     limits: Limits
     physics: Physics
@@ -72,19 +63,18 @@ def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits
     if not scene.symmetric or isinstance(scene.geometry, BushingGeometry):
         return None
     steps = steps_of(profile, scene.geometry.length)
-    return None if steps is None else Stepped(scene, steps, criterion, limits, physics)
+    return None if steps is None else Stepped(scene, *steps, criterion, limits, physics)
 
 
 def evaluate_all(pins: Sequence[Stepped]) -> Results:
     """Evaluate all pins, one result row each; shorter step lists are padded with their last step."""
-    most = max((len(pin.steps.ends) for pin in pins), default=1)
+    most = max((len(pin.ends) for pin in pins), default=1)
     ends, bores = np.empty((len(pins), most)), np.empty((len(pins), most))
     sizes, elastic = np.empty((len(pins), 5)), np.empty((len(pins), 4))
     constraints, laws = np.empty((len(pins), 3, 3)), np.empty((len(pins), 3))
     for k, pin in enumerate(pins):
-        g, m, steps = pin.scene.geometry, pin.scene.material, pin.steps
-        short = most - len(steps.ends)
-        ends[k], bores[k] = steps.ends + steps.ends[-1:] * short, steps.bores + steps.bores[-1:] * short
+        g, m, short = pin.scene.geometry, pin.scene.material, most - len(pin.ends)
+        ends[k], bores[k] = pin.ends + pin.ends[-1:] * short, pin.bores + pin.bores[-1:] * short
         sizes[k] = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, pin.scene.force
         law, shears = cowper(m.poisson), float(pin.physics.shear_deflection)
         elastic[k] = m.elastic_modulus, m.shear_modulus, shears * law.a, shears * law.b
@@ -96,11 +86,11 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
 
 def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
     """Return one row as a check; ``sections`` builds the table along the pin on first access."""
-    scene, bores = pin.scene, pin.steps.bores
+    scene, bores = pin.scene, pin.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
     utilisation, deflection = max(found.criterion, found.shear), found.deflection
-    walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.steps.ends), 2)[1:-1]
+    walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.ends), 2)[1:-1]
     over = None if math.isnan(found.first_over) else np.array([found.first_over, found.last_over])
     ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
     solid_mass = m.density * g.area * g.length

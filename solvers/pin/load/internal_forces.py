@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.pieces import piece_at
 from solvers.pin.load.macaulay import LoadCase
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 
-Array = NDArray[np.float64]
 _CANCELLATION_TOLERANCE = 8.0 * 2.0**-52
 """Relative magnitude below which a sum is pure rounding error."""
 ROUNDING = 1e-13

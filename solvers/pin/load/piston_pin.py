@@ -5,13 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import lru_cache
 
-import numpy as np
-from numpy.typing import NDArray
-
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

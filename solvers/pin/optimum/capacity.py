@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.discretised import constraints_at
 from solvers.pin.optimum.program import Program
@@ -17,7 +17,6 @@ from solvers.pin.section.strength import utilisations
 from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.initial_panels import initial_stations
 
-Array = NDArray[np.float64]
 _MAX_PASSES = 60
 _ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
 """Extension of the bracket of log D at both ends, and tolerance of the root."""

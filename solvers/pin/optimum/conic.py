@@ -18,17 +18,16 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program, monotone_majorant
 from solvers.pin.optimum.shape_result import ShapeResult
 from solvers.pin.optimum.slope_limit import slope_limited
-from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
+from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
 
-Array = NDArray[np.float64]
 _MAX_ITERATIONS = 12
 _TOLERANCE, _TOLERANCE_FRACTION = 1e-12, 1e-5
 """Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""
@@ -47,12 +46,12 @@ class _Solution:
 
 
 @kernel
-def _local_model(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+def _local_model(u: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
     """Return constant, p and q (3, n) for which constant + p/u + q u agrees with h to second order at u."""
     out = np.empty((3, u.size))
     for i in range(u.size):
-        (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
-        d2f, d2g = curvatures(u[i], kappa, a, b)
+        (f, g), (df, dg) = flexibilities(u[i], law), slopes(u[i], law)
+        d2f, d2g = curvatures(u[i], law)
         p = 0.5 * u[i] ** 3 * max(bend[i] * d2f + shear[i] * d2g, 0.0)
         q = bend[i] * df + shear[i] * dg + p / (u[i] * u[i])
         out[0, i], out[1, i], out[2, i] = bend[i] * f + shear[i] * g - p / u[i] - q * u[i], p, q
@@ -68,10 +67,10 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     import clarabel
     from scipy import sparse
 
-    variable, law, n, slope_step = program.variable, program.law, low.size, slope_steps(program)
+    variable, n, slope_step = program.variable, low.size, slope_steps(program)
     loaded = np.flatnonzero((program.bending > 0.0) | (program.shear > 0.0))
     scaled = program.weight[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
-    constant, p, q = _local_model(at[loaded], scaled[0], scaled[1], variable.kappa, law.a, law.b)
+    constant, p, q = _local_model(at[loaded], scaled[0], scaled[1], program.law)
     limited = program.limits.max_slope is not None
     every = sparse.identity(n + loaded.size + (n if limited else 0), format="csr")
     u, t, r = every[:n], every[n : n + loaded.size], every[n + loaded.size :]

@@ -20,14 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.limits import Limits
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.least_wall import least_bushing_wall, least_wall
 from solvers.pin.section.strength import StrengthConstraint, utilisations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -98,9 +97,7 @@ class DesignVariable(ABC):
 
     def wall_of(self, u: Array) -> Array:
         """Return the walls for given u without cancellation: t = z/(G + sqrt(G^2 +- z)), z = u l^2; 0 where u <= 0."""
-        out = np.empty_like(u)
-        _walls_of(u, self.given / self.unit, self.sign, self.unit / self.unit_diameter, out)
-        return out
+        return _walls_of(u, self.given / self.unit, self.sign, self.unit / self.unit_diameter)
 
     def sizes(self, walls: Array) -> Array:
         """Unknown diameter [m] for given walls."""
@@ -239,7 +236,9 @@ def design_variable_of(scene: Scene) -> DesignVariable:
 
 
 @kernel
-def _walls_of(u: Array, given: float, sign: float, scale: float, out: Array) -> None:
-    """Write u/(G + sqrt(G^2 +- u)) times ``scale``, with G over the length unit; 0 where u is not positive."""
+def _walls_of(u: Array, given: float, sign: float, scale: float) -> Array:
+    """Return u/(G + sqrt(G^2 +- u)) times ``scale``, with G over the length unit; 0 where u is not positive."""
+    out = np.empty_like(u)
     for i in range(u.size):
         out[i] = 0.0 if u[i] <= 0.0 else scale * u[i] / (given + math.sqrt(max(given * given + sign * u[i], 0.0)))
+    return out

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import forces_at
@@ -13,11 +13,8 @@ from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Program
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, cowper
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints
 from solvers.pin.stations.lobatto_panels import Stations
-
-Array = NDArray[np.float64]
 
 
 def constraints_at(
@@ -42,12 +39,8 @@ def assemble(
     criterion: Criterion,
     physics: Physics,
     stations: Stations,
-    law: ShearFlexibility | None = None,
 ) -> Program:
-    """Assemble the program at these stations; ``lower`` is NaN where even the solid section fails.
-
-    ``law`` is the shear flexibility, Cowper's by default.
-    """
+    """Assemble the program at these stations; ``lower`` is NaN where even the solid section fails."""
     length, variable = scene.geometry.length, design_variable_of(scene)
     forces = [forces_at(case, stations.x, stations.panel_start, stations.residual) for case in scene.cases]
     constraints = strength_constraints(criterion, forces, variable.unit_diameter, scene.material)
@@ -67,6 +60,6 @@ def assemble(
     )
     return Program(
         scene, limits, criterion, physics, stations, variable, forces[0], constraints, floor,
-        variable.solidity_of(walls), bending, shear, law or cowper(scene.material.poisson), limits.max_deflection,
+        variable.solidity_of(walls), bending, shear, limits.max_deflection,
         middle_index,
     )  # fmt: skip

@@ -29,51 +29,42 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.flexibility import chord_decrease, envelope_line_start, flexibilities, inflection, slopes
+from solvers.pin.section.flexibility import (
+    Flexibility,
+    chord_decrease,
+    envelope_line_start,
+    flexibilities,
+    inflection,
+    slopes,
+)
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 _MIN_LEVELS, _SUBINTERVALS = 513, 128
-_DEFLECTION_TOLERANCE, _MASS_PER_DEFLECTION = 1e-8, 8.0
-"""Relative agreement below which two deflections are equal; upper estimate of the relative mass change per relative
-deflection change."""
-
-
-def bound_reduction(deflection: float | None, constrained_um: object, accuracy: float) -> float:
-    """Return the relative reduction of the bound due to a difference between the reported deflection [m] and the
-    constrained one [um].
-
-    Both use the same formula and differ by rounding only, so the result is normally 0. A real difference would mean
-    that the reported pin violates the limit or leaves slack, where each per cent of the deflection is worth a few per
-    cent of mass.
-    """
-    if deflection is None or not isinstance(constrained_um, float) or constrained_um == 0.0:
-        return 0.0
-    apart = abs(1e6 * deflection / constrained_um - 1.0)
-    return _MASS_PER_DEFLECTION * apart if apart > max(_DEFLECTION_TOLERANCE, accuracy) else 0.0
 
 
 @kernel
 def _tangents(
-    scale: float, weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, enveloped: bool, u: Array,
-    value: Array, slope: Array,
-) -> None:  # fmt: skip
+    scale: float, weight: Array, bend: Array, shear: Array, law: Flexibility, enveloped: bool, u: Array
+) -> tuple[Array, Array]:
+    value, slope = np.empty_like(u), np.empty_like(u)
     for i in range(u.size):
         value[i], slope[i] = weight[i] * u[i], weight[i]
         if not (scale > 0.0 and (bend[i] > 0.0 or shear[i] > 0.0)):
             continue
-        line_start = envelope_line_start(bend[i], shear[i], a, b) if enveloped and kappa < 0.0 else np.inf
+        line_start = envelope_line_start(bend[i], shear[i], law) if enveloped and law.kappa < 0.0 else np.inf
         if u[i] > line_start:
             # The convex envelope is linear from here to the solid section.
-            fall = chord_decrease(line_start, bend[i], shear[i], a, b)
-            h, h_slope = bend[i] + shear[i] * a + fall * (1.0 - u[i]), -fall
+            fall = chord_decrease(line_start, bend[i], shear[i], law)
+            h, h_slope = bend[i] + shear[i] * law.a + fall * (1.0 - u[i]), -fall
         else:
-            (f, g), (df, dg) = flexibilities(u[i], kappa, a, b), slopes(u[i], kappa, a, b)
+            (f, g), (df, dg) = flexibilities(u[i], law), slopes(u[i], law)
             h, h_slope = bend[i] * f + shear[i] * g, bend[i] * df + shear[i] * dg
         value[i] += weight[i] * scale * h
         slope[i] += weight[i] * scale * h_slope
+    return value, slope
 
 
 def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = True) -> tuple[Array, Array]:
@@ -82,18 +73,12 @@ def lagrangian(program: Program, multiplier: float, u: Array, enveloped: bool = 
 
     ``enveloped`` replaces h_i by its convex envelope.
     """
-    value, slope, law = np.empty_like(u), np.empty_like(u), program.law
     scale = multiplier / program.limit if multiplier > 0.0 else 0.0
-    _tangents(
-        scale, program.weight, program.bending, program.shear, program.variable.kappa, law.a, law.b, enveloped, u,
-        value, slope,
-    )  # fmt: skip
-    return value, slope
+    return _tangents(scale, program.weight, program.bending, program.shear, program.law, enveloped, u)
 
 
 def _max_u(program: Program, multiplier: float, u: Array) -> float:
-    """Return an upper bound of every term's minimiser: 1 for a pin, for a bushing a u at which all slopes are
-    positive."""
+    """Return an upper bound of every minimiser: 1 for a pin, for a bushing a u at which all slopes are positive."""
     if program.variable.kappa < 0.0:
         return 1.0
     top = float(u.max())
@@ -171,8 +156,7 @@ def monotone_minimum(u: Array, slope: Array, low: Array, top: float) -> float:
 def _bound_where_concave(
     program: Program, multiplier: float, low: Array, order: NDArray[np.int64], concave_from: float
 ) -> float:
-    """Return a lower bound of the integral of M(z) over the levels from ``concave_from`` to 1, for one half in station
-    order."""
+    """Return a lower bound of the integral of M(z) from ``concave_from`` to 1, for one half in station order."""
     scale = multiplier / program.limit
 
     def suffixes(of: Array) -> Array:
@@ -188,22 +172,22 @@ def _bound_where_concave(
     if (
         not beyond.size
         and low[-1] < 1.0
-        and _integral_over_levels(ends, np.array([low.size]), sums, program.law.a, program.law.b) == 0.0
+        and _integral_over_levels(ends, np.array([low.size]), sums, program.law) == 0.0
     ):
         return 0.0
     levels = np.unique(np.concatenate([np.linspace(concave_from, 1.0, _MIN_LEVELS), beyond]))
     latest = np.searchsorted(low, levels[1:], side="left")
-    return _integral_over_levels(levels, latest, sums, program.law.a, program.law.b)
+    return _integral_over_levels(levels, latest, sums, program.law)
 
 
 @kernel
-def _integral_over_levels(levels: Array, latest: Indices, sums: Array, a: float, b: float) -> float:
+def _integral_over_levels(levels: Array, latest: Indices, sums: Array, law: Flexibility) -> float:
     """Trapezoidal rule for min over t <= latest of sums[0] + sums[1] f' + sums[2] g'."""
     total = 0.0
     for k in range(latest.size):
         for end in range(2):
             z, least = levels[k + end], np.inf
-            bent, sheared = slopes(z, -1.0, a, b)
+            bent, sheared = slopes(z, law)
             for t in range(latest[k] + 1):
                 least = min(least, sums[0, t] + sums[1, t] * bent + sums[2, t] * sheared)
             total += 0.5 * (levels[k + 1] - levels[k]) * least

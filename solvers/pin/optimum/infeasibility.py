@@ -13,7 +13,6 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import cowper
 from solvers.pin.stations.initial_panels import initial_stations
 
 
@@ -33,7 +32,7 @@ class Diagnosis:
 
 def _solid_deflection(scene: Scene, criterion: Criterion, physics: Physics) -> tuple[float, float]:
     """Return the deflection [m] of the solid pin by bending and, with Cowper's law, by shear."""
-    program = assemble(scene, Limits(), criterion, physics, initial_stations(scene), cowper(scene.material.poisson))
+    program = assemble(scene, Limits(), criterion, physics, initial_stations(scene))
     return float(program.weight @ program.bending), program.law.a * float(program.weight @ program.shear)
 
 
@@ -55,8 +54,7 @@ def _where(weak: WeakSpan) -> str:
 
 
 def _ovalization_shortfall(scene: Scene, limits: Limits) -> Shortfall:
-    """Return the only possible shortfall of a bushing: even a solid bar, whose ovalization is independent of its
-    diameter, exceeds the limit."""
+    """Return the only shortfall that a bushing can have: the ovalization of a solid bar of any diameter."""
     length, m = scene.geometry.length, scene.material
     solid = ovalization.ring(scene.force, 1.0, length, 0.0, m.elastic_modulus, m.poisson).ovalization
     return Shortfall("max_ovalization", limits.max_ovalization, solid, "a longer or stiffer bushing, or less force")

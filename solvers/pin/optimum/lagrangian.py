@@ -6,25 +6,23 @@ minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection d
 is nearly linear in it, so a safeguarded Newton method converges in a few iterations. The method is one compiled
 function.
 
-A station may jump to the solid section at a critical lambda. Of the stations that jump at the final lambda, as many
-are made solid as the limit requires, and one takes an intermediate value. For independent stations this is optimal
-up to that one station; panels are refined around it as around any kink.
+A station may jump to the solid section at a critical lambda. The stations that jump at the final lambda take an
+intermediate value; panels are refined around them as around any kink.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import DualSolution, Program
 from solvers.pin.optimum.station_minimum import STEP_TOLERANCE, minimiser, solid_threshold, stationary
-from solvers.pin.section.flexibility import ShearFlexibility, curvatures, densities, flexibilities, slopes
+from solvers.pin.section.flexibility import Flexibility, curvatures, densities, flexibilities, slopes
 
-Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_ITERATIONS = 200
 MAX_SLACK = 4e-14
@@ -39,14 +37,12 @@ excess over its limit."""
 _JUMP_TOLERANCE = 1e-10
 """Relative bracket width of the multiplier at which the search ends if stations jump there, so that no multiplier gives
 the limit exactly."""
-_MIN_JUMP = 1e-6
-"""Difference of two equally good values of u above which it is a jump, not rounding."""
 
 
 @kernel
 def minimise_stations(
-    lam: float, weight: Array, low: Array, bend: Array, shear: Array, thresholds: Array, kappa: float, a: float,
-    b: float, pooled: bool, middle_index: int, tolerance: float, u: Array,
+    lam: float, weight: Array, low: Array, bend: Array, shear: Array, thresholds: Array, law: Flexibility, pooled: bool,
+    middle_index: int, tolerance: float, u: Array,
 ) -> tuple[float, float]:  # fmt: skip
     """Minimise the Lagrangian at every station for multiplier ``lam``, in place with initial values ``u``.
 
@@ -64,12 +60,12 @@ def minimise_stations(
         if i == middle_index:
             first = top
         w[top], wb[top], ws[top], lo[top], count[top] = weight[i], weight[i] * bend[i], weight[i] * shear[i], low[i], 1
-        if kappa >= 0.0:
-            at[top] = minimiser(lam, 1.0, bend[i], shear[i], low[i], u[i], kappa, a, b)
+        if law.kappa >= 0.0:
+            at[top] = minimiser(lam, 1.0, bend[i], shear[i], low[i], u[i], law)
         elif k < thresholds[i, 1]:
             at[top] = 1.0
         else:
-            at[top] = stationary(k, low[i], thresholds[i, 0], bend[i], shear[i], u[i], a, b, tolerance)
+            at[top] = stationary(k, low[i], thresholds[i, 0], bend[i], shear[i], u[i], law, tolerance)
         while pooled and top > first and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
@@ -77,7 +73,7 @@ def minimise_stations(
             lo[top - 1] = lo[top]
             count[top - 1] += count[top]
             top -= 1
-            at[top] = minimiser(lam, w[top], wb[top], ws[top], lo[top], at[top], kappa, a, b)
+            at[top] = minimiser(lam, w[top], wb[top], ws[top], lo[top], at[top], law)
     total, derivative, i = 0.0, 0.0, 0
     for block in range(top + 1):
         x = at[block]
@@ -86,21 +82,21 @@ def minimise_stations(
             i += 1
         if wb[block] == 0.0 and ws[block] == 0.0:
             continue
-        f, g = flexibilities(x, kappa, a, b)
+        f, g = flexibilities(x, law)
         total += wb[block] * f + ws[block] * g
-        if lo[block] < x and (kappa >= 0.0 or x < 1.0):
-            (df, dg), (d2f, d2g) = slopes(x, kappa, a, b), curvatures(x, kappa, a, b)
+        if lo[block] < x and (law.kappa >= 0.0 or x < 1.0):
+            (df, dg), (d2f, d2g) = slopes(x, law), curvatures(x, law)
             slope, curve = wb[block] * df + ws[block] * dg, max(wb[block] * d2f + ws[block] * d2g, 1e-300)
             derivative -= slope * slope / (lam * curve)
     return total, derivative
 
 
 @kernel
-def solid_thresholds(low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+def solid_thresholds(low: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
     """Return ``solid_threshold`` of a pin's stations, (n, 2); empty for a bushing."""
-    found = np.empty((low.size if kappa < 0.0 else 0, 2))
+    found = np.empty((low.size if law.kappa < 0.0 else 0, 2))
     for i in range(found.shape[0]):
-        found[i, 0], found[i, 1] = solid_threshold(low[i], bend[i], shear[i], a, b)
+        found[i, 0], found[i, 1] = solid_threshold(low[i], bend[i], shear[i], law)
     return found
 
 
@@ -112,22 +108,22 @@ def _copy_to(values: Array, to: Array) -> None:
 
 
 @kernel
-def _deflection(weight: Array, bend: Array, shear: Array, kappa: float, a: float, b: float, u: Array) -> float:
+def _deflection(weight: Array, bend: Array, shear: Array, law: Flexibility, u: Array) -> float:
     """Return the deflection sum s h over the loaded stations; inf if one of them has no wall."""
     total = 0.0
     for i in range(u.size):
         if bend[i] > 0.0 or shear[i] > 0.0:
             if u[i] <= 0.0:
                 return np.inf
-            f, g = flexibilities(u[i], kappa, a, b)
+            f, g = flexibilities(u[i], law)
             total += weight[i] * (bend[i] * f + shear[i] * g)
     return total
 
 
 @kernel
 def _find_multiplier(
-    weight: Array, low: Array, bend: Array, shear: Array, kappa: float, a: float, b: float,
-    monotone: bool, middle_index: int, solid: Array, best: Array, soft: Array,
+    weight: Array, low: Array, bend: Array, shear: Array, law: Flexibility, monotone: bool, middle_index: int,
+    solid: Array, best: Array, soft: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
     """Return (multiplier, iterations, deflection relative to its limit) of the minimum-volume solution.
 
@@ -135,11 +131,11 @@ def _find_multiplier(
     ``solid`` is too soft, and inf if only ``solid`` is stiff enough; a bushing is always feasible.
     """
     _copy_to(low, best)
-    total = _deflection(weight, bend, shear, kappa, a, b, low)
+    total = _deflection(weight, bend, shear, law, low)
     if total <= 1.0 + _ROUNDING:
         return 0.0, 0, total
     _copy_to(solid, best)
-    least = _deflection(weight, bend, shear, kappa, a, b, solid) if kappa < 0.0 else 0.0
+    least = _deflection(weight, bend, shear, law, solid) if law.kappa < 0.0 else 0.0
     if least > 1.0 + _LIMIT_TOLERANCE:
         return np.nan, 0, least
     if least >= 1.0 - _LIMIT_TOLERANCE:
@@ -147,17 +143,17 @@ def _find_multiplier(
     # Exact for thin walls without lower bounds; an initial guess otherwise.
     lam = 0.0
     for i in range(low.size):
-        lam += weight[i] * math.sqrt(0.5 * bend[i] + shear[i] * (a + 0.25 * b * abs(kappa)))
+        lam += weight[i] * math.sqrt(0.5 * bend[i] + shear[i] * (law.a + 0.25 * law.b * abs(law.kappa)))
     lam *= lam
     u = np.empty(low.size)
     _copy_to(low, u)
     _copy_to(low, soft)
     lower, upper, found, deflection = 0.0, np.inf, np.inf, least
-    thresholds, iterations, tolerance = solid_thresholds(low, bend, shear, kappa, a, b), 0, _FIRST_TOLERANCE
+    thresholds, iterations, tolerance = solid_thresholds(low, bend, shear, law), 0, _FIRST_TOLERANCE
     while iterations < _MAX_ITERATIONS:
         iterations += 1
         total, derivative = minimise_stations(
-            lam, weight, low, bend, shear, thresholds, kappa, a, b, monotone, middle_index, tolerance, u
+            lam, weight, low, bend, shear, thresholds, law, monotone, middle_index, tolerance, u
         )
         tolerance = max(STEP_TOLERANCE, min(_FIRST_TOLERANCE, 1e-3 * abs(total - 1.0)))
         if total <= 1.0:
@@ -185,61 +181,55 @@ def _find_multiplier(
     return found, iterations, deflection
 
 
-@kernel
-def _minimum_volume(
-    weight: Array, low: Array, bending: Array, shear: Array, limit: float, kappa: float, a: float, b: float,
-    middle_index: int, monotone: bool, best: Array, soft: Array,
-) -> tuple[float, int, float]:  # fmt: skip
-    """As ``_find_multiplier``, for all stations of a program.
-
-    Stations without deflection keep their minimum walls, unless walls must not thin toward the middle; the second
-    half is traversed from its end.
-    """
-    n = low.size
-    order = np.empty(n, dtype=np.int64)
-    table = np.empty((7, n))
-    count = 0
-    for k in range(n):
-        i = k if k < middle_index else n - 1 + middle_index - k
-        loaded = bending[i] > 0.0 or shear[i] > 0.0
-        if monotone or loaded:
-            order[count] = i
-            table[0, count], table[1, count] = weight[i], low[i]
-            table[2, count], table[3, count] = bending[i] / limit, shear[i] / limit
-            before = table[4, count - 1] if count > 0 and k != middle_index else 0.0
-            table[4, count] = 1.0 if loaded else max(low[i], before)
-            count += 1
-    ordered_best, ordered_soft = table[5][:count], table[6][:count]
-    found = _find_multiplier(
-        table[0][:count], table[1][:count], table[2][:count], table[3][:count], kappa, a, b,
-        monotone, middle_index, table[4][:count], ordered_best, ordered_soft,
-    )  # fmt: skip
-    _copy_to(low, best)
-    _copy_to(low, soft)
-    for i in range(count):
-        best[order[i]], soft[order[i]] = ordered_best[i], ordered_soft[i]
-    return found
-
-
-@dataclass(frozen=True)
-class Segments:
+class Segments(NamedTuple):
     """Sections coupled by a deflection limit: n stations, or n segments of uniform wall.
 
-    ``weight``, and the coefficients B and S (``bending``, ``shear``) in metres, (n,) each; the ``limit`` [m]; ``kappa``
-    and ``law`` of the flexibilities; ``middle_index``, the index of the first section of the second half.
+    ``weight``, and the coefficients B and S (``bending``, ``shear``) in metres, (n,) each; the ``limit`` [m]; the
+    ``law`` of the flexibilities; ``middle_index``, the index of the first section of the second half.
     """
 
     weight: Array
     bending: Array
     shear: Array
     limit: float
-    kappa: float
-    law: ShearFlexibility
+    law: Flexibility
     middle_index: int
 
     def deflections(self, u: Array) -> Array:
         """Contributions to the deflection [m]."""
-        return self.weight * densities(u, self.bending, self.shear, self.kappa, self.law.a, self.law.b)
+        return self.weight * densities(u, self.bending, self.shear, self.law)
+
+
+@kernel
+def _minimum_volume(segments: Segments, low: Array, monotone: bool) -> tuple[float, float, int, Array, Array]:
+    """As ``_find_multiplier`` for all segments: deflection relative to its limit, multiplier, iterations, both u.
+
+    Segments without deflection keep their minimum walls, unless walls must not thin toward the middle; the second
+    half is traversed from its end.
+    """
+    n, middle_index = low.size, segments.middle_index
+    order = np.empty(n, dtype=np.int64)
+    table = np.empty((7, n))
+    count = 0
+    for k in range(n):
+        i = k if k < middle_index else n - 1 + middle_index - k
+        loaded = segments.bending[i] > 0.0 or segments.shear[i] > 0.0
+        if monotone or loaded:
+            order[count] = i
+            table[0, count], table[1, count] = segments.weight[i], low[i]
+            table[2, count] = segments.bending[i] / segments.limit
+            table[3, count] = segments.shear[i] / segments.limit
+            before = table[4, count - 1] if count > 0 and k != middle_index else 0.0
+            table[4, count] = 1.0 if loaded else max(low[i], before)
+            count += 1
+    multiplier, iterations, total = _find_multiplier(
+        table[0][:count], table[1][:count], table[2][:count], table[3][:count], segments.law,
+        monotone, middle_index, table[4][:count], table[5][:count], table[6][:count],
+    )  # fmt: skip
+    best, soft = low.copy(), low.copy()
+    for i in range(count):
+        best[order[i]], soft[order[i]] = table[5, i], table[6, i]
+    return total, multiplier, iterations, best, soft
 
 
 def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualSolution | None:
@@ -250,7 +240,7 @@ def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualS
     p, low = program, program.lower if low is None else low
     if p.limit is None:
         return DualSolution(low, 0.0, 0)
-    segments = Segments(p.weight, p.bending, p.shear, p.limit, p.variable.kappa, p.law, p.middle_index)
+    segments = Segments(p.weight, p.bending, p.shear, p.limit, p.law, p.middle_index)
     return minimum_segment_volume(segments, low, monotone)
 
 
@@ -260,32 +250,12 @@ def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> Du
     With ``monotone`` u and ``low`` are non-decreasing toward the middle. The solution is feasible, with a relative
     slack of at most MAX_SLACK.
     """
-    best, soft = np.empty_like(low), np.empty_like(low)
-    multiplier, iterations, total = _minimum_volume(
-        segments.weight, low, segments.bending, segments.shear, segments.limit, segments.kappa, segments.law.a,
-        segments.law.b, segments.middle_index, monotone, best, soft,
-    )  # fmt: skip
+    total, multiplier, iterations, best, soft = _minimum_volume(segments, low, monotone)
     if math.isnan(multiplier):
         return None
     if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
-        best = _interpolated(segments, soft, best) if monotone else _partial_jump(segments, soft, best)
+        best = _interpolated(segments, soft, best)
     return DualSolution(best, multiplier, iterations)
-
-
-def _partial_jump(segments: Segments, soft: Array, stiff: Array) -> Array:
-    """Change as many of the jumping stations from ``soft`` to ``stiff`` as the limit requires; interpolate one."""
-    jumping = np.flatnonzero(stiff - soft > _MIN_JUMP)
-    u = stiff.copy()
-    stiff_deflections = segments.deflections(stiff)
-    deflection_increase = np.cumsum((segments.deflections(soft) - stiff_deflections)[jumping])
-    slack = segments.limit * (1.0 - 0.4 * MAX_SLACK) - float(stiff_deflections.sum())
-    still_soft = int(np.searchsorted(deflection_increase, slack, side="right"))
-    u[jumping[:still_soft]] = soft[jumping[:still_soft]]
-    if still_soft == jumping.size:
-        return _interpolated(segments, soft, u)
-    last = np.zeros(u.size, dtype=bool)
-    last[jumping[still_soft]] = True
-    return _interpolated(segments, np.where(last, soft, u), u)
 
 
 def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:

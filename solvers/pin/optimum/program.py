@@ -12,19 +12,17 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
 from solvers.pin.limits import Limits
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.optimum.design_variable import DesignVariable
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import ShearFlexibility, densities
+from solvers.pin.section.flexibility import Flexibility, cowper, densities
 from solvers.pin.section.strength import StrengthConstraint
 from solvers.pin.stations.lobatto_panels import NODES, Stations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -46,9 +44,9 @@ class Program:
 
     ``forces`` are those of the part's own load, ``constraints`` the strength constraints at the stations, ``floor``
     the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even the solid section fails),
-    ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``law`` the shear flexibility, ``limit``
-    the maximum deflection (None: none), ``middle_index`` the index of the second half's first station (n if one half
-    represents both), ``initial`` an initial guess of u, interpolated from a solution on other stations (None: none).
+    ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``limit`` the maximum deflection (None:
+    none), ``middle_index`` the index of the second half's first station (n if one half represents both), ``initial``
+    an initial guess of u, interpolated from a solution on other stations (None: none).
     """
 
     scene: Scene
@@ -63,10 +61,14 @@ class Program:
     lower: Array
     bending: Array
     shear: Array
-    law: ShearFlexibility
     limit: float | None
     middle_index: int
     initial: Array | None = None
+
+    @property
+    def law(self) -> Flexibility:
+        """The law of the flexibilities."""
+        return cowper(self.scene.material.poisson, self.variable.kappa)
 
     @property
     def weight(self) -> Array:
@@ -83,7 +85,7 @@ class Program:
 
     def densities(self, u: Array) -> Array:
         """Deflection density at every station [m]."""
-        return densities(u, self.bending, self.shear, self.variable.kappa, self.law.a, self.law.b)
+        return densities(u, self.bending, self.shear, self.law)
 
     def deflection(self, u: Array) -> float:
         """Deflection of the middle [m]; inf where a loaded section has no wall."""

@@ -11,10 +11,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
+from solvers.numerics.arrays import Array
 
 
 @dataclass(frozen=True)

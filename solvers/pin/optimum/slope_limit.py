@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.program import Program
 from solvers.pin.stations.between_nodes import running_maximum_error
-
-Array = NDArray[np.float64]
 
 
 def slope_limited(program: Program, low: Array) -> Array:

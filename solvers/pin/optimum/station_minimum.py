@@ -20,7 +20,14 @@ import math
 import numpy as np
 
 from solvers.numerics.jit import kernel
-from solvers.pin.section.flexibility import chord_decrease, curvatures, envelope_line_start, flexibilities, slopes
+from solvers.pin.section.flexibility import (
+    Flexibility,
+    chord_decrease,
+    curvatures,
+    envelope_line_start,
+    flexibilities,
+    slopes,
+)
 
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 60
@@ -30,22 +37,22 @@ STEP_TOLERANCE = 1e-9
 
 
 @kernel
-def solid_threshold(low: float, bend: float, shear: float, a: float, b: float) -> tuple[float, float]:
+def solid_threshold(low: float, bend: float, shear: float, law: Flexibility) -> tuple[float, float]:
     """Return the greatest minimiser u below the solid section, and the k = 1/lambda below which the solid section is
     optimal."""
-    top = max(envelope_line_start(bend, shear, a, b), low)
-    return top, chord_decrease(top, bend, shear, a, b)
+    top = max(envelope_line_start(bend, shear, law), low)
+    return top, chord_decrease(top, bend, shear, law)
 
 
 @kernel
 def stationary(
-    k: float, low: float, top: float, bend: float, shear: float, start: float, a: float, b: float, tolerance: float
+    k: float, low: float, top: float, bend: float, shear: float, start: float, law: Flexibility, tolerance: float
 ) -> float:  # fmt: skip
     """Return the minimiser u in [low, top], where h is convex; a start outside (low, top) is ignored.
 
     The last relative step was below ``tolerance``, so its error is about the square of that.
     """
-    half = 0.5 * bend
+    half, (_, a, b) = 0.5 * bend, law
     second, third, first = half + 0.25 * shear * b, shear * b, half + shear * (a + 0.25 * b)
     u = start
     if not low < u < top:
@@ -67,18 +74,16 @@ def stationary(
 
 
 @kernel
-def _bushing_minimiser(
-    lam: float, w: float, bend: float, shear: float, low: float, kappa: float, a: float, b: float
-) -> float:
+def _bushing_minimiser(lam: float, w: float, bend: float, shear: float, low: float, law: Flexibility) -> float:
     """argmin over y >= low of w y + lam (bend f + shear g), w > 0, kappa >= 0: Newton's method in ln y, bracketed."""
-    p, q = lam * bend / w, lam * shear / w
+    (kappa, a, b), p, q = law, lam * bend / w, lam * shear / w
     if p == 0.0 and q == 0.0:
         return low
     thin = math.sqrt(0.5 * kappa * p + q * (a + 0.25 * b * kappa))
     y = thin if kappa > 0.0 else (2.0 * p) ** (1.0 / 3.0) + thin
     least, most = 0.0, np.inf
     for _ in range(200):
-        (df, dg), (d2f, d2g) = slopes(y, kappa, a, b), curvatures(y, kappa, a, b)
+        (df, dg), (d2f, d2g) = slopes(y, law), curvatures(y, law)
         steepness = -(p * df + q * dg)
         if steepness > 1.0:
             least = y
@@ -97,8 +102,8 @@ def _bushing_minimiser(
 
 @kernel
 def minimiser(
-    lam: float, weight: float, bend: float, shear: float, low: float, start: float, kappa: float, a: float, b: float
-) -> float:  # fmt: skip
+    lam: float, weight: float, bend: float, shear: float, low: float, start: float, law: Flexibility
+) -> float:
     """Return argmin over u >= low (for a pin, up to 1) of weight u + lam (bend f + shear g), to rounding.
 
     A start outside the range of the minimum is ignored. At zero weight u is 1, or infinite for a bushing.
@@ -106,26 +111,25 @@ def minimiser(
     if lam * bend <= 0.0 and lam * shear <= 0.0:
         return low
     if weight <= 0.0:
-        return 1.0 if kappa < 0.0 else np.inf
-    if kappa >= 0.0:
-        return _bushing_minimiser(lam, weight, bend, shear, low, kappa, a, b)
-    top, solid_below = solid_threshold(low, bend, shear, a, b)
+        return 1.0 if law.kappa < 0.0 else np.inf
+    if law.kappa >= 0.0:
+        return _bushing_minimiser(lam, weight, bend, shear, low, law)
+    top, solid_below = solid_threshold(low, bend, shear, law)
     if low >= 1.0 or weight / lam < solid_below:
         return 1.0
-    return stationary(weight / lam, low, top, bend, shear, start, a, b, STEP_TOLERANCE)
+    return stationary(weight / lam, low, top, bend, shear, start, law, STEP_TOLERANCE)
 
 
 @kernel
 def minimiser_below(
-    lam: float, weight: float, bend: float, shear: float, low: float, most: float, start: float,
-    kappa: float, a: float, b: float,
-) -> float:  # fmt: skip
+    lam: float, weight: float, bend: float, shear: float, low: float, most: float, start: float, law: Flexibility
+) -> float:
     """As ``minimiser`` over low <= u <= most."""
-    u = minimiser(lam, weight, bend, shear, low, start, kappa, a, b)
-    if u <= most or kappa >= 0.0 or weight <= 0.0:
+    u = minimiser(lam, weight, bend, shear, low, start, law)
+    if u <= most or law.kappa >= 0.0 or weight <= 0.0:
         return min(u, most)
     # The minimum over [low, 1] lies above ``most``: over [low, most] it is a stationary point of the convex part, or
     # ``most`` itself.
-    u = stationary(weight / lam, low, most, bend, shear, 0.0, a, b, STEP_TOLERANCE)
-    (f, g), (f_most, g_most) = flexibilities(u, -1.0, a, b), flexibilities(most, -1.0, a, b)
+    u = stationary(weight / lam, low, most, bend, shear, 0.0, law, STEP_TOLERANCE)
+    (f, g), (f_most, g_most) = flexibilities(u, law), flexibilities(most, law)
     return u if weight * (u - most) + lam * (bend * (f - f_most) + shear * (g - g_most)) < 0.0 else most

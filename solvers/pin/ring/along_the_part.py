@@ -5,12 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.ring import ovalization
 from solvers.pin.scene import Scene
 
-Array = NDArray[np.float64]
 _MIN_RING_WALL = 1e-5
 """Minimum wall, relative to the radius, for which the ring model is evaluated."""
 _MIN_DIAMETER = 1e-9

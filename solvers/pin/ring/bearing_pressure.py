@@ -5,12 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.scene import Geometry, Scene
 from solvers.pin.stations.lobatto_panels import Stations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

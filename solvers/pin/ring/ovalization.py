@@ -155,11 +155,7 @@ def _bending(ratio: float) -> tuple[float, float, float, float, float]:
 
 @kernel
 def _harmonic_remainder(n: float, ratio: float, t: float, excess: float) -> tuple[float, float, float]:
-    """Return one harmonic without the terms independent of the ratio: outer hoop stress, inner hoop stress with its
-    sign reversed, E u_r.
-
-    ``excess`` is sinh(t) - t.
-    """
+    """One harmonic of ``_bending``: outer and, sign reversed, inner stress, E u_r; ``excess`` is sinh(t) - t."""
     x, n_sinh_t = n * t, n * 0.5 * (1.0 - ratio) * (1.0 + ratio) / ratio
     if x > 1.0:
         decay = math.exp(-x)

@@ -23,56 +23,58 @@ Source: G. R. Cowper (1966), The shear coefficient in Timoshenko's beam theory, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
+from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 
+class Flexibility(NamedTuple):
+    """kappa of f and g, and the constants A and B of g."""
 
-@dataclass(frozen=True)
-class ShearFlexibility:
-    """Constants A and B of g."""
-
+    kappa: float
     a: float
     b: float
 
 
 @kernel
-def flexibilities(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+def flexibilities(u: float, law: Flexibility) -> tuple[float, float]:
     """Return f and g."""
+    kappa, a, b = law
     c = 1.0 / abs(u + 2.0 * kappa)
     f = c / u
     return f, a / u + 0.5 * b * (abs(kappa) * f + kappa * c * c)
 
 
 @kernel
-def slopes(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+def slopes(u: float, law: Flexibility) -> tuple[float, float]:
     """Return f' and g'."""
+    kappa, a, b = law
     r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
     df = -r * abs(c) * (r + c)
     return df, -a * r * r + 0.5 * b * abs(kappa) * (df - 2.0 * abs(c * c * c))
 
 
 @kernel
-def curvatures(u: float, kappa: float, a: float, b: float) -> tuple[float, float]:
+def curvatures(u: float, law: Flexibility) -> tuple[float, float]:
     """Return f'' and g''; for the pin g'' decreases and is zero at the inflection point."""
+    kappa, a, b = law
     r, c = 1.0 / u, 1.0 / (u + 2.0 * kappa)
     d2f = 2.0 * r * abs(c) * (r * r + r * c + c * c)
     return d2f, 2.0 * a * r * r * r + 0.5 * b * (abs(kappa) * d2f + 6.0 * kappa * c * c * c * c)
 
 
 @kernel
-def envelope_line_start(bend: float, shear: float, a: float, b: float) -> float:
+def envelope_line_start(bend: float, shear: float, law: Flexibility) -> float:
     """Return the u from which the convex envelope of a pin's h = bend f + shear g is linear, up to u = 1; 1: nowhere.
 
     h + h' e = h(1) with e = 1 - u; divided by the common factor e^2 this is
     shear b (1 - 3e) = bend (1 + e)(1 + e^2) + shear a (1 + e)^3, decreasing on the left, increasing on the right.
     """
+    _, a, b = law
     if shear * b <= bend + shear * a:
         return 1.0
     e = 0.0
@@ -88,16 +90,16 @@ def envelope_line_start(bend: float, shear: float, a: float, b: float) -> float:
 
 
 @kernel
-def chord_decrease(u: float, bend: float, shear: float, a: float, b: float) -> float:
+def chord_decrease(u: float, bend: float, shear: float, law: Flexibility) -> float:
     """Return (h(u) - h(1))/(1 - u), -h'(1) at u = 1: rate of decrease of a pin's h along the chord to the solid
     section."""
     e = 1.0 - u
     c = 1.0 + e
-    return (bend * e / c + shear * (a + b / (c * c))) / u
+    return (bend * e / c + shear * (law.a + law.b / (c * c))) / u
 
 
 @kernel
-def densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+def densities(u: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
     """Return bend f + shear g at stations, (n,): 0 where unloaded, inf where a loaded section has no wall."""
     out = np.zeros_like(u)
     for i in range(u.size):
@@ -105,16 +107,16 @@ def densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: fl
             continue
         out[i] = np.inf
         if u[i] > 0.0:
-            f, g = flexibilities(u[i], kappa, a, b)
+            f, g = flexibilities(u[i], law)
             out[i] = bend[i] * f + shear[i] * g
     return out
 
 
 @cache
-def cowper(poisson: float) -> ShearFlexibility:
-    """Return Cowper's constants for this Poisson's ratio."""
+def cowper(poisson: float, kappa: float = -1.0) -> Flexibility:
+    """Return the law with Cowper's constants for this Poisson's ratio, by default of a pin."""
     k = 6.0 * (1.0 + poisson)
-    return ShearFlexibility((7.0 + 6.0 * poisson) / k, (20.0 + 12.0 * poisson) / k)
+    return Flexibility(kappa, (7.0 + 6.0 * poisson) / k, (20.0 + 12.0 * poisson) / k)
 
 
 @cache
@@ -123,5 +125,5 @@ def inflection(poisson: float) -> float:
     law, low, high = cowper(poisson), 0.5, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if curvatures(middle, -1.0, law.a, law.b)[1] > 0.0 else (low, middle)
+        low, high = (middle, high) if curvatures(middle, law)[1] > 0.0 else (low, middle)
     return low

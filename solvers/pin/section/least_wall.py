@@ -16,12 +16,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.section.strength import StrengthConstraint, utilisation
 
-Array = NDArray[np.float64]
 _EPS = float(np.finfo(float).eps)
 _MAX_STEPS = 200
 _TINY = 1e-140

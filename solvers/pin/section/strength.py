@@ -25,14 +25,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ONLY_SHEAR, Criterion, ShearLaw
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

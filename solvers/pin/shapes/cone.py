@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.discretised import assemble, least_walls_at
 from solvers.pin.optimum.program import Program, folded, unfolded
 from solvers.pin.optimum.shape_result import ShapeResult
@@ -23,7 +23,6 @@ from solvers.pin.shapes.cone_sizes import corner_table, half_bar, pattern_search
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume
 from solvers.pin.stations.lobatto_panels import NODES
 
-Array = NDArray[np.float64]
 _MAX_BOXES = {False: 20_000, True: 8_000}
 """Maximum number of boxes per direction, without and with a deflection limit (which requires a root per box)."""
 _GAP, _GAP_FRACTION = 8e-8, 0.08
@@ -94,9 +93,6 @@ class Cone:
 
         evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
         evidence["narrowing" if direction == NARROWING else "widening"] = r
-        if program.limit is not None:
-            half = folded(refined_program)
-            evidence["deflection_as_constrained_um"] = 1e6 * half.deflection(solidity_at(half))
         bores = size * g.outer_diameter, r * size * g.outer_diameter
         (end, middle), cone = bores[::direction], c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
@@ -108,15 +104,12 @@ class Cone:
 
 
 def _refined_at_contacts(program: Program, direction: int, r: float, c: float, gap: float) -> Program:
-    """Refine the program with a panel boundary where the cone ends and at contact points between stations.
-
-    A contact counts if its clearance is less than at every station of its panel by a hundredth of ``gap``.
-    """
+    """Refine where the cone ends and at contacts whose clearance is less than at stations by a hundredth of ``gap``."""
     scene, length = program.scene, program.scene.geometry.length
 
     def cut(old: Program, places: tuple[float, ...]) -> Program:
         stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
-        return assemble(scene, old.limits, old.criterion, old.physics, stations, old.law)
+        return assemble(scene, old.limits, old.criterion, old.physics, stations)
 
     finer = cut(program, (c * 0.5 * length,))
     contacts = _contacts(folded(finer), direction, r, c, 0.01 * gap)
@@ -124,8 +117,7 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
 
 
 def _contacts(half: Program, direction: int, r: float, c: float, margin: float) -> tuple[float, ...]:
-    """Return the positions [m] between stations at which a shape has less clearance than at any station of their
-    panel."""
+    """Return the positions [m] between stations with less clearance than at any station of their panel."""
 
     def clearance_at(x: Array, bore: Array) -> Array:
         f = relative_bores(direction, r, c, x.ravel() / (0.5 * half.scene.geometry.length))

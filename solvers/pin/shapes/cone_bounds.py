@@ -20,8 +20,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.shapes.cone_sizes import (
     SIZE_TOLERANCE,
@@ -37,7 +37,6 @@ from solvers.pin.shapes.cone_sizes import (
 )
 from solvers.pin.shapes.tapers import relative_bore, taper_fraction, unit_volume, unit_volume_slopes
 
-Array = NDArray[np.float64]
 Slopes = tuple[float, float, float, float]
 """Ranges of d(ln size)/dr and d(ln size)/dc in a box."""
 _ROUNDING = 1e-14
@@ -48,10 +47,7 @@ _COARSE = 1e-4
 
 @kernel
 def _range_at(direction: int, c0: float, c1: float, t: float) -> Slopes:
-    """Return at position t for c in [c0, c1]: minimum and maximum p, and minimum and maximum |dp/dc|.
-
-    p has a kink where the cone ends; the slope range there includes both sides.
-    """
+    """Return for c in [c0, c1] the ranges of p and |dp/dc| at t; the latter includes both sides of the kink at c."""
     c_narrow, c_wide = (c0, c1) if direction > 0 else (c1, c0)
     steepest, longest = 0.0, max(c0, t)
     if t <= c1:
@@ -94,8 +90,8 @@ def deflection_slopes(
         u0, u1 = (1.0 - d1) * (1.0 + d1), (1.0 - d0) * (1.0 + d0)
         v0, v1 = 2.0 - u0, 2.0 - u1
         bend0, bend1 = 0.5 * (1.0 / (u1 * u1) - 1.0 / (v1 * v1)), 0.5 * (1.0 / (u0 * u0) - 1.0 / (v0 * v0))
-        fall = bar.a + 0.25 * bar.b
-        rise0, rise1 = bar.b * (1.0 / v0 - 0.25) / (v0 * v0), bar.b * (1.0 / v1 - 0.25) / (v1 * v1)
+        fall, b = bar.law.a + 0.25 * bar.law.b, bar.law.b
+        rise0, rise1 = b * (1.0 / v0 - 0.25) / (v0 * v0), b * (1.0 / v1 - 0.25) / (v1 * v1)
         g0 = weight * d0 * (bend * bend0 + shear * (fall / (u1 * u1) + rise0))
         g1 = weight * d1 * (bend * bend1 + shear * (fall / (u0 * u0) + rise1))
         f_low += g0 * low
@@ -124,8 +120,7 @@ def _critical_station(bar: HalfBar, direction: int, r: float, c: float) -> int:
 
 @kernel
 def _add(constraints: Array, count: int, middle: float, slopes: Slopes) -> int:
-    """Add a constraint (ln of the size it allows at the box's centre, and ranges of its derivatives); return the number
-    of constraints."""
+    """Add a constraint (ln of its size at the centre, ranges of its derivatives); return the number of constraints."""
     low_r, high_r, low_c, high_c = slopes
     if not (math.isfinite(middle) and math.isfinite(low_r + high_r + low_c + high_c)):
         return count

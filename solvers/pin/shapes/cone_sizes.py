@@ -15,17 +15,16 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.program import Program
-from solvers.pin.section.flexibility import flexibilities
+from solvers.pin.section.flexibility import Flexibility, flexibilities
 from solvers.pin.shapes.tapers import relative_bore, unit_volume
 from solvers.pin.stations.initial_panels import kinks
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
 
-Array = NDArray[np.float64]
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
 """Initial number of cells of the half in the table of corner bores, and minimum width of a cell."""
 _CORNER_RISE, _COARSE_CORNER = 1e-2, 1e-4
@@ -46,7 +45,7 @@ class HalfBar(NamedTuple):
     """Half of a pin for cones.
 
     At the stations, (n,) each: position ``x``, the widest ``bore`` that strength allows, quadrature ``weight``,
-    deflection coefficients ``bend`` and ``shear``. Cowper's constants, the deflection limit, and the
+    deflection coefficients ``bend`` and ``shear``. The flexibilities' ``law``, the deflection limit, and the
     ``slope_coefficient`` of the slope limit, infinite without one. ``corners`` (3, m): positions from 0 to 1 with the
     widest bore there and its excess over linear interpolation up to the next, for cones that are widest where they
     end; empty for others.
@@ -57,8 +56,7 @@ class HalfBar(NamedTuple):
     weight: Array
     bend: Array
     shear: Array
-    a: float
-    b: float
+    law: Flexibility
     limit: float
     slope_coefficient: float
     corners: Array
@@ -71,7 +69,7 @@ def half_bar(half: Program, corners: Array | None = None) -> HalfBar:
     slope_coefficient = math.inf if slope is None else slope * middle / g.outer_diameter
     return HalfBar(
         half.stations.x / middle, 1.0 - half.variable.wall_of(half.lower), half.weight, half.bending, half.shear,
-        half.law.a, half.law.b, math.inf if limit is None else limit, slope_coefficient,
+        half.law, math.inf if limit is None else limit, slope_coefficient,
         np.empty((3, 0)) if corners is None else corners,
     )  # fmt: skip
 
@@ -208,7 +206,7 @@ def size_for_deflection(
             if u <= 0.0:
                 total = np.inf
                 break
-            bent, sheared = flexibilities(u, -1.0, bar.a, bar.b)
+            bent, sheared = flexibilities(u, bar.law)
             total += work[1, i] * (work[2, i] * bent + work[3, i] * sheared)
         value = bar.limit / total - 1.0 if total > 0.0 else np.inf
         if value >= 0.0:

@@ -25,7 +25,7 @@ def _one_wall(program: Program) -> DualSolution | None:
     if program.limit is None:
         return DualSolution(least, 0.0, 0)
     p, bend, shear = program, program.weight @ program.bending, program.weight @ program.shear
-    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.variable.kappa, p.law, 1)
+    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.law, 1)
     return minimum_segment_volume(whole, least, False)
 
 
@@ -68,5 +68,5 @@ def lightest_constant_mass(program: Program, accuracy: float) -> float | None:
         if found.multiplier > 0.0 or not (error_estimate > 1.0).any():
             break
         stations = refined(program, error_estimate, program.lower)
-        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations, program.law)
+        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
     return program.mass_unit * float(found.solidity[0])

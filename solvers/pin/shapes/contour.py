@@ -2,22 +2,21 @@
 
 Between its kinks, a designed diameter is a smooth function of the position. Over each panel it is the polynomial of
 degree 8 through the Lobatto nodes. It is replaced by cubic Hermite interpolants, each as long as it stays within the
-tolerance at every node it spans. Where no cubic does, the polynomial is bisected; in panels with a kink or a step,
-where it would oscillate, straight segments from node to node are used.
+tolerance at every node it spans. Panels that no cubic spans are divided at their nodes; those with a kink or a step,
+where the polynomial would oscillate, into straight segments.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
-from numpy.polynomial import Chebyshev
-from numpy.typing import NDArray
+from numpy.polynomial.chebyshev import chebfit
 
+from solvers.numerics.arrays import Array
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
-Array = NDArray[np.float64]
 _TOLERANCE = 1e-7
 """Relative to the greatest diameter: 2 nm for a pin of 20 mm."""
 _POSITION_TOLERANCE = 1e-9
@@ -25,8 +24,6 @@ _POSITION_TOLERANCE = 1e-9
 
 _UNRESOLVED = 1e-4
 """Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which a kink is assumed."""
-_MAX_BISECTIONS = 5
-_SAMPLES = np.linspace(0.0, 1.0, 9)
 
 
 @dataclass(frozen=True)
@@ -71,85 +68,41 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
     x = stations.x.reshape(-1, NODES)[kept]
     values = np.asarray(diameters, float).reshape(-1, NODES)[kept]
     slopes = 2.0 / stations.width[kept, None] * (values @ _differentiation_matrix().T)
+    pieces = _cubics(x, values, slopes, tolerance)
+    # Close the gaps of panels dropped as too narrow: they are steps.
+    starts = [0.0, *(piece.end for piece in pieces[:-1])]
+    pieces = [replace(piece, start=start) for piece, start in zip(pieces, starts, strict=True)]
+    middle = 0.5 * length
+    if stations.right[-1] > middle * (1.0 + 1e-9):
+        return tuple(pieces)
+    half = [*(replace(piece, end=min(piece.end, middle)) for piece in pieces[:-1]), replace(pieces[-1], end=middle)]
+    other = [
+        Cubic(length - p.end, length - p.start, p.last, p.first, -p.slope_last, -p.slope_first) for p in reversed(half)
+    ]
+    return (*half, *other)
+
+
+def _cubics(x: Array, values: Array, slopes: Array, tolerance: float) -> list[Cubic]:
+    """Return the longest cubics from panel to panel within the tolerance at their nodes, (panels, nodes) each."""
     pieces: list[Cubic] = []
     begin = 0
     while begin < len(x):
-        piece, end = _longest_cubic(x, values, slopes, begin, tolerance)
-        if piece is None:
-            pieces += _bisected(x[begin], values[begin], tolerance) or _lines(x[begin], values[begin], tolerance)
-        else:
-            pieces.append(piece)
-        begin = end
-    # Close the gaps of panels dropped as too narrow: they are steps.
-    closed = [
-        Cubic(before.end if before else 0.0, p.end, p.first, p.last, p.slope_first, p.slope_last)
-        for before, p in zip([None, *pieces[:-1]], pieces, strict=True)
-    ]
-    if stations.right[-1] <= 0.5 * length * (1.0 + 1e-9):
-        middle = 0.5 * length
-        half = [Cubic(p.start, min(p.end, middle), p.first, p.last, p.slope_first, p.slope_last) for p in closed[:-1]]
-        p = closed[-1]
-        half.append(Cubic(p.start, middle, p.first, p.last, p.slope_first, p.slope_last))
-        other = [
-            Cubic(length - p.end, length - p.start, p.last, p.first, -p.slope_last, -p.slope_first)
-            for p in reversed(half)
-        ]
-        return (*half, *other)
-    return tuple(closed)
-
-
-def _longest_cubic(x: Array, values: Array, slopes: Array, begin: int, tolerance: float) -> tuple[Cubic | None, int]:
-    """Return the longest cubic from a panel's left end within the tolerance, and the index of the next panel."""
-    best, end, stride = None, begin + 1, 1
-    while begin + stride <= len(x):
-        last = begin + stride - 1
-        piece = Cubic(
-            float(x[begin, 0]), float(x[last, -1]), float(values[begin, 0]), float(values[last, -1]),
-            float(slopes[begin, 0]), float(slopes[last, -1]),
-        )  # fmt: skip
-        error = np.abs(piece.at(x[begin : last + 1]) - values[begin : last + 1])
-        if not error.max() <= tolerance:
-            break
-        best, end = piece, last + 1
-        stride += 1
-    return best, end
-
-
-def _bisected(x: Array, values: Array, tolerance: float) -> list[Cubic] | None:
-    """Split a panel's polynomial into cubics by repeated bisection; None if the maximum depth is exceeded, or if the
-    polynomial oscillates about a kink, so that its last Chebyshev coefficients have not decayed."""
-    series = Chebyshev.fit(x, values, NODES - 1, domain=(x[0], x[-1]))
-    sizes = np.abs(series.coef[1:])
-    if sizes[-2:].max() > _UNRESOLVED * sizes.max():
-        return None
-    slope = series.deriv()
-    found: list[Cubic] = []
-    left = [(float(x[0]), float(x[-1]), _MAX_BISECTIONS)]
-    while left:
-        a, b, halvings = left.pop()
-        piece = Cubic(a, b, float(series(a)), float(series(b)), float(slope(a)), float(slope(b)))
-        samples = a + (b - a) * _SAMPLES
-        if np.abs(piece.at(samples) - series(samples)).max() <= tolerance:
-            found.append(piece)
-        elif halvings:
-            middle = 0.5 * (a + b)
-            left += [(middle, b, halvings - 1), (a, middle, halvings - 1)]
-        else:
-            return None
-    return found
-
-
-def _lines(x: Array, values: Array, tolerance: float) -> list[Cubic]:
-    """Approximate a panel by straight segments between nodes, merging collinear ones."""
-    found, begin = [], 0
-    while begin < NODES - 1:
-        end = begin + 1
-        for far in range(begin + 2, NODES):
-            samples = np.interp(x[begin:far], x[[begin, far]], values[[begin, far]])
-            if not np.abs(samples - values[begin:far]).max() <= tolerance:
+        piece, end = None, begin + 1
+        for last in range(begin, len(x)):
+            ends = values[begin, 0], values[last, -1], slopes[begin, 0], slopes[last, -1]
+            longer = Cubic(*map(float, (x[begin, 0], x[last, -1], *ends)))
+            if not np.abs(longer.at(x[begin : last + 1]) - values[begin : last + 1]).max() <= tolerance:
                 break
-            end = far
-        slope = float((values[end] - values[begin]) / (x[end] - x[begin]))
-        found.append(Cubic(float(x[begin]), float(x[end]), float(values[begin]), float(values[end]), slope, slope))
+            piece, end = longer, last + 1
+        pieces += [piece] if piece else _cubics(*_at_nodes(x[begin], values[begin], slopes[begin]), tolerance)
         begin = end
-    return found
+    return pieces
+
+
+def _at_nodes(x: Array, values: Array, slopes: Array) -> tuple[Array, Array, Array]:
+    """Divide a panel at its nodes; with the slopes of chords unless its polynomial has converged."""
+    parts = [np.stack([nodes[:-1], nodes[1:]], axis=1) for nodes in (x, values, slopes)]
+    sizes = np.abs(chebfit(NODE_PLACES, values, NODES - 1)[1:])
+    if sizes[-2:].max() > _UNRESOLVED * sizes.max():
+        parts[2] = np.repeat(np.diff(parts[1]) / np.diff(parts[0]), 2, axis=1)
+    return tuple(parts)

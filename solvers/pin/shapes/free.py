@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.conic import slope_limited_optimum
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
@@ -18,7 +18,6 @@ from solvers.pin.optimum.slope_limit import slope_limit_error, slope_limited
 from solvers.pin.stations.between_nodes import running_maximum_error
 from solvers.pin.stations.lobatto_panels import Stations
 
-Array = NDArray[np.float64]
 _STRENGTH_METHOD, _DUAL_METHOD = (
     "every station's wall is the least that holds",
     "Lagrangian dual, tangents at the answer",

@@ -6,14 +6,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
+from solvers.numerics.arrays import Array
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import BushingGeometry, Geometry
 from solvers.pin.stations.lobatto_panels import LEAST_PANEL, merged
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -6,14 +6,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.discretised import constraints_at
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

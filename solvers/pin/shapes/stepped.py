@@ -7,19 +7,15 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program, monotone_majorant
 from solvers.pin.optimum.shape_result import ShapeResult
-from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.break_points.half import Half, at_stations, step_vertices
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
 from solvers.pin.shapes.constant import Constant
 from solvers.pin.shapes.free import Free
-
-Array = NDArray[np.float64]
 
 MOST_STEPS = 12
 _GAP_FRACTION = 0.09
@@ -52,17 +48,10 @@ class Stepped:
         if found is None:
             return None
         length, walls = program.scene.geometry.length, found.walls
-        evidence = dict(found.evidence)
-        if program.limit is not None:
-            cumulative = Half(program).sums.integrals(np.concatenate([[0.0], found.places]))
-            coefficients = np.maximum(np.diff(cumulative, axis=1), 0.0, order="C")
-            law = program.law
-            bent = densities(walls.levels, coefficients[0], coefficients[1], program.variable.kappa, law.a, law.b)
-            evidence["deflection_as_constrained_um"] = 1e6 * program.limit * float(bent.sum())
         places = found.places * 0.5 * length
         return ShapeResult(
             at_stations(program, places, walls.levels), float(walls.volume), partial(float, found.bound),
-            found.method, evidence,
+            found.method, found.evidence,
             corners=step_vertices(places, program.variable.sizes(program.variable.wall_of(walls.levels)), length),
         )  # fmt: skip
 

@@ -10,11 +10,10 @@ increase with c, for one that widens they decrease with c.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
-Array = NDArray[np.float64]
 NARROWING, WIDENING = 1, -1
 """Directions: the sign of df/dc."""
 

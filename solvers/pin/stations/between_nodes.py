@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.stations.lobatto_panels import NODES, Stations
-
-Array = NDArray[np.float64]
 
 _SAFETY_FACTOR = 2.0
 """Safety factor of the parabolic estimate."""
@@ -22,9 +20,7 @@ def maximum_excess(stations: Stations, values: Array, most: float = np.inf) -> A
     bound of the values, kinks between stations are considered as well: the intersection of lines through neighbours
     on either side.
     """
-    found = np.zeros(values.shape[1] // NODES)
-    _maximum_excess(stations.x, values, NODES, most, found)
-    return found
+    return _maximum_excess(stations.x, values, most)
 
 
 def running_maximum_error(stations: Stations, values: Array, forward: bool = True) -> Array:
@@ -35,15 +31,12 @@ def running_maximum_error(stations: Stations, values: Array, forward: bool = Tru
     the next station, weighted with the distance to it; both are doubled as a safety factor. Without ``forward`` the
     maximum is taken from right to left.
     """
-    missed = np.zeros(stations.left.size)
-    _running_maximum_error(stations.x, stations.weight, values, stations.span, forward, missed)
-    return missed
+    return _running_maximum_error(stations.x, stations.weight, values, stations.span, forward)
 
 
 @kernel
 def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
-    """Return position and height of the maximum of the parabola through ``sign`` y at i - 1, i and i + 1; NaN and -inf
-    without one."""
+    """Position and height of the maximum of the parabola through ``sign`` y around i; NaN and -inf without one."""
     rise, fall = sign * (y[i] - y[i - 1]) / (x[i] - x[i - 1]), sign * (y[i + 1] - y[i]) / (x[i + 1] - x[i])
     bend = (fall - rise) / (x[i + 1] - x[i - 1])
     if not bend < 0.0:
@@ -54,8 +47,7 @@ def _parabola(x: Array, y: Array, sign: float, i: int) -> tuple[float, float]:
 
 @kernel
 def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
-    """Return the height at which extrapolations from both sides intersect between stations i and i + 1; y[i] if
-    none."""
+    """Height at which extrapolations from both sides meet between stations i and i + 1; y[i] if they do not."""
     up, down = 0.0, 0.0
     if i > first:
         up = (y[i] - y[i - 1]) / (x[i] - x[i - 1])
@@ -73,7 +65,8 @@ def _kink(x: Array, y: Array, i: int, first: int, last: int) -> float:
 
 
 @kernel
-def _maximum_excess(x: Array, values: Array, nodes: int, most: float, found: Array) -> None:
+def _maximum_excess(x: Array, values: Array, most: float) -> Array:
+    found = np.zeros(x.size // NODES)
     for kind in range(values.shape[0]):
         y, top = values[kind], 0.0
         for i in range(y.size):
@@ -84,26 +77,24 @@ def _maximum_excess(x: Array, values: Array, nodes: int, most: float, found: Arr
             continue
         for panel in range(found.size):
             highest = 0.0
-            for i in range(panel * nodes + 1, (panel + 1) * nodes - 1):
+            first, last = panel * NODES, (panel + 1) * NODES - 1
+            for i in range(first + 1, last):
                 place, height = _parabola(x, y, 1.0, i)
                 # A value of 0 at an end without load and wall does not indicate a maximum: the limit there is finite.
                 ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
                 highest = max(highest, height if x[i - 1] < place < x[i + 1] and not ends else y[i])
             rise = _SAFETY_FACTOR * (highest / top - 1.0)
             if most < np.inf:
-                first, last = panel * nodes, (panel + 1) * nodes - 1
                 for i in range(first, last):
                     rise = max(rise, _kink(x, y, i, first, last) / top - 1.0)
                 rise = min(rise, max(most / top - 1.0, 0.0))
             found[panel] = max(found[panel], rise)
+    return found
 
 
 @kernel
 def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float:
-    """Return the excess of parabolas over a panel's j-th node, up to the adjacent nodes.
-
-    Three parabolas, so that at least one does not straddle a kink.
-    """
+    """Excess beside a panel's j-th node by three parabolas, one of which at least does not straddle a kink."""
     low, high, own, most = x[first + max(j - 1, 0)], x[first + min(j + 1, NODES - 1)], sign * f[first + j], 0.0
     for shift in range(-1, 2):
         i = first + min(max(j + shift, 1), NODES - 2)
@@ -114,10 +105,9 @@ def _excess_beside(x: Array, f: Array, sign: float, first: int, j: int) -> float
 
 
 @kernel
-def _running_maximum_error(x: Array, weight: Array, values: Array, span: float, forward: bool, missed: Array) -> None:
-    """Write the result of ``running_maximum_error`` into ``missed``."""
+def _running_maximum_error(x: Array, weight: Array, values: Array, span: float, forward: bool) -> Array:
     n = x.size
-    held_length, attains = np.zeros(n), np.zeros(n)
+    held_length, attains, missed = np.zeros(n), np.zeros(n), np.zeros(n // NODES)
     running, source = -np.inf, 0
     for k in range(n):
         i = k if forward else n - 1 - k
@@ -136,3 +126,4 @@ def _running_maximum_error(x: Array, weight: Array, values: Array, span: float, 
             if attains[i] > 0.0:
                 reach = (x[behind] - x[before]) / (behind - before) / span
                 missed[panel] += 2.0 * reach * _excess_beside(x, values, -1.0, first, j)
+    return missed

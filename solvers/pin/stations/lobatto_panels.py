@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 NODES = 9
 _OMITTED_NODES = ((1, 6), (2, 7), (2, 6))
@@ -86,16 +85,12 @@ class Stations:
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """Return the panels split at these positions."""
-        edges, residuals = np.empty((2, self.edges.size + len(places)))
-        count = _cut(self.edges, self.residuals, np.sort(places), edges, residuals)
-        return Stations(edges[:count], residuals[:count])
+        return Stations(*_cut(self.edges, self.residuals, np.sort(places)))
 
     def error_estimate(self, values: Array) -> Array:
         """Return the quadrature error estimate per panel, relative to the whole length: the largest difference between
         rules on fewer nodes and the Gauss-Lobatto rule, doubled."""
-        error_estimate = np.empty(self.edges.size - 1)
-        _error_estimate(self.width, self.span, values, error_estimate)
-        return error_estimate
+        return _error_estimate(self.width, self.span, values)
 
     def halved(self, which: NDArray[np.bool_]) -> Stations:
         """Return the stations with the selected panels halved."""
@@ -107,8 +102,7 @@ class Stations:
         Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes adjacent to the
         largest change of slope, so that the panel with the kink is about eight times shorter.
         """
-        places = np.empty(3 * excess.size)
-        return self.cut(places[: _refine(self.x, self.width, excess, values, places)])
+        return self.cut(_cuts(self.x, self.width, excess, values))
 
     def first(self, panels: int) -> Stations:
         """Return the first panels."""
@@ -117,8 +111,7 @@ class Stations:
 
 @kernel
 def _lay_out(edges: Array, residuals: Array, table: Array, width: Array) -> None:
-    """Write the nodes of panels, their rounding residuals (D. E. Knuth's sum), panel starts and weights into
-    ``table``."""
+    """Write nodes, their rounding residuals (Knuth's sum), panel starts and weights into ``table``."""
     span = edges[edges.size - 1] - edges[0]
     for panel in range(width.size):
         begin, residual, first = edges[panel], residuals[panel], panel * NODES
@@ -139,23 +132,24 @@ def _lay_out(edges: Array, residuals: Array, table: Array, width: Array) -> None
 
 
 @kernel
-def _cut(edges: Array, residuals: Array, places: Array, out: Array, out_residuals: Array) -> int:
-    """Write the edges and increasing positions between them into ``out``, each once; return the count."""
-    count, k = 0, 0
+def _cut(edges: Array, residuals: Array, places: Array) -> tuple[Array, Array]:
+    """Return the edges and increasing positions between them, each once, and their residuals."""
+    out, out_residuals, count, k = np.empty(edges.size + places.size), np.zeros(edges.size + places.size), 0, 0
     for i in range(edges.size):
         while k < places.size and places[k] <= edges[i]:
             if i > 0 and places[k] < edges[i] and places[k] > out[count - 1]:
-                out[count], out_residuals[count] = places[k], 0.0
+                out[count] = places[k]
                 count += 1
             k += 1
         out[count], out_residuals[count] = edges[i], residuals[i]
         count += 1
-    return count
+    return out[:count], out_residuals[:count]
 
 
 @kernel
-def _error_estimate(width: Array, span: float, values: Array, error_estimate: Array) -> None:
-    """Write the result of ``Stations.error_estimate``."""
+def _error_estimate(width: Array, span: float, values: Array) -> Array:
+    """Return ``Stations.error_estimate``."""
+    error_estimate = np.empty(width.size)
     for panel in range(width.size):
         most = 0.0
         for rule in range(_ERROR_WEIGHTS.shape[1]):
@@ -165,12 +159,13 @@ def _error_estimate(width: Array, span: float, values: Array, error_estimate: Ar
             # Unlike ``max``, this keeps NaN.
             most = abs(difference) if not abs(difference) <= most else most
         error_estimate[panel] = 0.5 * width[panel] / span * most
+    return error_estimate
 
 
 @kernel
-def _refine(x: Array, width: Array, excess: Array, f: Array, places: Array) -> int:
-    """Write the positions at which ``Stations.refined`` cuts; return the count."""
-    count = 0
+def _cuts(x: Array, width: Array, excess: Array, f: Array) -> Array:
+    """Return the positions at which ``Stations.refined`` cuts."""
+    places, count = np.empty(3 * excess.size), 0
     for panel in range(excess.size):
         first = panel * NODES
         if excess[panel] > 1.0:
@@ -187,7 +182,7 @@ def _refine(x: Array, width: Array, excess: Array, f: Array, places: Array) -> i
                 previous_change = slope_change
             places[count], places[count + 1] = x[at], x[at + 1]
             count += 2
-    return count
+    return places[:count]
 
 
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:

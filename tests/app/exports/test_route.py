@@ -96,7 +96,9 @@ def test_a_slow_file_is_promised_then_there(client, run, monkeypatch):
     browser = client.get(f"/api/v1/runs/{run['id']}/exports/json?angle_deg=1", headers={"Accept": "text/html"})
     assert browser.status_code == 202
     assert "refresh" in browser.headers
-    assert "The file is being made" in browser.text
+    assert "The file is being made" in browser.text and f'href="/runs/{run["id"]}"' in browser.text
+    # With this attribute a browser asks for any media type and saves the promise as the file.
+    assert " download>" not in client.get(f"/runs/{run['id']}").text
 
 
 def test_the_page_that_promises_a_file_is_in_the_readers_language(client, run, monkeypatch):

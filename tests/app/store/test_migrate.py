@@ -9,6 +9,7 @@ from alembic import command
 from alembic.config import Config
 from sqlalchemy import inspect
 
+from app.store.backup import backup
 from app.store.engine import make_engine
 from app.store.migrate import latest_revision, upgrade
 from app.store.models import metadata
@@ -58,6 +59,15 @@ def stepped(url: str, revision: str) -> None:
         current = current_revision(connection)
         (command.upgrade if current is None or revision > current else command.downgrade)(config, revision)
     engine.dispose()
+
+
+def test_a_store_of_an_earlier_version_is_copied_but_is_not_damaged(tmp_path: Path) -> None:
+    url = f"sqlite:///{tmp_path / 'runs.sqlite3'}"
+    stepped(url, "0004")
+    for report in (verify(url), backup(url, tmp_path / "copy.sqlite3")):
+        assert report.older == "0004" and report.sound
+    upgrade(f"sqlite:///{tmp_path / 'copy.sqlite3'}")
+    assert verify(f"sqlite:///{tmp_path / 'copy.sqlite3'}").older is None
 
 
 def test_a_run_from_before_verdicts_stays_intact_without_one(empty_database_url: str) -> None:

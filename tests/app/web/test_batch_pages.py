@@ -18,7 +18,7 @@ from app.words.languages import speaking
 
 SWEEP = {
     "kind": "pin-profile", "mode": "check", "field0": "load.force_n", "from0": "3000", "to0": "9000", "steps0": "4",
-    "field1": "geometry.gap_mm", "from1": "1", "to1": "2", "steps1": "2", "combine": "grid", "name": "a <b> sweep",
+    "field1": "geometry.gap_mm", "from1": "1,0", "to1": "2", "steps1": "2", "combine": "grid", "name": "a <b> sweep",
 }  # fmt: skip
 
 

@@ -143,7 +143,7 @@ def test_errors_are_in_the_language_of_the_form(client):
     filled = {"variable": "bore", "given": "one", "geometry.outer_diameter_mm": "thick", "geometry.gap_mm": "-1"}
     page = client.post("/designs/pin-profile?mode=check", data=filled, headers=headers)
     assert page.status_code == 422
-    assert "не число; числа – это 1.5 и 1,5" in page.text
+    assert "не число; числа – это 1.5, 1,5 и 1 500" in page.text
     assert "не заполнено" in page.text
     assert "вне допустимого: не менее 0" in page.text
 

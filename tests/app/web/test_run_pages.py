@@ -10,6 +10,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.web.comparison import difference
 from app.words.shaping import sentences
 
 HTML = {"accept": "text/html"}
@@ -96,6 +97,10 @@ def test_the_key_figure_is_in_every_row(client, pins):
     assert f"{mass:.4g} g" in client.get("/runs?text=Listed 0").text
 
 
+def test_small_and_large_differences_are_written_as_figures_are_elsewhere():
+    assert difference(1e-4, 9.1e-5) == "-9e-6 (-9 %)"
+
+
 def test_two_runs_are_compared(client, pins):
     page = client.get(f"/runs/compare?a={pins[0]['id']}&b={pins[2]['id']}").text
     assert "15000 N" in page and "9000 N" in page
@@ -126,8 +131,10 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     page = client.get(f"/runs/{run['id']}").text
     assert page.index('class="verdict') < page.index("<h2>Pictures")
     sensitivity = {item["name"]: item["sensitivity"] for item in run["result"]["active_constraints"]}
-    assert f"1 % less fatigue safety required saves {sensitivity['min_fatigue_safety']:.2g} % mass" in page
-    assert f"1 % more width saves {-sensitivity['b_upper']:.2g} % mass" in page
+    assert (
+        f"The fatigue safety required</strong>: 1 % less saves {sensitivity['min_fatigue_safety']:.2g} % mass" in page
+    )
+    assert f"The greatest width allowed</strong>: 1 % more saves {-sensitivity['b_upper']:.2g} % mass" in page
     assert '<dt title="revolutions per second">Speed</dt><dd>50 Hz</dd>' in page
     for plot in run["links"]["plots"].values():
         picture = client.get(plot)
@@ -273,7 +280,7 @@ def test_pin_sensitivities_are_loaded_after_the_page(client):
     looser = (1.0 - math.sqrt(1.0 - used / 1.01)) / (1.0 - squared)
     share = -math.log(looser) / math.log(1.01)
     told = client.get(f"/runs/{run['id']}/worth").text
-    assert f"1 % more equivalent stress of bending and shear allowed saves {share:.2g} % mass" in told
+    assert f"Equivalent stress of bending and shear allowed</strong>: 1 % more saves {share:.2g} % mass" in told
 
 
 def test_a_criterion_that_fails_was_no_limit_of_the_design(client):
@@ -290,5 +297,5 @@ def test_linkage_sensitivities(client):
     run = made(client, "designs/impact-linkage", KINDS["impact-linkage"].others(Mode.DESIGN)[title])
     assert run["result"]["active_limits"] == ["min_link_mm"]
     told = client.get(f"/runs/{run['id']}/worth").text
-    share = float(re.search(r"1 % less shortest link required saves ([\d.]+) % enclosing radius", told)[1])
+    share = float(re.search(r"Shortest link required</strong>: 1 % less saves ([\d.]+) % enclosing radius", told)[1])
     assert 0.0 < share <= 1.0

@@ -110,6 +110,12 @@ def test_monte_carlo_takes_over_where_the_linear_law_fails():
     assert again.uncertainty == found.uncertainty
 
 
+def test_the_warning_tells_what_longer_periods_do_not_what_their_derivative_does():
+    measured = crank.Pendulum(0.160, 0.7950600227, 0.7834631249, 0.62, gravity=9.81)
+    (warning,) = crank.swing(measured).warnings
+    assert "+2.29 mm" in warning  # as by hand; the derivative says 2.15
+
+
 def test_a_meaningless_result_is_refused_with_its_uncertainty():
     with pytest.raises(InvalidInput, match=r"uncertain by 0\.0234 m"):
         crank.swing(reference(period_small_end=5e-3, period_big_end=5e-3))

@@ -393,6 +393,26 @@ def test_limits_hardly_above_what_is_attainable_are_met(room):
         assert designed(scene, replace(limits, enclosing_radius=least * (1 - room)), objective, *kinds).value is None
 
 
+def test_a_linkage_that_fits_its_box_only_aslant_is_told_in_that_box():
+    scene = replace(BREAKER, tool_radius=0.072223)
+    limits = Limits(5e-3, 2e-3, width=0.19, height=0.224)
+    box = designed(scene, limits, "blow_frequency").value.check.box
+    assert box.width <= limits.width * (1 + 1e-9) and box.height <= limits.height * (1 + 1e-9)
+
+
+@pytest.mark.parametrize("objective", ["box_area", "longest_link", "blow_frequency"])
+@pytest.mark.parametrize("limit", ["min_link", "longest_link", "enclosing_radius"])
+def test_limits_that_the_answer_just_meets_leave_it_as_it_is(objective, limit):
+    """Two limits then meet in a single mechanism."""
+    scene = linkage.Scene(linkage.Restitution(0.02, 0.3), 17.7, 7.0, 10.0)
+    limits = Limits(10e-3, 2e-3, width=0.4, height=0.3, transmission_angle=(0.7, 2.4))
+    best = designed(scene, limits, objective).value
+    links = best.check.mechanism.links
+    reached = {"min_link": min(links), "longest_link": max(links), "enclosing_radius": best.check.enclosing_radius}
+    held = designed(scene, replace(limits, **{limit: float(reached[limit])}), objective)
+    assert held.value.value == pytest.approx(best.value, rel=1e-6)
+
+
 @pytest.mark.parametrize("room", [1e-6, 1e-4, 1e-2])
 def test_a_limit_that_the_best_linkage_keeps_anyway_does_not_change_it(room):
     scene = linkage.Scene(linkage.Restitution(0.115, 0.115), 13.99, 3.394, 0.7619)

@@ -105,4 +105,4 @@ def circle(diameter):
 def flexibility_values(u, law):
     """1/v and phi."""
     none, one = np.zeros_like(u), np.ones_like(u)
-    return densities(u, one, none, -1.0, law.a, law.b), densities(u, none, one, -1.0, law.a, law.b)
+    return densities(u, one, none, law), densities(u, none, one, law)

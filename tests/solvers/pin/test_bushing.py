@@ -18,7 +18,7 @@ from solvers.pin.load.macaulay import MacaulayTerm
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import monotone_bound, pointwise_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.section.flexibility import curvatures, flexibilities, slopes
+from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
 from solvers.pin.section.least_wall import least_bushing_wall
 from solvers.pin.section.strength import strength_constraints, utilisations
 from solvers.pin.shapes.free import Free
@@ -118,16 +118,16 @@ def test_a_constant_bushing_is_the_pin_of_that_bore():
 
 def test_flexibilities_are_the_tubes():
     """1/(D^4 - d^4) and Cowper's coefficient, with d as the unit."""
-    a, b = (7 + 6 * 0.3) / (6 * 1.3), (20 + 12 * 0.3) / (6 * 1.3)
+    law = Flexibility(1.0, (7 + 6 * 0.3) / (6 * 1.3), (20 + 12 * 0.3) / (6 * 1.3))
     for D in (1.01, 1.5, 4.0):
         m, y = 1 / D, D * D - 1
         k = 6 * 1.3 * (1 + m**2) ** 2 / ((7 + 1.8) * (1 + m**2) ** 2 + (20 + 3.6) * m**2)
-        assert flexibilities(y, 1.0, a, b) == pytest.approx((1 / (D**4 - 1), 1 / (k * y)), rel=1e-13)
+        assert flexibilities(y, law) == pytest.approx((1 / (D**4 - 1), 1 / (k * y)), rel=1e-13)
         h = 1e-5 * y
         for of, derivative in ((flexibilities, slopes), (slopes, curvatures)):
-            change = np.subtract(of(y + h, 1.0, a, b), of(y - h, 1.0, a, b)) / (2 * h)
-            assert derivative(y, 1.0, a, b) == pytest.approx(change, rel=1e-7)
-        assert min(curvatures(y, 1.0, a, b)) > 0
+            change = np.subtract(of(y + h, law), of(y - h, law)) / (2 * h)
+            assert derivative(y, law) == pytest.approx(change, rel=1e-7)
+        assert min(curvatures(y, law)) > 0
 
 
 def dense(n=5_000, bore=14e-3):

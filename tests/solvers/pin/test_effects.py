@@ -10,7 +10,7 @@ import pytest
 
 from solvers import pin
 from solvers.errors import EffectConflict
-from solvers.pin.effects import Physics, ShearDeflection, Situation
+from solvers.pin.effects import Physics
 from solvers.pin.optimum.discretised import assemble
 from solvers.pin.ring import ovalization
 from solvers.pin.stations.initial_panels import initial_stations
@@ -32,7 +32,7 @@ def scenes(count):
 def test_the_bound_on_shear_holds(form):
     rng = np.random.default_rng(4)
     for scene in scenes(60):
-        bound = ShearDeflection().influence(Situation(scene))
+        bound = pin.EFFECTS[0].influence(scene)
         assert 0 < bound <= 1
         D, half = scene.geometry.outer_diameter, 0.5 * scene.geometry.length
         low, high = (0.98 * D, (1 - 1e-6) * D) if form == "thin" else (0.0, 0.95 * D)

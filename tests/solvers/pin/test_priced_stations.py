@@ -50,8 +50,8 @@ def stations(seed):
 
 
 def answered(price, share, low, bend, shear, law, u):
-    thresholds = solid_thresholds(low, bend, shear, -1.0, law.a, law.b)
-    return minimise_stations(price, share, low, bend, shear, thresholds, -1.0, law.a, law.b, False, low.size, 1e-8, u)
+    thresholds = solid_thresholds(low, bend, shear, law)
+    return minimise_stations(price, share, low, bend, shear, thresholds, law, False, low.size, 1e-8, u)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])
@@ -74,9 +74,7 @@ def test_every_station_costs_least(price, poisson):
         one, other = flexibilities(u, law)
         assert total == pytest.approx(share @ (bend * one + shear * other), rel=1e-9)
     for start in (0.0, 0.5, 1.0):
-        alone = [
-            minimiser(price, 1.0, *numbers, start, -1.0, law.a, law.b) for numbers in zip(bend, shear, low, strict=True)
-        ]
+        alone = [minimiser(price, 1.0, *numbers, start, law) for numbers in zip(bend, shear, low, strict=True)]
         assert np.all(costs(np.array(alone), price, bend, shear, law) <= least * (1 + 1e-9))
 
 

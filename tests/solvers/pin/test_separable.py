@@ -162,7 +162,7 @@ def by_dynamic_programming(p, low, multiplier, levels):
     rest = np.zeros(levels.size)
     for i in range(low.size - 1, -1, -1):
         pulls = (np.full_like(levels, of[i]) for of in (p.bending, p.shear))
-        pull = densities(levels, *pulls, -1.0, p.law.a, p.law.b) / p.limit
+        pull = densities(levels, *pulls, p.law) / p.limit
         cost = p.weight[i] * (levels + multiplier * pull) + rest
         cost[levels < low[i] * (1 - 1e-12)] = np.inf
         rest = np.minimum.accumulate(cost[::-1])[::-1]

@@ -9,13 +9,11 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.shapes.break_points.cells import Cells, points
 from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import Costs, Layers, backward, forward, maximise_dual, trace
-
-Array = NDArray[np.float64]
 
 _CALL, _STEP, _PAIR = 20_000, 10, 4
 """Work, in cost evaluations, of a call, of a wall that requires a minimisation, and of one that does not."""
@@ -60,8 +58,7 @@ class Bounds:
         return points(self.half, np.concatenate(places)).split([t.size for t in places])
 
     def _layers(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
-        """Return the layers from the bar's end to its middle with the walls' bounds, and arrays for their costs; steps
-        between equal layers share one array."""
+        """Return the layers from end to middle, and arrays for their costs; equal steps share one array."""
         known: dict[tuple[int, float], Cells] = {}
         for layer, low in zip([*layers, self._ends[1]], least, strict=True):
             if (id(layer), low) not in known:

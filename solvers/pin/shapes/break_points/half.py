@@ -10,15 +10,14 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
 from solvers.pin.optimum.program import Program, folded
+from solvers.pin.section.flexibility import Flexibility
 from solvers.pin.shapes.break_points.sums import Sums
 from solvers.pin.stations.initial_panels import kinks
-
-Array = NDArray[np.float64]
 
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""
@@ -44,11 +43,10 @@ class Half:
     program: Program
     solid_from: float = math.inf
 
-    @cached_property
-    def law(self) -> Array:
-        """Flexibility law of the sections: kappa (``solvers.pin.section.flexibility``) and Cowper's constants."""
-        law = self.program.law
-        return np.array([self.program.variable.kappa, law.a, law.b])
+    @property
+    def law(self) -> Flexibility:
+        """The law of the flexibilities."""
+        return self.program.law
 
     def _least_at(self, x: Array) -> Array:
         """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
@@ -96,8 +94,7 @@ class Half:
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
         bending, shear = np.maximum(mean, 0.0)
-        p = self.program
-        steps = Segments(weight, bending, shear, 1.0, p.variable.kappa, p.law, places.size)
+        steps = Segments(weight, bending, shear, 1.0, self.law, places.size)
         found = minimum_segment_volume(steps, least, True)
         return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
 
@@ -109,8 +106,7 @@ class Half:
 
 
 def _plateau_ends(half: Half, edges: Array) -> list[float]:
-    """Return the positions at which the lower bound of u stops and resumes increasing: kinks of f, and the latter are
-    frequent optimal break points."""
+    """Return where the lower bound of u stops and resumes increasing: kinks, and frequent break points."""
     t = np.unique(edges[:-1, None] + np.diff(edges)[:, None] * np.linspace(0.0, 1.0, _SAMPLES_PER_EDGE + 1))
     level = half.lower_bound(t)
     flat = np.concatenate([[False], np.diff(level) <= 0.0, [False]])

@@ -34,11 +34,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.station_minimum import minimiser_below
-from solvers.pin.section.flexibility import curvatures, flexibilities
+from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities
 
-Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 POSITION, FLOOR, BENDING, SHEAR = 0, 2, 4, 6
@@ -53,15 +53,15 @@ class Layers(NamedTuple):
     """Layers of cells in one ``table`` (total, COLUMNS), the first and the last being single points.
 
     ``starts`` (layers + 1,): first row of each layer. ``blocks`` (layers - 1,): first index of the costs of the steps
-    between two layers; equal indices: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law``: kappa
-    and Cowper's constants.
+    between two layers; equal indices: equal steps. ``max_u`` (layers - 1,): greatest u of each step. ``law`` of the
+    flexibilities.
     """
 
     table: Array
     starts: Indices
     blocks: Indices
     max_u: Array
-    law: Array
+    law: Flexibility
 
 
 class Costs(NamedTuple):
@@ -79,10 +79,7 @@ class Costs(NamedTuple):
 
 
 @kernel
-def _loss(
-    lam: float, after: Array, fixed: bool, bend: float, shear: float,
-    kappa: float, a: float, b: float,
-) -> float:  # fmt: skip
+def _loss(lam: float, after: Array, fixed: bool, bend: float, shear: float, law: Flexibility) -> float:
     """Return an upper bound of psi's depth below its values at the ends of two cells, the second being ``after``; inf:
     unbounded.
 
@@ -93,15 +90,15 @@ def _loss(
     if lam > 0.0 and fixed and rise > 0.0 and (bend > 0.0 or shear > 0.0):
         if low <= 0.0:
             return np.inf
-        curve, shear_curve = curvatures(low, kappa, a, b)
+        curve, shear_curve = curvatures(low, law)
         loss += 0.125 * lam * rise * rise * (bend * curve + shear * max(shear_curve, 0.0))
     return loss
 
 
 @kernel
 def _step_cost(
-    lam: float, before: Array, after: Array, max_u: float, start: float, kappa: float, a: float, b: float, out: Array
-) -> tuple[float, int]:  # fmt: skip
+    lam: float, before: Array, after: Array, max_u: float, start: float, law: Flexibility, out: Array
+) -> tuple[float, int]:
     """Write into out[e, f] the cost of a step from end e of one cell to end f of another, minus its loss inside the
     cells.
 
@@ -130,25 +127,25 @@ def _step_cost(
             floor = min(after[FLOOR + f], max_u)
             loaded = lam > 0.0 and (bend > 0.0 or shear > 0.0)
             minimisations += 1 if loaded else 0
-            u = minimiser_below(lam, width, bend, shear, floor, max_u, u, kappa, a, b)
+            u = minimiser_below(lam, width, bend, shear, floor, max_u, u, law)
             # A step may be solid only because the floor excludes a thinner one of lower cost.
-            fixed = fixed or u <= floor or (kappa < 0.0 and u >= max_u)
+            fixed = fixed or u <= floor or (law.kappa < 0.0 and u >= max_u)
             bend_most, shear_most = max(bend_most, bend), max(shear_most, shear)
             cost = u * width if u < np.inf else 0.0
             if loaded and u < np.inf:
-                beta, sheared = flexibilities(max(u, 1e-300), kappa, a, b)
+                beta, sheared = flexibilities(max(u, 1e-300), law)
                 cost += lam * (bend * beta + shear * sheared)
             if lam > 0.0 and (more_bend < 0.0 or more_shear < 0.0):
                 # Lines of adjacent cells may decrease from one to the next: a gain, greatest for the thinnest wall.
                 if least <= 0.0:
                     cost = -np.inf
                 else:
-                    beta, sheared = flexibilities(least, kappa, a, b)
+                    beta, sheared = flexibilities(least, law)
                     cost += lam * (min(more_bend, 0.0) * beta + min(more_shear, 0.0) * sheared)
             out[e, f] = cost
     if ends == 1 and after_ends == 1:
         return u, minimisations
-    loss = _loss(lam, after, fixed, bend_most, shear_most, kappa, a, b)
+    loss = _loss(lam, after, fixed, bend_most, shear_most, law)
     for e in range(ends):
         for f in range(after_ends):
             if out[e, f] < np.inf and loss < np.inf:
@@ -162,7 +159,6 @@ def _step_cost(
 @kernel
 def forward(lam: float, layers: Layers, costs: Costs) -> int:
     """Fill ``step``, ``cost_to_come`` and ``predecessor``; return the number of walls that required a minimisation."""
-    kappa, a, b = layers.law
     minimisations, starts = 0, layers.starts
     costs.cost_to_come[0, 0], costs.cost_to_come[0, 1] = 0.0, np.inf
     for k in range(starts.size - 2):
@@ -172,7 +168,7 @@ def forward(lam: float, layers: Layers, costs: Costs) -> int:
                 u = 0.5
                 for j in range(middle, end):
                     u, more = _step_cost(
-                        lam, layers.table[i], layers.table[j], layers.max_u[k], u, kappa, a, b,
+                        lam, layers.table[i], layers.table[j], layers.max_u[k], u, layers.law,
                         costs.step[block + (i - begin) * (end - middle) + j - middle],
                     )  # fmt: skip
                     minimisations += more
@@ -209,7 +205,6 @@ def backward(layers: Layers, costs: Costs) -> None:
 @kernel
 def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
     """Write the cheapest path's break points and walls into ``path`` (2, steps); return its relative deflection."""
-    kappa, a, b = layers.law
     at, total = 2 * (layers.starts[-1] - 1), 0.0
     for k in range(path.shape[1] - 1, -1, -1):
         j, f, before = at // 2, at % 2, costs.predecessor[at // 2, at % 2]
@@ -219,8 +214,8 @@ def trace(lam: float, layers: Layers, costs: Costs, path: Array) -> float:
         shear = max(after[SHEAR + f] - previous[SHEAR + e], 0.0)
         u = min(after[FLOOR + f], layers.max_u[k])
         if lam > 0.0 and (bend > 0.0 or shear > 0.0):
-            u = minimiser_below(lam, width, bend, shear, u, layers.max_u[k], 0.5, kappa, a, b)
-            beta, phi = flexibilities(max(u, 1e-300), kappa, a, b)
+            u = minimiser_below(lam, width, bend, shear, u, layers.max_u[k], 0.5, layers.law)
+            beta, phi = flexibilities(max(u, 1e-300), layers.law)
             total += bend * beta + shear * phi
         path[0, k], path[1, k] = after[POSITION + f], u
         at = before

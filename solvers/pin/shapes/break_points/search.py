@@ -21,15 +21,13 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.pin.section.flexibility import inflection
 from solvers.pin.shapes.break_points.bounds import Bounds, DualBound, PathBound
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, split_cells
 from solvers.pin.shapes.break_points.half import COINCIDENT, Half, Walls
 from solvers.pin.shapes.break_points.paths import FLOOR, POSITION
-
-Array = NDArray[np.float64]
 
 GAP = 9e-8
 """Relative gap at convergence, regardless of the accuracy requested for the mass itself."""

@@ -6,13 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
+from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.pieces import piece_at
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -28,8 +26,7 @@ class Sums:
 
     @cached_property
     def _series(self) -> tuple[Array, Array, Array, Array]:
-        """Left ends and widths of the panels as fractions; Legendre series (panels, 2, NODES + 1) of the densities and
-        of their integrals."""
+        """Left ends and widths of the panels; Legendre series (panels, 2, NODES + 1) of densities and integrals."""
         s, legendre = self.stations, np.polynomial.legendre
         left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
         values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)], axis=1)
@@ -42,22 +39,18 @@ class Sums:
     def integrals(self, t: Array) -> Array:
         """Return both integrals from 0 to positions t, shape (2, n)."""
         left, wide, _, sums = self._series
-        found = np.empty((2, t.size))
-        _evaluate(left, wide, sums, t, found)
-        return found
+        return _evaluate(left, wide, sums, t)
 
     def density(self, t: Array) -> Array:
         """Return both densities at positions t, shape (2, n)."""
         left, wide, series, _ = self._series
-        found = np.empty((2, t.size))
-        _evaluate(left, wide, series, t, found)
-        return found
+        return _evaluate(left, wide, series, t)
 
 
 @kernel
-def _evaluate(left: Array, wide: Array, series: Array, t: Array, found: Array) -> None:
+def _evaluate(left: Array, wide: Array, series: Array, t: Array) -> Array:
     """Evaluate panelwise Legendre series at positions by Clenshaw's recurrence."""
-    panel = 0
+    found, panel = np.empty((2, t.size)), 0
     for i in range(t.size):
         panel = piece_at(left, t[i], panel)
         x = min(max((t[i] - left[panel]) / wide[panel], 0.0), 1.0) * 2.0 - 1.0
@@ -66,3 +59,4 @@ def _evaluate(left: Array, wide: Array, series: Array, t: Array, found: Array) -
             for n in range(c.size - 1, 0, -1):
                 one, two = c[n] + (2.0 * n + 1.0) / (n + 1.0) * x * one - (n + 1.0) / (n + 2.0) * two, one
             found[kind, i] = c[0] + x * one - 0.5 * two
+    return found

@@ -11,10 +11,11 @@ from app.designs.refusals import REQUIRED
 from app.designs.registry import KINDS
 from app.errors import Problem
 from app.web.forms.faults import placed
-from app.web.forms.nodes import applies
+from app.web.forms.nodes import Number, applies
 from app.web.forms.numbers import number, shown
 from app.web.forms.tables import cells_of
 from app.web.forms.tree import form_of
+from app.words.languages import speaking
 from app.words.units import System, measuring
 
 JOBS = [(kind.slug, mode) for kind in KINDS.values() for mode in kind.jobs]
@@ -89,19 +90,43 @@ def test_decimal_comma_and_point_are_accepted():
 
 @pytest.mark.parametrize(
     ("typed", "unit", "meant"),
-    [("1 in", "mm", 25.4), ("145,04 psi", "MPa", 1.0000156), ("3000 rpm", "Hz", 50.0), ("30 mm", "mm", 30.0)],
+    [
+        ("1 in", "mm", 25.4),
+        ("145,04 psi", "MPa", 1.0000156),
+        ("3000 rpm", "Hz", 50.0),
+        ("30 mm", "mm", 30.0),
+        ("1,5 см", "mm", 15.0),
+        ("3000 об/мин", "Hz", 50.0),
+        ("3000 хв⁻¹", "Hz", 50.0),
+        ("5 \u03bcm", "µm", 5.0),
+    ],
 )
 def test_another_unit_behind_the_number_is_converted(typed, unit, meant):
     assert number(typed, unit) == pytest.approx(meant, rel=1e-6)
 
 
-@pytest.mark.parametrize("typed", ["fast", "1.2.3", "1 furlong", "nan", "1e999", "1 000", ""])
+@pytest.mark.parametrize("typed", ["fast", "1.2.3", "1 furlong", "nan", "1e999", "1 00", "10 0000", ""])
 def test_invalid_numbers_stay_as_typed(typed):
     assert number(typed, "mm") == typed
 
 
+@pytest.mark.parametrize("typed", ["210 000", "210\u00a0000", "210\u2009000", "210\u202f000 MPa", "210'000"])
+def test_thousands_may_be_grouped(typed):
+    assert number(typed, "MPa") == 210_000.0
+
+
+@pytest.mark.parametrize("code", ["en", "ru"])
+def test_a_comma_that_may_mean_thousands_is_refused_in_english_only(code):
+    density = Number(key="d", name="d", pointer="/d", path="d")
+    with speaking(code):
+        assert density.value({"d": "7,850"}) == ("7,850" if code == "en" else 7.85)
+        assert density.value({"d": "0,850"}) == 0.85
+        assert cells_of("1,5") == (["1", "5"] if code == "en" else ["1,5"])
+
+
 def test_rows_of_any_spreadsheet_locale_are_parsed():
     assert cells_of("10\t1,5") == cells_of("10;1,5") == cells_of("10 1,5") == ["10", "1,5"]
+    assert cells_of("10\t1 500") == cells_of("10;1 500") == ["10", "1 500"]
     assert cells_of("10,1.5", 2) == cells_of("10, 1.5") == ["10", "1.5"]
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from pydantic import ValidationError
@@ -11,7 +12,7 @@ from app.designs.calculation import chain as chains
 from app.designs.calculation.chain import DEGREE, Chain, NotANumber
 from app.designs.kind import Kind, Mode
 from app.designs.units import figures
-from app.reports.content import Block, Formula, Given, Givens, Paragraph, Part, Rows, Table
+from app.reports.content import Block, Formula, Givens, Paragraph, Part, Rows, Table
 from app.words.effects import effect_rows
 from app.words.fields import plain
 from app.words.languages import gettext as _
@@ -46,11 +47,11 @@ def blocks_of(chain: Chain) -> Iterator[Block]:
         )
     )
     sources = {text: f"[{k}]" for k, text in enumerate(chain.sources, 1)}
-    given: list[Given] = []
+    given: list[chains.Given] = []
     for item in chain.items:
         if isinstance(item, chains.Given):
             source = f" ({_(item.source)})" if item.source else ""
-            given.append(Given(item.symbol, item.number, item.unit, spoken(item.words) + source))
+            given.append(replace(item, words=spoken(item.words) + source))
             continue
         if given:
             yield Givens(tuple(given))

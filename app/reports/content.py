@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+from app.designs.calculation.chain import Given
 from app.designs.calculation.printed import Printed
 
 
@@ -81,17 +82,9 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Given:
-    """A given quantity: symbol, number, unit, description."""
-
-    symbol: str
-    number: Printed
-    unit: str
-    words: str
-
-
-@dataclass(frozen=True)
 class Givens:
+    """Given quantities, their words in the report's language."""
+
     items: tuple[Given, ...]
 
 

@@ -10,11 +10,7 @@ from functools import partial
 
 from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.outcome import (
-    EffectReport,
-    EffectState,
-    Outcome,
-)
+from solvers.outcome import EffectReport, EffectState, Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME

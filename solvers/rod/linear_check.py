@@ -16,21 +16,9 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
-from solvers.rod.cycle.guide_loads import (
-    GUIDE_RESULTS,
-    Guide,
-    friction_power,
-    guide_results,
-    relative,
-)
+from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
 from solvers.rod.cycle.sampling import first_edges, sample
-from solvers.rod.cycle.section import (
-    FEW_STATIONS,
-    STATIONS,
-    STRIP_RESULTS,
-    Field,
-    strip_results,
-)
+from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
 from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Dimensions, Load, Scene
@@ -103,7 +91,6 @@ ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOW_ACCURACY = 1e-4
 ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
-_CONVEXITY_TOLERANCE = 1e-12
 _MAX_FIRST_ROOT = float(FIRST_ROOT_LIMITS[1])
 
 

@@ -17,13 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import (
-    FORCE,
-    ROWS,
-    STROKE,
-    Strip,
-    fill_states,
-)
+from solvers.rod.cycle.state import FORCE, ROWS, STROKE, Strip, fill_states
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of

@@ -48,7 +48,6 @@ class CoreCycle:
     """Axial force, lateral stroke and constants of the machine; SI units.
 
     guide                   clamp offset, diameter, skirt length [m], friction coefficient
-    angle, force, stroke    crank angles [rad], axial force [N] and lateral stroke [m] there
     mean_samples            force, stroke and |piston speed| [m/s] at the angles of the mean of friction power
     compression             maximum compression [N]
     peak_compression_angle  its crank angle [rad]
@@ -59,17 +58,10 @@ class CoreCycle:
     modulus: float
     guide: Array
     diagram: Diagram
-    angle: Array
-    force: Array
-    stroke: Array
     mean_samples: tuple[Array, Array, Array]
     compression: float
     peak_compression_angle: float
     corners: Array
-
-    @property
-    def crank_radius(self) -> float:
-        return self.drive.crank_radius
 
     @property
     def rod_length(self) -> float:
@@ -81,7 +73,7 @@ class CoreCycle:
 
     def lateral_stroke(self, angle: Array) -> Array:
         """Lateral stroke of the crank pin r sin(phi) [m]."""
-        return self.crank_radius * np.sin(angle)
+        return self.drive.crank_radius * np.sin(angle)
 
     @cached_property
     def coarse(self) -> CoreCycle:
@@ -170,8 +162,7 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
     """Cycle of a scene under the gas force and the inertia of a reciprocating mass [kg]."""
     drive, piston = drive_of(scene, mass), scene.piston
     angle, mean_angle = periodic.grid(ANGLES), periodic.grid(MEAN_ANGLES)
-    force = axial_forces(drive, angle)
-    least, peak_compression_angle = least_force(drive, angle, force, _FORCE_TOLERANCE)
+    least, peak_compression_angle = least_force(drive, angle, axial_forces(drive, angle), _FORCE_TOLERANCE)
     m = scene.mechanism
     speed = np.abs(kinematics.velocity(mean_angle, m.crank_radius, m.rod_length, m.angular_speed))
     return CoreCycle(
@@ -179,9 +170,6 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
         modulus=scene.material.elastic_modulus,
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
         diagram=criterion.diagram(),
-        angle=angle,
-        force=force,
-        stroke=m.crank_radius * np.sin(angle),
         mean_samples=(axial_forces(drive, mean_angle), m.crank_radius * np.sin(mean_angle), speed),
         compression=max(-least, 0.0),
         peak_compression_angle=peak_compression_angle % periodic.TURN,

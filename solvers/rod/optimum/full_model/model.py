@@ -72,7 +72,6 @@ class FullModel:
     effects         the active effects, fixed
     free            indices of the continuous sizes
     strip_count     number of strips evaluated by rows
-    check_count     number of exact checks
     fine            short difference steps and peak stencils, rows as accurate as checks
     quadratic       corrections are expanded to second order in ln b, ln h, ln l, which follows resonances closely;
                     otherwise to first order
@@ -94,7 +93,6 @@ class FullModel:
     quadratic: bool = False
     coarse: FullModel | None = None
     strip_count: int = 0
-    check_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
     _stencils: list[Stencil] = field(default_factory=list)
@@ -152,7 +150,7 @@ class FullModel:
 
     def _without_cache(self) -> FullModel:
         """This model without its stored strips."""
-        return replace(self, strip_count=0, check_count=0, _strips={}, _stencils=[], _resolved=[])
+        return replace(self, strip_count=0, _strips={}, _stencils=[], _resolved=[])
 
     @property
     def corrected(self) -> bool:
@@ -204,7 +202,6 @@ class FullModel:
         if d in self._checks:
             return self._checks[d]
         self.watch()
-        self.check_count += 1
         check_accuracy = accuracy or max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
         choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
         known = self._strips.get(d)

@@ -98,7 +98,9 @@ class Answers:
             p.objective, p.objective.read(result), proof, relaxed, influence, beyond, optimum, density
         )
         estimated = objective_error(context, optimum)
-        at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        at_vertex = (
+            optimum.conditions is not None and not optimum.conditions.free_directions and not self.sizes.discrete
+        )
         if context.model.is_lightly_damped and not at_vertex:
             # A neighbouring narrow valley may be deeper.
             estimated = math.inf

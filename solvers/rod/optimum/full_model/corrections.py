@@ -110,7 +110,7 @@ class Stencil:
     def _cycle(self, y: tuple[float, ...]) -> Cycle:
         """The cycle of the strip at y, without a discretisation."""
         centre = self.centre.cycle
-        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
+        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y), prepared=None)
 
     def _companions(self, free: bool) -> list[tuple[float, ...]]:
         """Points required together: those of all slopes and curvatures, in the ``free`` directions or in all."""

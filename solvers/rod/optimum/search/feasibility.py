@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
     bounds, until two of them agree. None if every strip tried buckles.
     """
     best: tuple[float, Dimensions] | None = None
-    for start in _starts(cycle, limits, bounds):
+    for start in chain([bounds.stiffest], _spread_strips(cycle, limits, bounds)):
         result = _local_minimum(cycle, limits, bounds, start)
         if result is None:
             continue
@@ -43,11 +44,6 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
             return min(result, best, key=lambda result: result[0])
         best = result if best is None else min(result, best, key=lambda result: result[0])
     return best
-
-
-def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
-    yield bounds.stiffest
-    yield from _spread_strips(cycle, limits, bounds)
 
 
 def _local_minimum(

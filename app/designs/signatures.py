@@ -81,7 +81,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.ringing.estimate_ringing", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.revolution.Revolution f2 solvers.numerics.radau.Radau f1 i1 f2 f1 f1"),
         ("solvers.rod.vibration.ringing.free_modes", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 i1 f2 i f1"),
         ("solvers.rod.vibration.ringing.ringing_of", "solvers.rod.vibration.ringing.FreeModes f2 c2 solvers.numerics.radau.Radau"),
-        ("solvers.rod.vibration.steady_response.add_amplitudes", "f2 f2 f2 f1 f1 f2 f2"),
     ),
     ("flexible-rod", "design"): (
         ("solvers.fatigue.kernels.severities", "f2 f2 f3 f1 f2"),

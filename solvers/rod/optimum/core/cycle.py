@@ -6,8 +6,7 @@ The core consists of gas load, moving mass, beam-column and contact, so the axia
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,12 +30,11 @@ from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 
-MEAN_ANGLES, COARSE_MEAN_ANGLES = 1024, 64
-"""Number of angles for a mean over the cycle, and for a coarse estimate of it.
+MEAN_ANGLES = 1024
+"""Number of angles for a mean over the cycle.
 
 The error falls with the third power of the number, since the second derivative jumps where the piston loses contact
-with its second wall. With all angles it is 3e-7 for slender strips near buckling (with half as many: 2e-6); the coarse
-estimate is wrong by less than 5e-4 for strips that do not buckle.
+with its second wall. It is 3e-7 for slender strips near buckling (with half as many angles: 2e-6).
 """
 _FORCE_TOLERANCE = 1e-10
 _SPACING_BETWEEN_CORNERS = 2e-5, 1e-3
@@ -74,12 +72,6 @@ class CoreCycle:
     def lateral_stroke(self, angle: Array) -> Array:
         """Lateral stroke of the crank pin r sin(phi) [m]."""
         return self.drive.crank_radius * np.sin(angle)
-
-    @cached_property
-    def coarse(self) -> CoreCycle:
-        """The same cycle with means over fewer angles."""
-        force, stroke, speed = (values[:: MEAN_ANGLES // COARSE_MEAN_ANGLES].copy() for values in self.mean_samples)
-        return replace(self, mean_samples=(force, stroke, speed))
 
     def strip(self, d: Dimensions) -> CoreStrip:
         """Response of a strip."""

@@ -12,7 +12,6 @@ from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import EffectReport, EffectState, Outcome
 from solvers.rod import rows
-from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
@@ -56,8 +55,6 @@ _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
 _COARSE_ACCURACY = 1e-4
 """Accuracy of that search."""
-_MAX_ITERATIONS = 6
-"""Maximum iterations of a local search for an attainable value."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first feasible strip."""
 
@@ -230,11 +227,7 @@ class _Design:
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
-        quick = not context.model.has_resonances and not self.sizes.discrete
-        effects = context.model.effects
-        attainable = RequirementsAsObjectives(
-            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
-        )
+        attainable = RequirementsAsObjectives(self.problem, partial(self.approximate_design, context.model.effects))
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
@@ -279,7 +272,7 @@ class _Design:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
+        attainable = RequirementsAsObjectives(p, lambda _: None)
         return _SearchResult(
             strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
         )
@@ -340,20 +333,6 @@ class _Design:
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
-
-    def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
-    ) -> Outcome[RodCheck] | None:
-        """Result of one local search for another problem in the same scene at low accuracy; None if it violates a
-        requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _COARSE_ACCURACY))
-        other.cycle = self.cycle
-        context = other.context(effects.include, strip).exploratory(strip)
-        try:
-            result = context.search_from(strip, context.bounds, max_iterations=_MAX_ITERATIONS)
-        except OutOfTime:
-            return None
-        return None if result is None or result.feasible_best is None else result.feasible_best.outcome
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)

@@ -1,8 +1,8 @@
 """Diagnosis of infeasibility: which requirements cannot be met, and the best value of each under the others.
 
 The attainable value is the optimum of a separate design problem. With effects beyond the core it is taken from a design
-on the full model, if one exists or takes little time, and otherwise from the core's optimum, evaluated on the full
-model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
+on the full model, if the search for a feasible strip has made one, and otherwise from the core's optimum, evaluated on
+the full model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
 """
 
 from __future__ import annotations
@@ -120,11 +120,11 @@ class _Diagnosis:
         entries = [self.entry(r, _conflict_with(opponents), attained)]
         for o in opponents:
             best = self.best_under_others(o)
-            if best is not None and not self.meets(o, best):
+            if best is not None and o.log_limit(best.value, self.model.scene) > self.limits[o.row]:
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
 
-    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | AttainableBest | None:
+    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | None:
         """The best value under all other requirements, otherwise the worst of the values under a single opponent."""
         found = self.best_under_others(r)
         if found is not None:
@@ -132,22 +132,13 @@ class _Diagnosis:
         values = [one for opponent in opponents if (one := self.core.best(r, self.limits_of(opponent))) is not None]
         return (min if r.is_minimum else max)(values, key=lambda one: one.value, default=None)
 
-    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
-        """The best value under all other requirements except ``but``, on the full model if that takes little time."""
-        if self.full.quick and all(o is r for o in but):
-            attained = self.full.best(r)
-            if attained is not None:
-                return attained
+    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | None:
+        """The best value on the core under all other requirements except ``but``."""
         return self.core.best(r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but)))
 
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""
         return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
-
-    def meets(self, r: Constraint, best: Best | AttainableBest | None) -> bool:
-        if isinstance(best, AttainableBest):
-            return r.meets(best.check, getattr(self.asked, r.name))
-        return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
     def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
         return self.entry_of(r, why, *self.attainable(r, best))
@@ -178,9 +169,7 @@ class _Diagnosis:
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
         try:
-            outcome = None if self.core.sizes.discrete else self.full.best_near(r, best.strip)
-            if outcome is None:
-                outcome = self.model.check(best.strip, self.core.accuracy)
+            outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
             return expected, 1.0
         if outcome.value.stresses is None:

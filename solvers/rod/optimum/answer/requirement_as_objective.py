@@ -6,11 +6,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.problem import LIMITED_RESULTS, RodProblem
-from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
@@ -31,16 +29,12 @@ class AttainableBest(NamedTuple):
 class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    design_of      design of another problem on the full model
-    local_search   end of one local search on the full model from a strip; None if it violates a requirement
-    quick          whether a design takes little time
-    found          results so far, by requirement
+    design_of  design of another problem on the full model
+    found      results so far, by requirement
     """
 
     problem: RodProblem
     design_of: Callable[[RodProblem], AttainableBest | None]
-    local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
-    quick: bool
     found: dict[str, AttainableBest | None] = field(default_factory=dict)
 
     def first_violated(self, nearest: RodCheck) -> Constraint | None:
@@ -53,17 +47,12 @@ class RequirementsAsObjectives:
     def best(self, c: Constraint) -> AttainableBest | None:
         """The strip with the best value of a requirement's result under all other requirements."""
         if c.name not in self.found:
-            self.found[c.name] = self.design_of(self._with_objective(c))
+            p = self.problem
+            without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+            self.found[c.name] = self.design_of(
+                replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
+            )
         return self.found[c.name]
-
-    def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
-        """The local optimum for a requirement's result near a strip."""
-        return self.local_search(self._with_objective(c), strip)
-
-    def _with_objective(self, c: Constraint) -> RodProblem:
-        p = self.problem
-        without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-        return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
 
     def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
         """The optima found so far."""

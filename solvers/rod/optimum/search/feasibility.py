@@ -76,7 +76,7 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     """
     if clearly_infeasible:
         iterate = checked_without_model(context, start)
-        return None if iterate is None else LocalResult(iterate, math.inf, 0)
+        return None if iterate is None else LocalResult(iterate, math.inf)
     if not context.model.is_excited_by_corners:
         context.search_from(start, context.bounds)
         return context.best()
@@ -90,7 +90,7 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     if best.best.excess < _POSSIBLY_FEASIBLE * coarse.model.accuracy:
         return context.search_from(strip, context.bounds)
     iterate = checked_without_model(context, strip)
-    return best if iterate is None else LocalResult(iterate, math.inf, best.iterations)
+    return best if iterate is None else LocalResult(iterate, math.inf)
 
 
 def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None:

@@ -161,7 +161,7 @@ class Context:
             outcome = self.model.check(d)
             if self.problem.requirements.met_by(outcome.value):
                 at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
-                return Optimum(LocalResult(at, math.inf, 0), searches=self.search_count, local_optima=len(self.results))
+                return Optimum(LocalResult(at, math.inf), searches=self.search_count, local_optima=len(self.results))
         return None
 
     def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:

@@ -20,7 +20,7 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, program, restore_feasibility, run_slsqp
+from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, program, run_slsqp
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
@@ -86,11 +86,10 @@ class Iterate:
 @dataclass(frozen=True)
 class LocalResult:
     """The best feasible iterate or, without one, that of the least excess; ``predicted_gain`` is the gain in ln
-    objective that the model still predicts there, ``iterations`` the number of times it was solved."""
+    objective that the model still predicts there."""
 
     best: Iterate
     predicted_gain: float
-    iterations: int
 
     @property
     def feasible_best(self) -> Iterate | None:
@@ -118,12 +117,12 @@ def local_search(
         return None
     converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
     best, gain = current, math.inf
-    for iteration in range(1, max_iterations + 1):
+    for _ in range(max_iterations):
         step, predicted = _model_step(model, task, box, current, radius)
         if current is best:
             gain = max(predicted, 0.0) if current.feasible else math.inf
             if gain <= task.min_gain:
-                return LocalResult(best, gain, iteration)
+                return LocalResult(best, gain)
         if current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess:
             break
         expected = current.log_cost - _RELIABLE_SHARE * predicted + task.min_gain
@@ -152,7 +151,7 @@ def local_search(
             best = current if best is previous else best
         if _is_better(trial, best):
             best = trial
-    return LocalResult(best, gain, max_iterations)
+    return LocalResult(best, gain)
 
 
 def _is_converged_within(result: LocalResult, box: Array, min_gain: float) -> bool:
@@ -244,8 +243,6 @@ def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radi
         if step.cost > 0.0:
             return x, _PENALTY * (p.violation(values) - step.cost)
     step = run_slsqp(current.memory, p, trust_box, x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
-    if step.violation > 0.1 * task.margin:
-        step = restore_feasibility(current.memory, p, trust_box, step.x, 3)
     gain = p.cost(values) - step.cost
     if not current.feasible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))

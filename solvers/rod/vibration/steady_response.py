@@ -77,6 +77,10 @@ _FREQUENCY_MARGIN = 1.2
 _DISCONTINUITIES = 8
 """Assumed number of angles at which the weights of a mean jump or have a kink: there oscillating errors contribute."""
 
+_FAR_FROM_TOLERANCE, _RELAXATION, _LARGEST_TOLERANCE = 1e3, 30.0, 1e-4
+"""Error over tolerance from which on another start is made; factor on the tolerance then, and the largest tolerance
+from which it is."""
+
 _RESONANT_AMPLIFICATION = 1e5
 _LARGEST_ERROR = 0.1
 """Amplification that means resonance, and error at which a motion is unknown."""
@@ -185,8 +189,14 @@ class SteadyVibration:
 
 
 def _vibration(cycle: Cycle) -> SteadyVibration:
-    """Compute to half the cycle's tolerance."""
-    best = _resolved(cycle, max(0.5 * cycle.tolerance, LEAST_ERROR))
+    """Compute to half the cycle's tolerance; if that requires elements too narrow for series, to the least error found
+    with larger tolerances."""
+    tolerance = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    best = _resolved(cycle, tolerance)
+    few = best.excitation.corners.size <= FEW_CORNERS
+    while few and best.error > _FAR_FROM_TOLERANCE * tolerance and tolerance < _LARGEST_TOLERANCE:
+        tolerance *= _RELAXATION
+        best = min(best, _resolved(cycle, tolerance), key=lambda each: each.error)
     if best.motion.amplification > _RESONANT_AMPLIFICATION and not best.error < _LARGEST_ERROR:
         if best.motion.errors.excited > _LARGEST_ERROR:
             raise unknown_vibration()

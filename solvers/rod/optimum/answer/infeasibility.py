@@ -18,8 +18,9 @@ from solvers.outcome import Shortfall
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
 from solvers.rod.optimum.full_model.model import FullModel
+from solvers.rod.problem import Requirements
 from solvers.watch import OutOfTime
 
 _STABILITY_ONLY: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
@@ -34,8 +35,9 @@ _SLIGHTLY = 0.02
 
 
 def diagnose(
-    core: CoreOptima, limits: Limits, full: RequirementsAsObjectives, model: FullModel, influence: float
-) -> tuple[tuple[Shortfall, ...], float]:
+    core: CoreOptima, limits: Limits, asked: Requirements, attained: AttainableBest | None, model: FullModel,
+    influence: float,
+) -> tuple[tuple[Shortfall, ...], float]:  # fmt: skip
     """The shortfall of each requirement that cannot be met, and the estimated relative error of the attainable values.
 
     If any requirement is infeasible by itself, only such are listed; otherwise those that conflict with others.
@@ -46,7 +48,7 @@ def diagnose(
     ones by the change due to the effects, at most ``influence``. The core's strip is then checked on the full model:
     the value is that of the check, and its deviation from the value expected by the search is part of the error.
     """
-    entries = _Diagnosis(core, limits, full, model, influence).entries()
+    entries = _Diagnosis(core, limits, asked, attained, model, influence).entries()
     return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
 
 
@@ -70,17 +72,17 @@ class _Entry(NamedTuple):
 class _Diagnosis:
     core: CoreOptima
     limits: Limits
-    full: RequirementsAsObjectives
+    asked: Requirements
+    attained: AttainableBest | None
     model: FullModel
     influence: float
 
     def __post_init__(self) -> None:
-        self.asked = self.full.problem.requirements
         self.requirements = [constraint for constraint, _ in self.asked.requested()]
 
     def entries(self) -> list[_Entry]:
-        for r, attained in self.full.known(self.requirements).items():
-            return self.entries_from_optimum(r, attained)
+        if self.attained is not None:
+            return self.entries_from_optimum(self.attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
         if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
             why = f"no strip within the bounds is stable; {_STABILITY.advice}"
@@ -112,8 +114,9 @@ class _Diagnosis:
             return found
         return self.entries_infeasible_alone([entry.requirement for entry in unattainable])
 
-    def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
-        """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
+    def entries_from_optimum(self, attained: AttainableBest) -> list[_Entry]:
+        """Entries from the known optimum of a requirement, whose opponents are those active there."""
+        r = attained.requirement
         opponents = [o for o in attained.opponents if o is not r]
         if not opponents or not self.core.is_feasible(self.limits_of(r)):
             return [self.entry(r, _OUT_OF_REACH, attained)]

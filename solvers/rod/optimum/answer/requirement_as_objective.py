@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
-from solvers.rod.problem import LIMITED_RESULTS, RodProblem
+from solvers.rod.problem import LIMITED_RESULTS, Requirements, RodProblem
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
@@ -18,42 +17,23 @@ _LOOSEST = {
 
 
 class AttainableBest(NamedTuple):
-    """A strip with the best attainable value of a result, its estimated relative error, and the active requirements."""
+    """A requirement, a strip with the best attainable value of its result, the estimated relative error of that value,
+    and the requirements active there."""
 
+    requirement: Constraint
     check: RodCheck
     error: float
     opponents: tuple[Constraint, ...]
 
 
-@dataclass
-class RequirementsAsObjectives:
-    """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
+def first_violated(asked: Requirements, nearest: RodCheck) -> Constraint | None:
+    """The requirement to optimise first: one that the strip ``nearest`` to feasibility violates, if any."""
+    order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(asked, name) != loosest]
+    violated = [c for c in order if not c.meets(nearest, getattr(asked, c.name))]
+    return next(iter(violated or order), None)
 
-    design_of  design of another problem on the full model
-    found      results so far, by requirement
-    """
 
-    problem: RodProblem
-    design_of: Callable[[RodProblem], AttainableBest | None]
-    found: dict[str, AttainableBest | None] = field(default_factory=dict)
-
-    def first_violated(self, nearest: RodCheck) -> Constraint | None:
-        """The requirement to optimise first: one that the strip ``nearest`` to feasibility violates, if any."""
-        asked = self.problem.requirements
-        order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(asked, name) != loosest]
-        violated = [c for c in order if not c.meets(nearest, getattr(asked, c.name))]
-        return next(iter(violated or order), None)
-
-    def best(self, c: Constraint) -> AttainableBest | None:
-        """The strip with the best value of a requirement's result under all other requirements."""
-        if c.name not in self.found:
-            p = self.problem
-            without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-            self.found[c.name] = self.design_of(
-                replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
-            )
-        return self.found[c.name]
-
-    def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
-        """The optima found so far."""
-        return {c: best for c in requirements if (best := self.found.get(c.name)) is not None}
+def as_objective(p: RodProblem, c: Constraint) -> RodProblem:
+    """The problem with the result of a requirement as objective, under all other requirements."""
+    without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+    return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)

@@ -5,8 +5,9 @@ model and core at the strip found, and it is repeated until it returns a strip t
 assumes the same difference for all strips. The neighbouring sizes of the best strip are therefore enumerated: those
 that the core, corrected at that strip, predicts to be better or nearly feasible within its error are searched on the
 full model (with the continuous sizes free, if any), the most promising first, and again around every better strip. With
-resonances, other gaps between them are searched along paths of continuous sizes (``gaps``). A slice is the set of
-strips with the same discrete sizes.
+resonances, other gaps between them are searched: along paths of continuous sizes if the thickness is continuous
+(``gaps``), otherwise along rows of lengths (``lengths_over_gaps``). A slice is the set of strips with the same discrete
+sizes.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ from solvers.rod.optimum.search.full_optimum import (
     search_other_gaps,
 )
 from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.problem import Bounds
@@ -39,8 +41,8 @@ _MAX_NEIGHBOURS = 40
 """Maximum number of slices searched on the full model around one strip."""
 _MODEL_ERROR_RATE = 0.3
 """Error of the corrected core in logarithms, per unit of distance in logarithms."""
-_MAX_SLICES = 4
-"""Maximum number of slices searched in other gaps."""
+_MAX_SLICES, _MAX_ROWS = 4, 6
+"""Maximum number of slices searched in other gaps, and of rows of lengths."""
 _MIN_DISTANCE = 0.02
 """Distance in ln b, ln h, ln l from all other points at which a slice is searched again."""
 _NEIGHBOUR_STEPS = 2
@@ -86,7 +88,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return Optimum(best, searches=context.search_count, local_optima=len(context.results))
     gain, ratio_range = 0.0, None
     if context.model.has_resonances:
-        _search_other_slices(context, tried)
+        (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         strip = context.best().best.outcome.value.dimensions
         gain, ratio_range = search_other_gaps(context, _slice_bounds(context, strip))
     best = context.best()
@@ -113,10 +115,26 @@ def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]
     return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
 
+def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
+    """Search sizes near lengths in other gaps that are about as good as the best strip; repeat from a better strip of
+    another width or thickness."""
+    searched: set[tuple[float, float]] = set()
+    for _ in range(_MAX_ROWS):
+        best = context.best()
+        d = best.best.outcome.value.dimensions
+        if (d.b, d.h) in searched:
+            return
+        searched.add((d.b, d.h))
+        for strip in promising_lengths(context, best.best):
+            best, result = context.best(), _search_slice(context, strip, tried)
+            if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
+                _improve_repeatedly(context, tried)
+
+
 def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None:
     """Move to better neighbouring sizes until there are none."""
     best = context.best()
-    while best is not None and _search_neighbours(context, best, tried):
+    while best is not None and _search_neighbours(context, best, best, tried):
         best = context.best()
 
 
@@ -146,10 +164,10 @@ def _slice_bounds(context: Context, strip: Dimensions) -> Bounds:
     return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], context.cycle.rod_length)))
 
 
-def _search_neighbours(context: Context, best: LocalResult, tried: set[tuple[float, ...]]) -> bool:
-    """Search sizes next to the best ones in the order of the corrected core's predictions, until one is better; returns
-    whether one is."""
-    check = best.best.outcome.value
+def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
+    """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
+    better than ``best``; returns whether one is."""
+    check = centre.best.outcome.value
     limits = context.corrected_core_limits(check.dimensions, check)
     incumbent = best.best.log_cost if best.feasible_best is not None else math.inf
     shift = context.objective_correction(check.dimensions)
@@ -162,7 +180,7 @@ def _search_neighbours(context: Context, best: LocalResult, tried: set[tuple[flo
             promising.append(predicted)
     promising.sort(key=lambda candidate: candidate[0])
     for _, strip in promising[:_MAX_NEIGHBOURS]:
-        _search_slice(context, _at_same_frequency_ratio(context, strip, best.best), tried)
+        _search_slice(context, _at_same_frequency_ratio(context, strip, centre.best), tried)
         if context.best() is not best:
             return True
     return False

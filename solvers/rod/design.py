@@ -16,7 +16,12 @@ from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, as_objective, first_violated
+from solvers.rod.optimum.answer.requirement_as_objective import (
+    AttainableBest,
+    KnownOptima,
+    as_objective,
+    first_violated,
+)
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import is_stable
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -233,9 +238,13 @@ class _Design:
             return _SearchResult(best, True, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
             return _SearchResult(strip, False, self.answers.failed)
+        # Without resonances and steps of sizes, designs for other requirements take little time.
+        quick = not context.model.has_resonances and not self.sizes.discrete
+        optimum_of = partial(self.approximate_optimum_of, effects=context.model.effects) if quick else None
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
+        known = KnownOptima(self.attained, optimum_of)
         return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, self.attained, proof, strip, beyond, optimum)
+            strip, False, partial(self.answers.infeasible, context, known, proof, strip, beyond, optimum)
         )
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
@@ -271,7 +280,9 @@ class _Design:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        return _SearchResult(strip, False, partial(self.answers.infeasible, context, None, proof, strip, (), None))
+        return _SearchResult(
+            strip, False, partial(self.answers.infeasible, context, KnownOptima(), proof, strip, (), None)
+        )
 
     def full_optimum(
         self, context: Context, excess: float, starts: Sequence[Dimensions], clearly_infeasible: bool

@@ -30,29 +30,39 @@ _NEGLIGIBLE = 1e-6
 class Stationarity:
     """First-order conditions at a strip.
 
-    active           constraints with d ln objective/d ln bound
-    kkt_residual     maximum component of the objective's gradient that multipliers do not balance, relative to the
-                     greatest of that gradient
-    free_directions  number of directions tangent to all constraints with a multiplier
+    active     constraints with d ln objective/d ln bound
+    residual   the part of the objective's gradient not balanced by multipliers, shape (3,)
+    scale      the maximum component of the objective's gradient, or 1
+    weights    coefficients of all rows in the Lagrangian
+    tangent    orthonormal basis of the directions tangent to all active constraints, shape (directions, 3)
     """
 
     active: tuple[ActiveConstraint, ...]
-    kkt_residual: float
-    free_directions: int
+    residual: Array
+    scale: float
+    weights: Array
+    tangent: Array
+
+    @property
+    def kkt_residual(self) -> float:
+        """Maximum unbalanced gradient component, relative to the objective's gradient."""
+        return float(np.max(np.abs(self.residual))) / self.scale
 
 
 @dataclass
 class _Active:
-    """Active rows and bounds: names, signs, gradients (b, h, l, and 1 for a part of the maximum)."""
+    """Active rows and bounds: names, signs, gradients (b, h, l, and 1 for a part of the maximum), row or -1."""
 
     names: list[str] = field(default_factory=list)
     signs: list[float] = field(default_factory=list)
     columns: list[Array] = field(default_factory=list)
+    rows: list[int] = field(default_factory=list)
 
-    def add(self, name: str, sign: float, gradient: Array, part: float = 0.0) -> None:
+    def add(self, name: str, sign: float, gradient: Array, row: int = -1, part: float = 0.0) -> None:
         self.names.append(name)
         self.signs.append(sign)
         self.columns.append(np.append(gradient, part))
+        self.rows.append(row)
 
 
 def stationarity(
@@ -72,7 +82,7 @@ def stationarity(
         parts = (rows.STABILITY, rows.SIDEWAYS) if constraint.row == rows.STABILITY else layout.parts(constraint.row)
         for row in parts:
             if abs(values[row] - limit) < tolerance:
-                active.add(constraint.name, sign, jacobian[row])
+                active.add(constraint.name, sign, jacobian[row], row)
     for index, name in enumerate(("b", "h", "l")):
         value, (low, high) = getattr(d, name), getattr(bounds, name)
         unit = np.eye(3)[index]
@@ -83,7 +93,7 @@ def stationarity(
         for side, bound, sign in (("lower", low, -1.0), ("upper", high, 1.0)):
             if abs(math.log(value / bound)) < ACTIVE:
                 active.add(f"{name}_{side}", sign, sign * unit)
-    target = np.zeros(4)
+    weights, target = np.zeros(layout.size), np.zeros(4)
     objective_weights = dict(objective.weights)
     max_row = next((row for row in objective_weights if len(layout.parts(row)) > 1), None)
     if max_row is not None:
@@ -91,31 +101,37 @@ def stationarity(
         target[3] = objective_weights.pop(max_row)
         for row in layout.parts(max_row):
             if values[max_row] - values[row] < tolerance:
-                active.add("", 0.0, jacobian[row], 1.0)
+                active.add("", 0.0, jacobian[row], row, 1.0)
     for row, weight in objective_weights.items():
+        weights[row] += weight
         target[:3] -= weight * jacobian[row]
     scale = float(np.max(np.abs(target[:3]))) or 1.0
     if not active.columns:
-        return Stationarity((), float(np.max(np.abs(target[:3]))) / scale, 3)
+        return Stationarity((), target[:3], scale, weights, np.eye(3))
     from scipy.optimize import nnls
 
     multipliers, _ = nnls(np.array(active.columns).T, target)
     residual = target - np.array(active.columns).T @ multipliers
     totals: dict[str, float] = {}
-    for name, sign, multiplier in zip(active.names, active.signs, multipliers, strict=True):
+    for name, sign, multiplier, row in zip(active.names, active.signs, multipliers, active.rows, strict=True):
+        if row >= 0:
+            weights[row] += multiplier
         if name:
             # Relaxing a limit by d ln changes ln cost by -multiplier; a minimum safety is relaxed downward.
             totals[name] = totals.get(name, 0.0) - objective.sign * sign * multiplier
     reported = tuple(ActiveConstraint(name, float(value)) for name, value in totals.items() if abs(value) > _NEGLIGIBLE)
     supporting = [c for c, multiplier in zip(active.columns, multipliers, strict=True) if multiplier > _NEGLIGIBLE]
-    return Stationarity(reported, float(np.max(np.abs(residual[:3]))) / scale, 3 - _independent(supporting))
+    return Stationarity(reported, residual[:3], scale, weights, _tangent(supporting))
 
 
-def _independent(columns: list[Array]) -> int:
-    """Number of independent conditions on a direction along which these constraints remain active; parts of a maximum
-    may change equally."""
+def _tangent(columns: list[Array]) -> Array:
+    """Unit vectors tangent to these constraints, shape (directions, 3); parts of a maximum may change equally."""
     matrix = np.array(columns).reshape(-1, 4)
-    parts = matrix[:, 3] > 0.0
-    matrix = np.concatenate([matrix[~parts, :3], matrix[parts, :3][1:] - matrix[parts, :3][:1]])
-    singular = np.linalg.svd(matrix, compute_uv=False)
-    return int(np.sum(singular > 1e-9 * np.max(singular, initial=0.0)))
+    # With parts, the last unknown is the maximum itself: each part minus the maximum remains constant.
+    matrix = matrix * np.array([1.0, 1.0, 1.0, -1.0]) if matrix[:, 3].any() else matrix[:, :3]
+    if not matrix.size:
+        return np.eye(3)
+    _, singular, directions = np.linalg.svd(matrix)
+    free = directions[int(np.sum(singular > 1e-9 * singular[0])) :, :3]
+    norms = np.linalg.norm(free, axis=1)
+    return free[norms > 1e-6] / norms[norms > 1e-6, None]

@@ -92,7 +92,9 @@ def full_certificate(
     )
     if optimum.conditions is not None:
         evidence["kkt_residual"] = optimum.conditions.kkt_residual
-        evidence["free_directions"] = optimum.conditions.free_directions
+        evidence["free_directions"] = len(optimum.conditions.tangent)
+    if optimum.second_order is not None and optimum.second_order.curvature is not None:
+        evidence["least_curvature"] = optimum.second_order.curvature
     evidence |= {"local_searches": optimum.searches, "local_optima": optimum.local_optima}
     if optimum.ratio_range is not None:
         low, high = optimum.ratio_range

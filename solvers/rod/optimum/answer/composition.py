@@ -12,7 +12,7 @@ from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
+from solvers.rod.optimum.answer.requirement_as_objective import KnownOptima
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
@@ -98,9 +98,7 @@ class Answers:
             p.objective, p.objective.read(result), proof, relaxed, influence, beyond, optimum, density
         )
         estimated = objective_error(context, optimum)
-        at_vertex = (
-            optimum.conditions is not None and not optimum.conditions.free_directions and not self.sizes.discrete
-        )
+        at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
         if context.model.is_lightly_damped and not at_vertex:
             # A neighbouring narrow valley may be deeper.
             estimated = math.inf
@@ -110,7 +108,7 @@ class Answers:
         return self._succeeded(best.outcome, active, estimated, statement)
 
     def infeasible(
-        self, context: Context, attained: AttainableBest | None, proof: Proof, strip: Dimensions,
+        self, context: Context, known: KnownOptima, proof: Proof, strip: Dimensions,
         beyond: tuple[str, ...], nearest: Optimum | None,
     ) -> Outcome[RodDesign]:  # fmt: skip
         """Outcome of an infeasible problem: proven on the core, on the full model based on searches only."""
@@ -122,7 +120,7 @@ class Answers:
         core = CoreOptima(
             self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
         )
-        entries, error = diagnose(core, limits, self.problem.requirements, attained, context.model, influence)
+        entries, error = diagnose(core, limits, self.problem.requirements, known, context.model, influence)
         statement = certificate.infeasible_certificate(proof, beyond, context.search_count, excess)
         accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
         return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=statement, diagnosis=entries)

@@ -1,8 +1,9 @@
 """Diagnosis of infeasibility: which requirements cannot be met, and the best value of each under the others.
 
 The attainable value is the optimum of a separate design problem. With effects beyond the core it is taken from a design
-on the full model, if the search for a feasible strip has made one, and otherwise from the core's optimum, evaluated on
-the full model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
+on the full model, if the search for a feasible strip has made one or it takes little time, and otherwise from the
+core's optimum, evaluated on the full model. Conflicting requirements are identified by the active limits of that
+design, or by searches on the core.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ from solvers.outcome import Shortfall
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, KnownOptima
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.problem import Requirements
 from solvers.watch import OutOfTime
@@ -35,7 +36,7 @@ _SLIGHTLY = 0.02
 
 
 def diagnose(
-    core: CoreOptima, limits: Limits, asked: Requirements, attained: AttainableBest | None, model: FullModel,
+    core: CoreOptima, limits: Limits, asked: Requirements, known: KnownOptima, model: FullModel,
     influence: float,
 ) -> tuple[tuple[Shortfall, ...], float]:  # fmt: skip
     """The shortfall of each requirement that cannot be met, and the estimated relative error of the attainable values.
@@ -48,7 +49,7 @@ def diagnose(
     ones by the change due to the effects, at most ``influence``. The core's strip is then checked on the full model:
     the value is that of the check, and its deviation from the value expected by the search is part of the error.
     """
-    entries = _Diagnosis(core, limits, asked, attained, model, influence).entries()
+    entries = _Diagnosis(core, limits, asked, known, model, influence).entries()
     return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
 
 
@@ -73,7 +74,7 @@ class _Diagnosis:
     core: CoreOptima
     limits: Limits
     asked: Requirements
-    attained: AttainableBest | None
+    known: KnownOptima
     model: FullModel
     influence: float
 
@@ -81,8 +82,8 @@ class _Diagnosis:
         self.requirements = [constraint for constraint, _ in self.asked.requested()]
 
     def entries(self) -> list[_Entry]:
-        if self.attained is not None:
-            return self.entries_from_optimum(self.attained)
+        if self.known.attained is not None:
+            return self.entries_from_optimum(self.known.attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
         if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
             why = f"no strip within the bounds is stable; {_STABILITY.advice}"
@@ -123,11 +124,11 @@ class _Diagnosis:
         entries = [self.entry(r, _conflict_with(opponents), attained)]
         for o in opponents:
             best = self.best_under_others(o)
-            if best is not None and o.log_limit(best.value, self.model.scene) > self.limits[o.row]:
+            if best is not None and not self.meets(o, best):
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
 
-    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | None:
+    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | AttainableBest | None:
         """The best value under all other requirements, otherwise the worst of the values under a single opponent."""
         found = self.best_under_others(r)
         if found is not None:
@@ -135,13 +136,22 @@ class _Diagnosis:
         values = [one for opponent in opponents if (one := self.core.best(r, self.limits_of(opponent))) is not None]
         return (min if r.is_minimum else max)(values, key=lambda one: one.value, default=None)
 
-    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | None:
-        """The best value on the core under all other requirements except ``but``."""
+    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
+        """The best value under all other requirements except ``but``, on the full model if that takes little time."""
+        if self.known.of is not None and all(o is r for o in but):
+            attained = self.known.of(r)
+            if attained is not None:
+                return attained
         return self.core.best(r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but)))
 
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""
         return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
+
+    def meets(self, r: Constraint, best: Best | AttainableBest) -> bool:
+        if isinstance(best, AttainableBest):
+            return r.meets(best.check, getattr(self.asked, r.name))
+        return r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
     def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
         return self.entry_of(r, why, *self.attainable(r, best))

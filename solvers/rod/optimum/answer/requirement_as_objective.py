@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -24,6 +25,14 @@ class AttainableBest(NamedTuple):
     check: RodCheck
     error: float
     opponents: tuple[Constraint, ...]
+
+
+class KnownOptima(NamedTuple):
+    """The optimum that a search for a feasible strip has made, if any, and a function for those of other requirements,
+    if they take little time; it returns None if the other requirements are infeasible."""
+
+    attained: AttainableBest | None = None
+    of: Callable[[Constraint], AttainableBest | None] | None = None
 
 
 def first_violated(asked: Requirements, nearest: RodCheck) -> Constraint | None:

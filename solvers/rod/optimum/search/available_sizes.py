@@ -63,7 +63,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
         return None
     conditions = None if local.feasible_best is None else _conditions(context, local)
     searches, count = context.search_count, len(exploratory.results)
-    return Optimum(local, conditions, searches, count, optimum.remaining_gain, optimum.ratio_range)
+    return Optimum(local, conditions, None, searches, count, optimum.remaining_gain, optimum.ratio_range)
 
 
 def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
@@ -93,7 +93,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         gain, ratio_range = search_other_gaps(context, _slice_bounds(context, strip))
     best = context.best()
     local_optima = len(context.results)
-    return Optimum(best, _conditions(context, best), context.search_count, local_optima, gain, ratio_range)
+    return Optimum(best, _conditions(context, best), None, context.search_count, local_optima, gain, ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:

@@ -23,12 +23,13 @@ _RADIUS = 1e-4
 def objective_error(context: Context, optimum: Optimum) -> float:
     """Estimated error of the best strip's ln objective.
 
-    The sum of the error of its check, the gain not worth a step, the gain that may remain in other gaps, and the margin
-    and the error of the check times the multipliers of the limits.
+    The sum of the error of its check, the gain not worth a step, the gain that may remain in other gaps or along
+    limits, and the margin and the error of the check times the multipliers of the limits.
     """
-    result = optimum.local
+    result, second = optimum.local, optimum.second_order
     check = result.best.outcome.accuracy.estimated
     gain = max(result.predicted_gain, context.task.min_gain) + optimum.remaining_gain
+    gain += 0.0 if second is None else second.predicted_gain
     return check + gain + _sum_of_multipliers(optimum) * (context.task.margin + check)
 
 

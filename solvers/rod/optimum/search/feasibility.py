@@ -72,19 +72,16 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     """The feasible strip with the least cost of all local searches on the full model, or the least violating one.
 
     The search starts at ``start``. None if every strip tried buckles. If ``clearly_infeasible``, ``start`` is only
-    checked. If corners of the load excite vibration, all but the last step is done at low accuracy.
+    checked. With resonances all but the last step is done at low accuracy.
     """
     if clearly_infeasible:
         iterate = checked_without_model(context, start)
         return None if iterate is None else LocalResult(iterate, math.inf)
-    if not context.model.is_excited_by_corners:
-        context.search_from(start, context.bounds)
-        return context.best()
     coarse = context.coarse or context.exploratory(start)
     if not coarse.results:
         coarse.search_from(start, context.bounds)
     best = coarse.best()
-    if best is None or best.feasible_best is not None:
+    if coarse is context or best is None or best.feasible_best is not None:
         return best
     strip = best.best.outcome.value.dimensions
     if best.best.excess < _POSSIBLY_FEASIBLE * coarse.model.accuracy:

@@ -1,7 +1,9 @@
 """The optimum on the full model: starting points of the local searches, and selection among their results.
 
 The core's global optimum is the first start. With resonances the gaps between them are searched as well (``gaps``), at
-low accuracy, and the best results are refined. Discrete sizes: see ``available_sizes``.
+low accuracy, and the best results are refined. Without, if the active limits leave directions free, the curvature of
+the Lagrangian along them is evaluated; a Newton step with a predicted gain, or steps to both sides along negative
+curvature, give further starts. Discrete sizes: see ``available_sizes``.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, no_watch
-from solvers.rod.optimum.full_model.strip import logarithms
+from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.local_search import (
@@ -37,6 +39,11 @@ from solvers.rod.scene import Dimensions
 
 MAX_BOXES = 20_000
 _SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
+_CURVATURE_STEP = 0.02
+"""Step of the differences for curvatures, in ln b, ln h, ln l."""
+_MAX_STEP = 0.1
+"""Length of a step along negative curvature, in ln b, ln h, ln l."""
+_NEWTON_STEPS = 4
 _MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
 """Maximum numbers of searches in other gaps, in all and in succession without improvement; their first radius, in ln b,
 ln h, ln l."""
@@ -56,12 +63,24 @@ _COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
 """Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
 
 
+@dataclass(frozen=True)
+class SecondOrder:
+    """The least curvature of the Lagrangian along the directions that limits leave free (None if there are none), the
+    gain in ln objective predicted by a quadratic model within the step bounds, and the predicted steps in ln(b, h, l).
+    """
+
+    curvature: float | None
+    predicted_gain: float
+    steps: tuple[Array, ...]
+
+
 @dataclass
 class Optimum:
     """The best result of all local searches; ``local_optima`` is the number of different strips found."""
 
     local: LocalResult
     conditions: Stationarity | None = None
+    second_order: SecondOrder | None = None
     searches: int = 0
     local_optima: int = 0
     remaining_gain: float = 0.0
@@ -205,8 +224,20 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
         return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
     if exploratory is not context:
         return _optimum_over_gaps(context, exploratory)
-    conditions = first_order_conditions(context, local.best, context.bounds, context.bounds)
-    return Optimum(local, conditions, context.search_count, _distinct_count(context.results))
+    for _ in range(_NEWTON_STEPS):
+        local = context.best()
+        conditions = first_order_conditions(context, local.best, context.bounds, context.bounds)
+        second = _second_order(local.best, conditions, context.bounds)
+        if second.predicted_gain <= context.task.min_gain:
+            break
+        for step in second.steps:
+            start = dimensions_of(local.best.x + step, context.model.scene)
+            context.search_from(start, context.bounds, _CURVATURE_STEP)
+        if local.best.log_cost - context.best().best.log_cost <= context.task.min_gain:
+            # Searches from the predicted points refute the prediction.
+            second = replace(second, predicted_gain=0.0)
+            break
+    return Optimum(context.best(), conditions, second, context.search_count, _distinct_count(context.results))
 
 
 def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
@@ -217,7 +248,7 @@ def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None
     if best is None or best.feasible_best is None:
         return None if best is None else Optimum(best, searches=context.search_count, local_optima=local_optima)
     conditions = first_order_conditions(context, best.best, context.bounds, context.bounds)
-    return Optimum(best, conditions, context.search_count, local_optima, gain, ratio_range)
+    return Optimum(best, conditions, None, context.search_count, local_optima, gain, ratio_range)
 
 
 def refined_best(
@@ -295,6 +326,48 @@ def first_order_conditions(context: Context, at: Iterate, bounds: Bounds, sizes:
         values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,
         at.outcome.value.dimensions, tolerance,
     )  # fmt: skip
+
+
+def _second_order(at: Iterate, conditions: Stationarity, bounds: Bounds) -> SecondOrder:
+    """Newton's method along the directions that limits leave free.
+
+    Curvatures are differences over ``_CURVATURE_STEP``, large enough for the noise of time meshes to be negligible.
+    """
+    directions, slope = conditions.tangent, conditions.tangent @ conditions.residual
+    if not len(directions):
+        return SecondOrder(None, 0.0, ())
+    active, lagrangian = at.memory.active, conditions.weights
+    centre = float(lagrangian @ active.corrected_values(at.x))
+
+    def second(direction: Array) -> float:
+        ahead, behind = (active.corrected_values(at.x + side * _CURVATURE_STEP * direction) for side in (1.0, -1.0))
+        return (float(lagrangian @ ahead) + float(lagrangian @ behind) - 2.0 * centre) / _CURVATURE_STEP**2
+
+    matrix = np.diag([second(direction) for direction in directions])
+    for i in range(len(directions)):
+        for j in range(i):
+            mixed = second((directions[i] + directions[j]) / math.sqrt(2.0))
+            matrix[i, j] = matrix[j, i] = mixed - 0.5 * (matrix[i, i] + matrix[j, j])
+    curvatures, axes = np.linalg.eigh(matrix)
+    # The residual is the negative gradient of the Lagrangian.
+    descent = axes.T @ slope
+    if curvatures[0] > 0.0:
+        # A flat minimum may be far away; the search from the predicted point tests the quadratic model.
+        step = (axes @ (descent / curvatures)) @ directions
+        fraction = min(1.0, _max_step_fraction(at.x, step, bounds))
+        predicted_gain = fraction * (1.0 - 0.5 * fraction) * float(descent @ (descent / curvatures))
+        return SecondOrder(float(curvatures[0]), predicted_gain, (fraction * step,))
+    steps = tuple(side * _MAX_STEP * axes[:, 0] @ directions for side in (1.0, -1.0))
+    predicted_gain = abs(descent[0]) * _MAX_STEP - 0.5 * float(curvatures[0]) * _MAX_STEP**2
+    return SecondOrder(float(curvatures[0]), predicted_gain, steps)
+
+
+def _max_step_fraction(x: Array, step: Array, bounds: Bounds) -> float:
+    """The largest fraction of a step that stays within the bounds."""
+    lower, upper = np.log([bounds.b, bounds.h, bounds.l]).T
+    room = np.where(step > 0.0, upper - x, lower - x)
+    moving = np.abs(step) > 1e-12
+    return max(float(np.min(room[moving] / step[moving], initial=math.inf)), 0.0)
 
 
 def _distinct_count(results: list[LocalResult]) -> int:

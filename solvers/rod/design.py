@@ -10,18 +10,18 @@ from functools import partial
 
 from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.outcome import EffectReport, EffectState, Outcome
+from solvers.outcome import (
+    EffectReport,
+    EffectState,
+    Outcome,
+)
 from solvers.rod import rows
-from solvers.rod.constraints import BY_NAME, Constraint
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import (
-    AttainableBest,
-    KnownOptima,
-    as_objective,
-    first_violated,
-)
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import is_stable
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -60,6 +60,8 @@ _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
 _COARSE_ACCURACY = 1e-4
 """Accuracy of that search."""
+_MAX_ITERATIONS = 6
+"""Maximum iterations of a local search for an attainable value."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first feasible strip."""
 
@@ -103,7 +105,7 @@ class _SearchResult:
 
 @dataclass
 class _Design:
-    """State of one design run; ``attained`` is the optimum of a requirement that no strip was found to meet."""
+    """State of one design run."""
 
     problem: RodProblem
     selection: EffectSelection
@@ -112,7 +114,6 @@ class _Design:
     criterion: FatigueCriterion
     watch: Callable[[], None] = no_watch
     out_of_time: bool = False
-    attained: AttainableBest | None = None
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -224,7 +225,8 @@ class _Design:
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
     ) -> _SearchResult:
         """The result with given effects."""
-        context, beyond, self.attained = self.context(chosen, strip), _beyond(chosen), None
+        context = self.context(chosen, strip)
+        beyond = _beyond(chosen)
         if not beyond:
             return self.core_result(context, proof, strip)
         influence = self.influence(strip, beyond)
@@ -232,19 +234,20 @@ class _Design:
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
-        optimum = self.full_optimum(context, excess, starts, clearly_infeasible)
+        quick = not context.model.has_resonances and not self.sizes.discrete
+        effects = context.model.effects
+        attainable = RequirementsAsObjectives(
+            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
+        )
+        optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
             return _SearchResult(best, True, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
             return _SearchResult(strip, False, self.answers.failed)
-        # Without resonances and steps of sizes, designs for other requirements take little time.
-        quick = not context.model.has_resonances and not self.sizes.discrete
-        optimum_of = partial(self.approximate_optimum_of, effects=context.model.effects) if quick else None
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        known = KnownOptima(self.attained, optimum_of)
         return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, known, proof, strip, beyond, optimum)
+            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
         )
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
@@ -280,13 +283,15 @@ class _Design:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
+        attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
         return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, KnownOptima(), proof, strip, (), None)
+            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
         )
 
     def full_optimum(
-        self, context: Context, excess: float, starts: Sequence[Dimensions], clearly_infeasible: bool
-    ) -> Optimum | None:
+        self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
+        clearly_infeasible: bool,
+    ) -> Optimum | None:  # fmt: skip
         """The best strip on the full model found within the time."""
         try:
             optimum = None if excess > 0.0 else self.optimum_from(context, starts)
@@ -295,7 +300,7 @@ class _Design:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            for start in self.feasible_strips(context, nearest, clearly_infeasible):
+            for start in self.feasible_strips(attainable, nearest, clearly_infeasible):
                 optimum = self.optimum_from(context, [start])
                 if _is_feasible(optimum):
                     return optimum
@@ -304,7 +309,9 @@ class _Design:
             self.out_of_time = True
             return context.best_within_budget()
 
-    def feasible_strips(self, context: Context, nearest: LocalResult, clearly_infeasible: bool) -> Iterator[Dimensions]:
+    def feasible_strips(
+        self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
+    ) -> Iterator[Dimensions]:
         """Feasible strips from which to search: the least violating one, if it is feasible, and the optimum of a
         requirement that it violates, if that meets this requirement, too.
 
@@ -314,31 +321,43 @@ class _Design:
         if nearest.feasible_best is not None:
             yield closest.dimensions
         # If it violates none, its sizes are not available, and any requirement will do.
-        violated = first_violated(self.problem.requirements, closest)
+        violated = attainable.first_violated(closest)
         may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
         worthwhile = may_be_met or not self.sizes.discrete
-        if worthwhile and violated is not None:
-            self.attained = self.approximate_optimum_of(violated, context.model.effects)
-        if self.attained is not None and self.problem.requirements.met_by(self.attained.check):
-            yield self.attained.check.dimensions
+        best = attainable.best(violated) if worthwhile and violated is not None else None
+        if best is not None and self.problem.requirements.met_by(best.check):
+            yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
             self.watch()
 
-    def approximate_optimum_of(self, requirement: Constraint, effects: EffectSelection) -> AttainableBest | None:
-        """The best value of a requirement's result under all others, by a design at low accuracy; None if these are
-        infeasible or if no time is left."""
+    def approximate_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
+        """The design of another problem in the same scene at low accuracy; None if infeasible or if no time is left."""
         try:
             self.watch()
         except OutOfTime:
             return None
-        problem, accuracy = as_objective(self.problem, requirement), max(self.accuracy, _COARSE_ACCURACY)
+        accuracy = max(self.accuracy, _COARSE_ACCURACY)
         _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
-        return AttainableBest(requirement, outcome.value.check, outcome.accuracy.estimated, opponents)
+        return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
+
+    def local_optimum(
+        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
+    ) -> Outcome[RodCheck] | None:
+        """Result of one local search for another problem in the same scene at low accuracy; None if it violates a
+        requirement or if no time is left."""
+        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _COARSE_ACCURACY))
+        other.cycle = self.cycle
+        context = other.context(effects.include, strip).exploratory(strip)
+        try:
+            result = context.search_from(strip, context.bounds, max_iterations=_MAX_ITERATIONS)
+        except OutOfTime:
+            return None
+        return None if result is None or result.feasible_best is None else result.feasible_best.outcome
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)

@@ -193,3 +193,30 @@ def run_slsqp(
         return SlsqpResult(x, np.inf, np.inf)
     values = memory.values(at)
     return SlsqpResult(at, p.cost(values), p.violation(values))
+
+
+def restore_feasibility(
+    memory: MemoisedRows, p: Program, box: Array, x: Array, steps: int = 4, max_excess: float = 1e-2
+) -> SlsqpResult:
+    """Restore feasibility after a run that ended slightly outside its limits, by least-norm Newton steps.
+
+    Beyond ``max_excess`` over a limit x is left as it is.
+    """
+    for _ in range(steps):
+        values = memory.values(x)
+        excess = values[p.limited] - p.limit
+        over = excess > 0.0
+        if not over.any() or excess.max() > max_excess:
+            break
+        free, step = box[:, 1] > box[:, 0], np.zeros(3)
+        jacobian = memory.jacobian(x, np.flatnonzero(free))[p.limited][over]
+        for _ in range(3):
+            step[free] = -np.linalg.lstsq(jacobian[:, free], excess[over], rcond=1e-9)[0]
+            outside = free & ((x + step < box[:, 0]) | (x + step > box[:, 1]))
+            if not outside.any():
+                break
+            free &= ~outside
+            step[~free] = 0.0
+        x = np.clip(x + step, box[:, 0], box[:, 1])
+    values = memory.values(x)
+    return SlsqpResult(x, p.cost(values), p.violation(values))

@@ -12,7 +12,7 @@ from solvers.rod.constraints import Limits
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
-from solvers.rod.optimum.answer.requirement_as_objective import KnownOptima
+from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
@@ -108,7 +108,7 @@ class Answers:
         return self._succeeded(best.outcome, active, estimated, statement)
 
     def infeasible(
-        self, context: Context, known: KnownOptima, proof: Proof, strip: Dimensions,
+        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
         beyond: tuple[str, ...], nearest: Optimum | None,
     ) -> Outcome[RodDesign]:  # fmt: skip
         """Outcome of an infeasible problem: proven on the core, on the full model based on searches only."""
@@ -120,7 +120,7 @@ class Answers:
         core = CoreOptima(
             self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
         )
-        entries, error = diagnose(core, limits, self.problem.requirements, known, context.model, influence)
+        entries, error = diagnose(core, limits, attainable, context.model, influence)
         statement = certificate.infeasible_certificate(proof, beyond, context.search_count, excess)
         accuracy = Accuracy(self.accuracy, min(error, 1.0), {"angles": ANGLES})
         return Outcome(Status.INFEASIBLE, None, (), accuracy, certificate=statement, diagnosis=entries)

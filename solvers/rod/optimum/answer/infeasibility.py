@@ -1,9 +1,8 @@
 """Diagnosis of infeasibility: which requirements cannot be met, and the best value of each under the others.
 
 The attainable value is the optimum of a separate design problem. With effects beyond the core it is taken from a design
-on the full model, if the search for a feasible strip has made one or it takes little time, and otherwise from the
-core's optimum, evaluated on the full model. Conflicting requirements are identified by the active limits of that
-design, or by searches on the core.
+on the full model, if one exists or takes little time, and otherwise from the core's optimum, evaluated on the full
+model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
 """
 
 from __future__ import annotations
@@ -19,9 +18,8 @@ from solvers.outcome import Shortfall
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Constraint, Limits
 from solvers.rod.optimum.answer.core_requirement import Best, CoreOptima
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, KnownOptima
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.full_model.model import FullModel
-from solvers.rod.problem import Requirements
 from solvers.watch import OutOfTime
 
 _STABILITY_ONLY: Limits = {rows.STABILITY: -math.log(1.0 + 1e-6)}
@@ -36,9 +34,8 @@ _SLIGHTLY = 0.02
 
 
 def diagnose(
-    core: CoreOptima, limits: Limits, asked: Requirements, known: KnownOptima, model: FullModel,
-    influence: float,
-) -> tuple[tuple[Shortfall, ...], float]:  # fmt: skip
+    core: CoreOptima, limits: Limits, full: RequirementsAsObjectives, model: FullModel, influence: float
+) -> tuple[tuple[Shortfall, ...], float]:
     """The shortfall of each requirement that cannot be met, and the estimated relative error of the attainable values.
 
     If any requirement is infeasible by itself, only such are listed; otherwise those that conflict with others.
@@ -49,7 +46,7 @@ def diagnose(
     ones by the change due to the effects, at most ``influence``. The core's strip is then checked on the full model:
     the value is that of the check, and its deviation from the value expected by the search is part of the error.
     """
-    entries = _Diagnosis(core, limits, asked, known, model, influence).entries()
+    entries = _Diagnosis(core, limits, full, model, influence).entries()
     return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
 
 
@@ -73,17 +70,17 @@ class _Entry(NamedTuple):
 class _Diagnosis:
     core: CoreOptima
     limits: Limits
-    asked: Requirements
-    known: KnownOptima
+    full: RequirementsAsObjectives
     model: FullModel
     influence: float
 
     def __post_init__(self) -> None:
+        self.asked = self.full.problem.requirements
         self.requirements = [constraint for constraint, _ in self.asked.requested()]
 
     def entries(self) -> list[_Entry]:
-        if self.known.attained is not None:
-            return self.entries_from_optimum(self.known.attained)
+        for r, attained in self.full.known(self.requirements).items():
+            return self.entries_from_optimum(r, attained)
         infeasible_alone = [r for r in self.requirements if not self.core.is_feasible(self.limits_of(r))]
         if len(infeasible_alone) == len(self.requirements) and not self.core.is_feasible(_STABILITY_ONLY):
             why = f"no strip within the bounds is stable; {_STABILITY.advice}"
@@ -115,9 +112,8 @@ class _Diagnosis:
             return found
         return self.entries_infeasible_alone([entry.requirement for entry in unattainable])
 
-    def entries_from_optimum(self, attained: AttainableBest) -> list[_Entry]:
-        """Entries from the known optimum of a requirement, whose opponents are those active there."""
-        r = attained.requirement
+    def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
+        """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
         opponents = [o for o in attained.opponents if o is not r]
         if not opponents or not self.core.is_feasible(self.limits_of(r)):
             return [self.entry(r, _OUT_OF_REACH, attained)]
@@ -138,8 +134,8 @@ class _Diagnosis:
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
         """The best value under all other requirements except ``but``, on the full model if that takes little time."""
-        if self.known.of is not None and all(o is r for o in but):
-            attained = self.known.of(r)
+        if self.full.quick and all(o is r for o in but):
+            attained = self.full.best(r)
             if attained is not None:
                 return attained
         return self.core.best(r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but)))
@@ -148,10 +144,10 @@ class _Diagnosis:
         """Limits on the core for these requirements, always including stability."""
         return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
 
-    def meets(self, r: Constraint, best: Best | AttainableBest) -> bool:
+    def meets(self, r: Constraint, best: Best | AttainableBest | None) -> bool:
         if isinstance(best, AttainableBest):
             return r.meets(best.check, getattr(self.asked, r.name))
-        return r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
+        return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
 
     def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
         return self.entry_of(r, why, *self.attainable(r, best))
@@ -182,7 +178,9 @@ class _Diagnosis:
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
         try:
-            outcome = self.model.check(best.strip, self.core.accuracy)
+            outcome = None if self.core.sizes.discrete else self.full.best_near(r, best.strip)
+            if outcome is None:
+                outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
             return expected, 1.0
         if outcome.value.stresses is None:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
+from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
-from solvers.rod.problem import LIMITED_RESULTS, Requirements, RodProblem
+from solvers.rod.problem import LIMITED_RESULTS, RodProblem
+from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
@@ -18,31 +20,51 @@ _LOOSEST = {
 
 
 class AttainableBest(NamedTuple):
-    """A requirement, a strip with the best attainable value of its result, the estimated relative error of that value,
-    and the requirements active there."""
+    """A strip with the best attainable value of a result, its estimated relative error, and the active requirements."""
 
-    requirement: Constraint
     check: RodCheck
     error: float
     opponents: tuple[Constraint, ...]
 
 
-class KnownOptima(NamedTuple):
-    """The optimum that a search for a feasible strip has made, if any, and a function for those of other requirements,
-    if they take little time; it returns None if the other requirements are infeasible."""
+@dataclass
+class RequirementsAsObjectives:
+    """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    attained: AttainableBest | None = None
-    of: Callable[[Constraint], AttainableBest | None] | None = None
+    design_of      design of another problem on the full model
+    local_search   end of one local search on the full model from a strip; None if it violates a requirement
+    quick          whether a design takes little time
+    found          results so far, by requirement
+    """
 
+    problem: RodProblem
+    design_of: Callable[[RodProblem], AttainableBest | None]
+    local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
+    quick: bool
+    found: dict[str, AttainableBest | None] = field(default_factory=dict)
 
-def first_violated(asked: Requirements, nearest: RodCheck) -> Constraint | None:
-    """The requirement to optimise first: one that the strip ``nearest`` to feasibility violates, if any."""
-    order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(asked, name) != loosest]
-    violated = [c for c in order if not c.meets(nearest, getattr(asked, c.name))]
-    return next(iter(violated or order), None)
+    def first_violated(self, nearest: RodCheck) -> Constraint | None:
+        """The requirement to optimise first: one that the strip ``nearest`` to feasibility violates, if any."""
+        asked = self.problem.requirements
+        order = [BY_NAME[name] for name, loosest in _LOOSEST.items() if getattr(asked, name) != loosest]
+        violated = [c for c in order if not c.meets(nearest, getattr(asked, c.name))]
+        return next(iter(violated or order), None)
 
+    def best(self, c: Constraint) -> AttainableBest | None:
+        """The strip with the best value of a requirement's result under all other requirements."""
+        if c.name not in self.found:
+            self.found[c.name] = self.design_of(self._with_objective(c))
+        return self.found[c.name]
 
-def as_objective(p: RodProblem, c: Constraint) -> RodProblem:
-    """The problem with the result of a requirement as objective, under all other requirements."""
-    without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
-    return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
+    def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
+        """The local optimum for a requirement's result near a strip."""
+        return self.local_search(self._with_objective(c), strip)
+
+    def _with_objective(self, c: Constraint) -> RodProblem:
+        p = self.problem
+        without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+        return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
+
+    def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
+        """The optima found so far."""
+        return {c: best for c in requirements if (best := self.found.get(c.name)) is not None}

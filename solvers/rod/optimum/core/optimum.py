@@ -15,7 +15,7 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.sqp import MemoisedRows, program, required_results, run_slsqp
+from solvers.rod.optimum.sqp import MemoisedRows, program, required_results, restore_feasibility, run_slsqp
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -59,6 +59,8 @@ def polish(
     initial_cost = cost if violation <= _MAX_VIOLATION else math.inf
     for _ in range(_ROUNDS):
         step = run_slsqp(memory, p, box, x)
+        if step.violation > _MAX_VIOLATION and math.isfinite(step.violation):
+            step = restore_feasibility(memory, p, box, step.x)
         converged = float(np.max(np.abs(step.x - x))) < _STATIONARY_STEP
         x, cost, violation = step.x, step.cost, step.violation
         if converged:

@@ -56,6 +56,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.cycle.large_displacement.add_third_order", "f2 solvers.rod.cycle.state.Strip solvers.rod.strip.elastica_kernels.Collocation f2 f2 f1 f1"),
         ("solvers.rod.cycle.sampled._results", "solvers.rod.cycle.section.Field solvers.rod.cycle.section.RingingShape solvers.rod.cycle.guide_loads.Guide b f f3 f1 f i f1 f1"),
         ("solvers.rod.cycle.sampling.first_edges", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1"),
+        ("solvers.rod.cycle.sampling.resolved_rows", "f2"),
         ("solvers.rod.cycle.state.fill_states", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f2"),
         ("solvers.rod.effect_bounds.corrected.change_with_corrections", "solvers.rod.effect_bounds.main_results.ResultParameters solvers.rod.effect_bounds.sampling.Sampling i solvers.rod.effect_bounds.inertia.InertiaParameters solvers.rod.strip.elastica_kernels.Collocation solvers.rod.strip.elastica_kernels.Collocation solvers.rod.effect_bounds.corrected.CorrectedRevolution solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f"),
         ("solvers.rod.effect_bounds.corrected.corrected_revolution", "solvers.rod.effect_bounds.main_results.ResultParameters solvers.rod.cycle.state.Strip f2 solvers.rod.effect_bounds.main_results.MainResults f2 solvers.rod.effect_bounds.sampling.Sampling i solvers.rod.effect_bounds.inertia.InertiaParameters solvers.rod.strip.elastica_kernels.Collocation solvers.rod.strip.elastica_kernels.Collocation f"),
@@ -83,7 +84,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.ringing.estimate_ringing", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.revolution.Revolution f2 solvers.numerics.radau.Radau f1 i1 f2 f1 f1"),
         ("solvers.rod.vibration.ringing.free_modes", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 i1 f2 i f1"),
         ("solvers.rod.vibration.ringing.ringing_of", "solvers.rod.vibration.ringing.FreeModes f2 c2 solvers.numerics.radau.Radau"),
-        ("solvers.rod.vibration.steady_response.add_amplitudes", "f2 f2 f2 f1 f1 f2 f2"),
     ),
     ("flexible-rod", "design"): (
         ("solvers.fatigue.kernels.severities", "f2 f2 f3 f1 f2"),

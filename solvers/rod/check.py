@@ -233,7 +233,8 @@ def _with_corrections(
             if not refine_corrections and next_tolerance > _MIN_REDUCTION * used_tolerance:
                 break
         if refine_corrections:
-            finer = replace(cycle, tolerance=_SAFETY_FACTOR * cycle.refinement_error * accuracy / correction_error)
+            tolerance_of_series = _SAFETY_FACTOR * cycle.refinement_error * accuracy / correction_error
+            finer = replace(cycle, tolerance=tolerance_of_series, prepared=None)
             if not finer.refinement_error < cycle.refinement_error:
                 break
             cycle = finer

@@ -87,16 +87,19 @@ class Load(Protocol):
 
     def sharp_angles(self) -> NDArray[np.float64]:
         """Angles [rad] between which the pressure is smooth; uniform sampling might miss a peak or jump there."""
+        return np.empty(0)
 
     def curve(self) -> PressureCurve:
         """Kernel representation of the pressure."""
 
     def corners(self) -> NDArray[np.float64]:
         """Angles [rad] at which a derivative of the pressure jumps, or the pressure itself."""
+        return np.empty(0)
 
     def jumps(self) -> NDArray[np.float64]:
         """The subset of ``corners`` at which the pressure itself jumps; ``curve`` replaces a jump by a smooth step of
         half-width ``JUMP``."""
+        return np.empty(0)
 
 
 @dataclass(frozen=True)

@@ -73,7 +73,8 @@ class BentStrip:
         """N along the strip's tangent [N]: P, or P (1 - V'^2/2) + T V' in large displacement."""
         if not self.inclined:
             return np.broadcast_to(self.states[FORCE], (np.size(stations), self.states.shape[1]))
-        return self._tangential(self.slope(stations))
+        slope = self.slope(stations)
+        return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
 
     def fibre_stresses(self, stations: ArrayLike, b: float, h: float, modulus: float) -> Array:
         """sigma = N/(b h) +- E h/2 V'' [Pa] of the two fibres of a section b by h, shape (2, stations, angles)."""
@@ -84,9 +85,6 @@ class BentStrip:
     def curvature_correction(self, stations: Array) -> Array:
         """The corrections to V'' [1/m], (stations, angles), or of shape (0, 0) without any."""
         return self._series(stations, self.curvature_series) if self.curvature_series.size else np.empty((0, 0))
-
-    def _tangential(self, slope: Array) -> Array:
-        return self.states[FORCE] * (1.0 - 0.5 * slope**2) + self.states[SIDE] * slope
 
     def side_force(self) -> Array:
         """T on the piston [N], shape (angles,)."""

@@ -17,13 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import (
-    FORCE,
-    ROWS,
-    STROKE,
-    Strip,
-    fill_states,
-)
+from solvers.rod.cycle.state import FORCE, ROWS, STROKE, Strip, fill_states
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of
@@ -71,22 +65,6 @@ class Correction(Protocol):
     def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
         """Prepare the correction for cycles of neighbouring strips, together, at the resolution of ``found``; None for
         a strip to which that resolution does not apply."""
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A correction already prepared for a cycle with this ``tolerance``."""
-
-    correction: Correction
-    refinement: Refinement
-    tolerance: float
-
-    def prepare(self, cycle: Cycle) -> Refinement:
-        """The refinement already prepared, or a new one if the cycle requires a smaller tolerance."""
-        return self.refinement if cycle.tolerance >= self.tolerance else self.correction.prepare(cycle)
-
-    def neighbours(self, found: Refinement, cycles: Sequence[Cycle]) -> Sequence[Refinement | None]:
-        return self.correction.neighbours(found, cycles)
 
 
 @dataclass(frozen=True)
@@ -159,13 +137,15 @@ class Instants:
 class Cycle:
     """A scene with its strip and composition.
 
-    ``tolerance`` is the admissible numerical error of series in corrections, relative to the bending.
+    ``tolerance`` is the admissible numerical error of series in corrections, relative to the bending; ``prepared`` are
+    corrections that have already been prepared for this cycle.
     """
 
     scene: Scene
     dimensions: Dimensions
     composition: Composition
     tolerance: float = 1e-10
+    prepared: tuple[Refinement, ...] | None = None
 
     def without_corrections(self) -> Cycle:
         """This cycle with the linear shape."""
@@ -177,21 +157,16 @@ class Cycle:
 
         All are solved together, and differences between them contain no effect of a change of resolution.
         """
-        cycles, corrections = [replace(self, dimensions=d) for d in strips], self.composition.corrections
+        corrections = self.composition.corrections
+        cycles = [replace(self, dimensions=d, prepared=None) for d in strips]
         found = [
             correction.neighbours(refinement, cycles)
             for correction, refinement in zip(corrections, self.refinements, strict=True)
         ]
         return [
-            None if any(one is None for one in refinements) else cycle._with_refinements(refinements)
+            None if any(one is None for one in refinements) else replace(cycle, prepared=refinements)
             for cycle, refinements in zip(cycles, zip(*found, strict=True), strict=True)
         ]
-
-    def _with_refinements(self, refinements: Sequence[Refinement]) -> Cycle:
-        """This cycle with corrections already prepared for it."""
-        pairs = zip(self.composition.corrections, refinements, strict=True)
-        prepared = tuple(Prepared(correction, one, self.tolerance) for correction, one in pairs)
-        return replace(self, composition=replace(self.composition, corrections=prepared))
 
     @cached_property
     def drive(self) -> Drive:
@@ -200,6 +175,8 @@ class Cycle:
 
     @cached_property
     def refinements(self) -> tuple[Refinement, ...]:
+        if self.prepared is not None:
+            return self.prepared
         return tuple(correction.prepare(self) for correction in self.composition.corrections)
 
     @property

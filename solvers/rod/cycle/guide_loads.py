@@ -73,15 +73,6 @@ def couple_of(side: Array, moment: Array, lever: float, offset: float) -> Array:
 
 
 @kernel
-def weighted_sum(one: Array, factor: float, other: Array) -> Array:
-    """one + factor other."""
-    out = np.empty(one.size)
-    for i in range(one.size):
-        out[i] = one[i] + factor * other[i]
-    return out
-
-
-@kernel
 def larger_with_error(one: float, one_error: float, other: float, other_error: float) -> tuple[float, float]:
     """The larger of two values, and its error including the possible excess of the other."""
     if one >= other:
@@ -121,12 +112,13 @@ def guide_results(
     if contact:
         couple = couple_of(guide.side, guide.moment, guide.lever, guide.offset)
         couple_weights = couple_of(side_weights, moment_weights, guide.lever, guide.offset)
-        plus, minus = weighted_sum(guide.side, 1.0, couple), weighted_sum(guide.side, -1.0, couple)
-        plus_weights = weighted_sum(side_weights, 1.0, couple_weights)
-        minus_weights = weighted_sum(side_weights, -1.0, couple_weights)
-        plus_maximum, absolute_error = magnitude(edges, rule, plus, ripple, plus_weights, tolerance)
-        minus_maximum, minus_error = magnitude(edges, rule, minus, ripple, minus_weights, tolerance)
-        out[CONTACT_LOAD], absolute_error = larger_with_error(plus_maximum, absolute_error, minus_maximum, minus_error)
+        plus, plus_error = magnitude(
+            edges, rule, guide.side + couple, ripple, side_weights + couple_weights, tolerance
+        )  # fmt: skip
+        minus, minus_error = magnitude(
+            edges, rule, guide.side - couple, ripple, side_weights - couple_weights, tolerance
+        )  # fmt: skip
+        out[CONTACT_LOAD], absolute_error = larger_with_error(plus, plus_error, minus, minus_error)
         error = max(error, relative(absolute_error, out[CONTACT_LOAD]))
     return error
 
@@ -188,8 +180,8 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
     """Mean friction power [W] and its relative error, with the orders and bisections that ``tolerance`` requires."""
     n, couple = rule.points.size, couple_of(guide.side, guide.moment, guide.lever, guide.offset)
     # The dead centres, and further angles so that |v| is nearly polynomial in between.
-    kinks = np.concatenate((_EIGHTHS, zeros(edges, rule, weighted_sum(couple, -1.0, guide.side))))
-    kinks = np.concatenate((kinks, zeros(edges, rule, weighted_sum(couple, 1.0, guide.side))))
+    switches = zeros(edges, rule, couple - guide.side), zeros(edges, rule, couple + guide.side)
+    kinks = np.concatenate((_EIGHTHS, switches[0], switches[1]))
     for k in range(kinks.size):
         kinks[k] = edges[0] + (kinks[k] - edges[0]) % TURN
     ends = np.sort(np.concatenate((edges, kinks)))

@@ -28,14 +28,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
 from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING, Strip
-from solvers.rod.strip.elastica_kernels import (
-    Collocation,
-    collocation,
-    linear_slope,
-    nodes_for,
-    scratch,
-    third_order,
-)
+from solvers.rod.strip.elastica_kernels import Collocation, collocation, linear_slope, nodes_for, scratch, third_order
 
 _ANGLES = grid(64)
 

@@ -8,21 +8,20 @@ Ringing of the strip after corners is not resolved by panels but represented in 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cache
 
 import numpy as np
-from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
+from solvers.numerics.legendre import legendre_at
 from solvers.numerics.panels import Panels, Rule, inside, panel_errors, resolve, rule_of, split, values_at
 from solvers.numerics.radau import radau
 from solvers.numerics.ripple import amplitude_bounds, no_ripple, ripple_at
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import Guide, friction_power, guide_of, guide_results
-from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, rule_for
+from solvers.rod.cycle.sampling import MAX_PANELS, RESOLVED_ROWS, TURN, first_edges, resolved_rows, rule_for
 from solvers.rod.cycle.section import Field, RingingShape, strip_results
-from solvers.rod.cycle.state import CLAMP, FORCE, HEAD, MOMENT, ROWS, SIDE, fill_states
+from solvers.rod.cycle.state import FORCE, ROWS, SIDE, fill_states
 
 Array = NDArray[np.float64]
 
@@ -154,12 +153,6 @@ def _results(
     return max(error, guide_results(edges, rule, guide, ripple, side, moment, contact, tolerance, guide_out))
 
 
-@cache
-def _legendre_at_midspan(terms: int) -> Array:
-    """Legendre polynomials at 0."""
-    return legendre.legvander(np.zeros(1), terms - 1)[0]
-
-
 class _Sampler:
     """Rows of a cycle at given angles: the resolved quantities, the states, and the corrections' series."""
 
@@ -178,11 +171,7 @@ class _Sampler:
         rows = np.zeros((RESOLVED_ROWS + ROWS + self.curvature_terms + self.deflection_terms, angle.size))
         states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
-        rows[0], rows[1], rows[2] = states[FORCE], states[SIDE], states[MOMENT]
-        # Bending at head and midspan, each added to that at the clamp; otherwise a strip as long as its rod would have
-        # a row of zeros.
-        rows[3] = states[CLAMP] + states[HEAD]
-        rows[4] = states[CLAMP]
+        rows[:RESOLVED_ROWS] = resolved_rows(states)
         curvature_series = rows[RESOLVED_ROWS + ROWS :][: self.curvature_terms]
         deflection_series = rows[RESOLVED_ROWS + ROWS + self.curvature_terms :]
         for correction in self._corrections:
@@ -191,5 +180,6 @@ class _Sampler:
             rows[2] += moment
         if self.curvature_terms:
             rows[3] += curvature_series.sum(axis=0)
-            rows[4] += _legendre_at_midspan(self.curvature_terms) @ curvature_series
+            midspan = legendre_at(np.zeros(1), self.curvature_terms)[0, : self.curvature_terms]
+            rows[4] += midspan @ curvature_series
         return rows

@@ -23,7 +23,7 @@ Array = NDArray[np.float64]
 TURN = 2.0 * math.pi
 MAX_PANELS = 6000
 RESOLVED_ROWS = 5
-"""Number of rows that panels must resolve (``_resolved_rows``)."""
+"""Number of rows that panels must resolve (``resolved_rows``)."""
 _GRID = TURN / 128 * np.arange(129)
 _MAX_WIDTH = TURN / 4
 _MIN_SEPARATION, _MIN_WIDTH = 1e-9, 1e-9
@@ -80,7 +80,7 @@ def _modulo_revolution(angle: Array) -> Array:
 
 
 @kernel
-def _resolved_rows(states: Array) -> Array:
+def resolved_rows(states: Array) -> Array:
     """Axial force, side force, clamp moment, and the bending at head and midspan, each added to that at the clamp;
     otherwise a strip as long as its rod would have a row of zeros."""
     rows = np.empty((RESOLVED_ROWS, states.shape[1]))
@@ -96,7 +96,7 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
     angle = 0.5 * (left + right) + 0.5 * (right - left) * rule.points
     states = np.empty((ROWS, angle.size))
     fill_states(drive, strip, angle, states)
-    rows = _resolved_rows(states)
+    rows = resolved_rows(states)
     for row in range(rows.shape[0]):
         scale[row] = max(scale[row], largest(rows[row]))
     return states
@@ -122,7 +122,7 @@ def sample(drive: Drive, strip: Strip, initial: Array, rule: Rule, tolerance: fl
             return np.empty(0), np.empty((ROWS, 0))
         bisect = False
         if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:
-            rows = _resolved_rows(states)
+            rows = resolved_rows(states)
             for row in range(rows.shape[0]):
                 bisect = bisect or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)
         if bisect:

@@ -113,8 +113,8 @@ def section_layers(field: Field, z: float, out: Array) -> None:
             slope[i] = slope[i] / states[SOFTENING, i] - sheared
             deflection[i] = deflection[i] / states[SOFTENING, i] - sheared * z
     zeta = 2.0 * z / field.length - 1.0
-    _add_series(field.curvature_series, zeta, curvature)
-    _add_series(field.deflection_series, zeta, deflection)
+    add_series(field.curvature_series, zeta, curvature)
+    add_series(field.deflection_series, zeta, deflection)
     for i in range(n):
         tangential = states[FORCE, i]
         if field.inclined:
@@ -124,7 +124,7 @@ def section_layers(field: Field, z: float, out: Array) -> None:
 
 
 @kernel
-def _add_series(series: Array, x: float, out: Array) -> None:
+def add_series(series: Array, x: float, out: Array) -> None:
     """Add a Legendre series (terms, n) at x by Bonnet's recursion."""
     previous, legendre = 0.0, 1.0
     for k in range(series.shape[0]):

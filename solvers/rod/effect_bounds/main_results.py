@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel, reducing_kernel
 from solvers.rod.cycle.friction_buckling import carried_share
+from solvers.rod.cycle.section import add_series
 from solvers.rod.cycle.state import (
     CLAMP,
     COUPLING,
@@ -147,11 +148,7 @@ def evaluate(
         bend(
             states[COUPLING], states[CLAMP], states[SHEAR], states[HEAD], strip.length, z, curvature, slope, deflection
         )
-        previous, legendre, x = 0.0, 1.0, 2.0 * station / (STATIONS - 1) - 1.0
-        for k in range(series.shape[0]):
-            for i in range(n):
-                curvature[i] += legendre * series[k, i]
-            previous, legendre = legendre, ((2 * k + 1) * x * legendre - k * previous) / (k + 1)
+        add_series(series, 2.0 * station / (STATIONS - 1) - 1.0, curvature)
         for i in range(n):
             tangential = force[i]
             if inclined:

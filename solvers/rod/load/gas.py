@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
-from solvers.rod.scene import PressureCurve
+from solvers.rod.scene import Load, PressureCurve
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator
@@ -47,7 +47,7 @@ def sharpest(angle: NDArray[np.float64], values: NDArray[np.float64], most: int 
 
 
 @dataclass(frozen=True)
-class SchmidtLoad:
+class SchmidtLoad(Load):
     """Schmidt's isothermal Stirling cycle: p = p_min (1 + delta)/(1 - delta cos(phi - theta)), 0 <= delta < 1.
 
     Its mean is p_min (1 + delta)/sqrt(1 - delta^2). The denominator is computed as 1 - delta + 2 delta sin^2((phi -
@@ -85,15 +85,9 @@ class SchmidtLoad:
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.p_min), float(self.delta), float(self.theta), _NO_BREAKS, _NO_PIECES)
 
-    def corners(self) -> NDArray[np.float64]:
-        return np.empty(0)
-
-    def jumps(self) -> NDArray[np.float64]:
-        return np.empty(0)
-
 
 @dataclass(frozen=True)
-class ConstantLoad:
+class ConstantLoad(Load):
     """A constant pressure difference, as in a press or on a test bench."""
 
     constant_pressure: float
@@ -109,21 +103,12 @@ class ConstantLoad:
     def reference_pressure(self) -> float:
         return 0.0 if self.back_pressure is None else self.back_pressure
 
-    def sharp_angles(self) -> NDArray[np.float64]:
-        return np.empty(0)
-
     def curve(self) -> PressureCurve:
         return PressureCurve(float(self.constant_pressure), 0.0, 0.0, _NO_BREAKS, _NO_PIECES)
 
-    def corners(self) -> NDArray[np.float64]:
-        return np.empty(0)
-
-    def jumps(self) -> NDArray[np.float64]:
-        return np.empty(0)
-
 
 @dataclass(frozen=True)
-class TableLoad:
+class TableLoad(Load):
     """Tabulated pressures over one revolution, interpolated by a periodic monotone cubic (PCHIP).
 
     Angles increase, by 1e-9 at least, and span less than one revolution; the first point follows the last one a
@@ -177,9 +162,6 @@ class TableLoad:
 
     def corners(self) -> NDArray[np.float64]:
         return self._middle.breaks[:-1]
-
-    def jumps(self) -> NDArray[np.float64]:
-        return np.empty(0)
 
     @cached_property
     def _middle(self) -> PressureCurve:

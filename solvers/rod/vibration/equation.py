@@ -111,49 +111,29 @@ def _equation(strip: Strip, inertia: float, mean: float, loss: float, table: Pol
     for j in range(1, n):
         combination[j + 1, j] = 1.0
     mass, geometric, tip = energy_matrices(table, lever, n)
-    clamp_rows, lower, rows = np.empty((2, n)), np.zeros((n, n)), np.empty((n, n))
+    clamp_rows = np.empty((2, n))
     for k in range(2):
         combine(table.clamp[k], blend, clamp_rows[k])
         for j in range(n):
             clamp_rows[k, j] /= l ** (k + 2)
-    for i in range(n):
-        for j in range(n):
-            mass[i, j] *= inertia * l
-            geometric[i, j] /= l
-    is_stable = True
-    for i in range(n):
-        for j in range(i + 1):
-            total = mean * geometric[i, j] + (strip.stiffness / l**3 if i == j else 0.0)
-            for k in range(j):
-                total -= lower[i, k] * lower[j, k]
-            is_stable = is_stable and (i > j or total > 0.0)
-            lower[i, j] = total / lower[j, j] if i > j else math.sqrt(max(total, 0.0))
+    # The stiffness is diagonal in the eigenvectors of the geometric part: EI/l^3 + P_m/l times its eigenvalues.
+    stiffness, root = np.linalg.eigh(geometric)
+    for j in range(n):
+        stiffness[j] = strip.stiffness / l**3 + mean / l * stiffness[j]
+    is_stable = stiffness.min() > 0.0
     count = n if is_stable else 0
     modes, masses = np.empty((n, count)), np.empty(count)
     if is_stable:
-        for _ in range(2):
-            # first L^-1 mass, then from its transpose L^-1 mass L^-T
-            for i in range(n):
-                for j in range(n):
-                    total = mass[i, j]
-                    for k in range(i):
-                        total -= lower[i, k] * rows[k, j]
-                    rows[i, j] = total / lower[i, i]
-            for i in range(n):
-                for j in range(n):
-                    mass[i, j] = rows[j, i]
         for i in range(n):
-            for j in range(i):
-                mass[i, j] = mass[j, i] = 0.5 * (mass[i, j] + mass[j, i])
-        inverse_squares, vectors = np.linalg.eigh(mass)
+            for j in range(n):
+                root[i, j] /= math.sqrt(stiffness[j])
+        inverse_squares, vectors = np.linalg.eigh(inertia * l * np.dot(root.T, np.dot(mass, root)))
         # The largest eigenvalues are the most accurate; they come first.
-        for m in range(n):
-            masses[m] = inverse_squares[n - 1 - m]
-            for i in range(n - 1, -1, -1):
-                total = vectors[i, n - 1 - m]
-                for k in range(i + 1, n):
-                    total -= lower[k, i] * modes[k, m]
-                modes[i, m] = total / lower[i, i]
+        masses[:] = inverse_squares[::-1]
+        modes[:] = np.dot(root, vectors)[:, ::-1]
+    for i in range(n):
+        for j in range(n):
+            geometric[i, j] /= l
     # h, b, rotation load and tip slopes for the basis, by quadrature with the static shape under the mean force
     mean_coupling = mean / strip.stiffness
     _, _, clamp, shear, head = constants(mean_coupling, l, strip.rod_length, 0.0)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import kernel
 from solvers.numerics.radau import Radau
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.slow_modes import Partition, accumulated_transfer, factor, slow_motion, substitute
+from solvers.rod.vibration.slow_modes import Partition, accumulated_transfer, slow_motion
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -211,18 +211,14 @@ def periodic_unknowns(start: Array, end: Array) -> tuple[Array, float]:
     if u == 0:
         return unknowns, 1.0
     maps, revolution = _panel_maps(start, end)
-    matrix, initial, order = np.empty((u, u)), np.empty((u, 1)), np.empty(u, np.int64)
+    matrix = np.empty((u, u))
     for a in range(u):
-        initial[a, 0] = revolution[u, a]
         for b in range(u):
             matrix[a, b] = (1.0 if a == b else 0.0) - revolution[b, a]
     _, values, _ = np.linalg.svd(matrix)
     if not values[u - 1] > 0.0:
         return unknowns, np.inf
-    factor(matrix, order)
-    substitute(matrix, order, initial)
-    for a in range(u):
-        unknowns[0, a] = initial[a, 0]
+    unknowns[0] = np.linalg.solve(matrix, revolution[u])
     for k in range(count - 1):
         for a in range(u):
             value = maps[k, u, a]
@@ -238,7 +234,7 @@ def _panel_maps(start: Array, end: Array) -> tuple[Array, Array]:
     terms last, and their composition over the revolution, from the states at the panels' ends."""
     count, u = start.shape[0], start.shape[2]
     maps, revolution, earlier = np.empty((count, u + 1, u)), np.zeros((u + 1, u)), np.empty((u + 1, u))
-    matrix, order, product = np.empty((u, u)), np.empty(u, np.int64), np.empty((u, u + 1))
+    matrix, product = np.empty((u, u)), np.empty((u, u + 1))
     for a in range(u):
         revolution[a, a] = 1.0
     for k in range(count):
@@ -249,8 +245,7 @@ def _panel_maps(start: Array, end: Array) -> tuple[Array, Array]:
             for c in range(u + 1):
                 product[a, c] = end[k, c, a]
             product[a, u] -= start[following, u, a]
-        factor(matrix, order)
-        substitute(matrix, order, product)
+        product = np.linalg.solve(matrix, product)
         earlier[:] = revolution
         for c in range(u + 1):
             for a in range(u):

@@ -58,45 +58,6 @@ class Partition(NamedTuple):
 
 
 @kernel
-def factor(a: Array, order: NDArray[np.int64]) -> None:
-    """LU factorization in place with partial pivoting; ``order`` receives the row interchanges."""
-    n = a.shape[0]
-    for k in range(n):
-        pivot = k
-        for i in range(k + 1, n):
-            if abs(a[i, k]) > abs(a[pivot, k]):
-                pivot = i
-        order[k] = pivot
-        for j in range(n if pivot != k else 0):
-            a[k, j], a[pivot, j] = a[pivot, j], a[k, j]
-        for i in range(k + 1, n):
-            multiplier = a[i, k] / a[k, k]
-            a[i, k] = multiplier
-            for j in range(k + 1, n):
-                a[i, j] -= multiplier * a[k, j]
-
-
-@kernel
-def substitute(a: Array, order: NDArray[np.int64], b: Array) -> None:
-    """Solve with the factors of ``factor``; the right-hand sides (n, columns) are overwritten by the solutions."""
-    n, columns = b.shape
-    for k in range(n):
-        pivot = order[k]
-        for j in range(columns if pivot != k else 0):
-            b[k, j], b[pivot, j] = b[pivot, j], b[k, j]
-    for k in range(n):
-        for i in range(k + 1, n):
-            for j in range(columns):
-                b[i, j] -= a[i, k] * b[k, j]
-    for k in range(n - 1, -1, -1):
-        for i in range(k + 1, n):
-            for j in range(columns):
-                b[k, j] -= a[k, i] * b[i, j]
-        for j in range(columns):
-            b[k, j] /= a[k, k]
-
-
-@kernel
 def series_degree(phase: float, max_degree: int) -> int:
     """Degree up to which the series differentiates polynomials, on an element over which the slowest fast mode advances
     by ``phase`` [rad].
@@ -299,7 +260,7 @@ def _slow_response(
     and ``response`` (m points, m points) to unit forces at the points, one row per force."""
     p, (m, fast) = fluctuation.size, partition.coupling.shape
     square, s, n, reduction = h * h, p - 1, (p - 1) * m, np.empty(p)
-    matrix, order, solution = np.empty((n, n)), np.empty(n, np.int64), np.zeros((n, 2 * m + p * m))
+    matrix, solution = np.empty((n, n)), np.zeros((n, 2 * m + p * m))
     for b in range(m):
         for a in range(m):
             for i in range(p):
@@ -325,8 +286,7 @@ def _slow_response(
             matrix[a * s + i, a * s + i] += mu * scale
             solution[a * s + i, a] = (mu + damping * h * rule.points[i + 1]) * scale
             solution[a * s + i, m + a] = math.sqrt(mu) * scale * h * rule.points[i + 1]
-    factor(matrix, order)
-    substitute(matrix, order, solution)
+    solution = np.linalg.solve(matrix, solution)
     homogeneous[:], response[:] = 0.0, 0.0
     for a in range(m):
         homogeneous[a, a * p] = 1.0

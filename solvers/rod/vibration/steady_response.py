@@ -25,7 +25,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
-from solvers.numerics.jit import kernel
 from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.section import RingingShape
@@ -123,11 +122,6 @@ class SteadyVibration:
         return self.motion.highest_frequency
 
     @property
-    def few_corners(self) -> bool:
-        """Whether there are fewer corners than those of a table."""
-        return self.excitation.corners.size <= FEW_CORNERS
-
-    @property
     def curvature_terms(self) -> int:
         """Legendre coefficients of V''."""
         return self._unit_curvature.shape[0]
@@ -167,8 +161,10 @@ class SteadyVibration:
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
         """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
         there."""
-        unit = self._unit_curvature, self._unit_deflection, *self._unit_reactions
-        return add_amplitudes(self._amplitudes(states), *unit, curvature_series, deflection_series)
+        amplitudes, (side, moment) = self._amplitudes(states), self._unit_reactions
+        curvature_series[: self.curvature_terms] += self._unit_curvature @ amplitudes
+        deflection_series[: self.deflection_terms] += self._unit_deflection @ amplitudes
+        return side @ amplitudes, moment @ amplitudes
 
     def _amplitudes(self, states: Array) -> Array:
         """d at the states' angles, (basis, angles).
@@ -192,38 +188,15 @@ class SteadyVibration:
         return StripEquation.of(e.strip, e.inertia, e.mean, polynomials, 0.0)
 
 
-@kernel
-def add_amplitudes(
-    amplitude: Array, unit_curvature: Array, unit_deflection: Array, unit_side: Array, unit_moment: Array,
-    curvature_series: Array, deflection_series: Array,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Kernel of ``SteadyVibration.add``, from amplitudes (basis, angles), the series and the reactions of unit
-    amplitudes."""
-    for out, series in ((curvature_series, unit_curvature), (deflection_series, unit_deflection)):
-        for t in range(series.shape[0]):
-            for b in range(series.shape[1]):
-                if series[t, b] != 0.0:
-                    for i in range(amplitude.shape[1]):
-                        out[t, i] += series[t, b] * amplitude[b, i]
-    force, couple = np.zeros(amplitude.shape[1]), np.zeros(amplitude.shape[1])
-    for b in range(amplitude.shape[0]):
-        for i in range(amplitude.shape[1]):
-            force[i] += unit_side[b] * amplitude[b, i]
-            couple[i] += unit_moment[b] * amplitude[b, i]
-    return force, couple
-
-
 def _vibration(cycle: Cycle) -> SteadyVibration:
     """Compute to half the cycle's tolerance; if that requires elements too narrow for series, to the least error found
     with larger tolerances."""
-    tolerance, best = max(0.5 * cycle.tolerance, LEAST_ERROR), None
-    while best is None or (
-        best.error > _FAR_FROM_TOLERANCE * tolerance and tolerance < _LARGEST_TOLERANCE and best.few_corners
-    ):
-        vibration = _resolved(cycle, tolerance, optional=tolerance < _LARGEST_TOLERANCE)
-        known = (each for each in (best, vibration) if each is not None)
-        best = min(known, key=lambda each: each.error, default=None)
+    tolerance = max(0.5 * cycle.tolerance, LEAST_ERROR)
+    best = _resolved(cycle, tolerance)
+    few = best.excitation.corners.size <= FEW_CORNERS
+    while few and best.error > _FAR_FROM_TOLERANCE * tolerance and tolerance < _LARGEST_TOLERANCE:
         tolerance *= _RELAXATION
+        best = min(best, _resolved(cycle, tolerance), key=lambda each: each.error)
     if best.motion.amplification > _RESONANT_AMPLIFICATION and not best.error < _LARGEST_ERROR:
         if best.motion.errors.excited > _LARGEST_ERROR:
             raise unknown_vibration()
@@ -263,10 +236,9 @@ def _vibration_of(found: Motion, excitation: Excitation, frequency: float) -> St
     return SteadyVibration(found, found.errors.total, found.errors.of_mean(min(remainder, 1.0)), excitation)
 
 
-def _resolved(cycle: Cycle, tolerance: float, *, optional: bool) -> SteadyVibration | None:
+def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
     """Compute motions of increasing resolution, refined where the error is largest, until the tolerance is met or
-    refinement no longer helps. None, if ``optional``, where more slow modes are required than are affordable, as under
-    steep rises of the pressure."""
+    refinement no longer helps."""
     excitation = Excitation.of(cycle, 0.1 * tolerance)
     level = sum(tolerance < bound for bound in (_LEVELS_WITH_CORNERS if excitation.corners.size else _LEVELS))
     equation, step = _equation(cycle, excitation, level), _largest_step(excitation, tolerance)
@@ -277,21 +249,6 @@ def _resolved(cycle: Cycle, tolerance: float, *, optional: bool) -> SteadyVibrat
         level += 1
         equation = _equation(cycle, excitation, level)
         slow = _slow_modes(equation, excitation, tolerance)
-    for lower in range(level, -1, -1):
-        candidate = _equation(cycle, excitation, lower) if lower < level else equation
-        represents = many or lower == level or _known_modes(lower) >= slow
-        if represents and _affordable(candidate, excitation, slow, step, MOST_WORK) >= slow:
-            level, equation = lower, candidate
-            break
-    if not many and _affordable(equation, excitation, slow, step, MOST_WORK) < slow - 1:
-        if optional:
-            return None
-        affordable_work = ENOUGH_WORK if cycle.tolerance < _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS
-        level, known = -1, -1
-        while known < slow:
-            level += 1
-            equation = _equation(cycle, excitation, level)
-            known, slow = _known_modes(level), _affordable(equation, excitation, slow, step, affordable_work)
     work_limit = (
         (_ENOUGH_WORK_LOW_ACCURACY if tolerance > _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS) if many else ENOUGH_WORK
     )

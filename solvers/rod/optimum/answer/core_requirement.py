@@ -48,7 +48,8 @@ class CoreOptima:
 
     def is_feasible(self, limits: Limits) -> bool:
         """Whether the search finds a strip that meets the limits."""
-        return self._admissible_strip(limits, _FEASIBILITY_GAP) is not None
+        proof = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, _FEASIBILITY_GAP, _BOXES)
+        return proof.best is not None
 
     def max_stability_safety(self) -> float:
         """Maximum stability safety: that of maximum width and thickness and minimum length."""
@@ -56,8 +57,3 @@ class CoreOptima:
         b, h, l = size.b[1], size.h[1], size.l[0]
         modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
         return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
-
-    def _admissible_strip(self, limits: Limits, gap: float = _GAP) -> Dimensions | None:
-        """A strip that meets the limits."""
-        found = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, gap, _BOXES).best
-        return None if found is None else found.dimensions

@@ -6,8 +6,7 @@ The core consists of gas load, moving mass, beam-column and contact, so the axia
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,12 +30,11 @@ from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 
-MEAN_ANGLES, COARSE_MEAN_ANGLES = 1024, 64
-"""Number of angles for a mean over the cycle, and for a coarse estimate of it.
+MEAN_ANGLES = 1024
+"""Number of angles for a mean over the cycle.
 
 The error falls with the third power of the number, since the second derivative jumps where the piston loses contact
-with its second wall. With all angles it is 3e-7 for slender strips near buckling (with half as many: 2e-6); the coarse
-estimate is wrong by less than 5e-4 for strips that do not buckle.
+with its second wall. It is 3e-7 for slender strips near buckling (with half as many angles: 2e-6).
 """
 _FORCE_TOLERANCE = 1e-10
 _SPACING_BETWEEN_CORNERS = 2e-5, 1e-3
@@ -48,7 +46,6 @@ class CoreCycle:
     """Axial force, lateral stroke and constants of the machine; SI units.
 
     guide                   clamp offset, diameter, skirt length [m], friction coefficient
-    angle, force, stroke    crank angles [rad], axial force [N] and lateral stroke [m] there
     mean_samples            force, stroke and |piston speed| [m/s] at the angles of the mean of friction power
     compression             maximum compression [N]
     peak_compression_angle  its crank angle [rad]
@@ -59,17 +56,10 @@ class CoreCycle:
     modulus: float
     guide: Array
     diagram: Diagram
-    angle: Array
-    force: Array
-    stroke: Array
     mean_samples: tuple[Array, Array, Array]
     compression: float
     peak_compression_angle: float
     corners: Array
-
-    @property
-    def crank_radius(self) -> float:
-        return self.drive.crank_radius
 
     @property
     def rod_length(self) -> float:
@@ -81,13 +71,7 @@ class CoreCycle:
 
     def lateral_stroke(self, angle: Array) -> Array:
         """Lateral stroke of the crank pin r sin(phi) [m]."""
-        return self.crank_radius * np.sin(angle)
-
-    @cached_property
-    def coarse(self) -> CoreCycle:
-        """The same cycle with means over fewer angles."""
-        force, stroke, speed = (values[:: MEAN_ANGLES // COARSE_MEAN_ANGLES].copy() for values in self.mean_samples)
-        return replace(self, mean_samples=(force, stroke, speed))
+        return self.drive.crank_radius * np.sin(angle)
 
     def strip(self, d: Dimensions) -> CoreStrip:
         """Response of a strip."""
@@ -170,8 +154,7 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
     """Cycle of a scene under the gas force and the inertia of a reciprocating mass [kg]."""
     drive, piston = drive_of(scene, mass), scene.piston
     angle, mean_angle = periodic.grid(ANGLES), periodic.grid(MEAN_ANGLES)
-    force = axial_forces(drive, angle)
-    least, peak_compression_angle = least_force(drive, angle, force, _FORCE_TOLERANCE)
+    least, peak_compression_angle = least_force(drive, angle, axial_forces(drive, angle), _FORCE_TOLERANCE)
     m = scene.mechanism
     speed = np.abs(kinematics.velocity(mean_angle, m.crank_radius, m.rod_length, m.angular_speed))
     return CoreCycle(
@@ -179,9 +162,6 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
         modulus=scene.material.elastic_modulus,
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
         diagram=criterion.diagram(),
-        angle=angle,
-        force=force,
-        stroke=m.crank_radius * np.sin(angle),
         mean_samples=(axial_forces(drive, mean_angle), m.crank_radius * np.sin(mean_angle), speed),
         compression=max(-least, 0.0),
         peak_compression_angle=peak_compression_angle % periodic.TURN,

@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 
 _MAX_OFFSET = 1.0
 _STEP = 1e-6
-_SMALLEST = 1e-300
+_SMALLEST, _GREATEST = 1e-300, 1e300
 
 
 class CorePeaks(NamedTuple):
@@ -82,8 +82,8 @@ def peak_height(left: float, middle: float, right: float) -> float:
 
 @kernel
 def finite_log(value: float) -> float:
-    """ln value; finite for 0."""
-    return math.log(max(value, _SMALLEST))
+    """ln value; finite for 0 and for unbounded values."""
+    return math.log(min(max(value, _SMALLEST), _GREATEST))
 
 
 @kernel

@@ -6,11 +6,10 @@ is expanded about the centre of a stencil in y = U (x - centre), x = ln(b, h, l)
     c(x) = c(centre) + slopes . y + y' curvatures y/2
 
 Near a resonance the contribution depends mainly on the frequency ratio Omega = omega_1/omega. Therefore y_0 is the
-direction of the gradient of ln Omega, and mixed curvatures are small. Without resonances, and in the search for a first
-feasible strip, curvatures are omitted and all differences are one-sided, along the axes. If some sizes are discrete,
-the first directions span the continuous sizes, and strips off these directions are solved only when required. A stencil
-covers all strips close to its centre: the polynomial is shifted to agree with the solved strip in question. All strips
-of a stencil are solved with the discretisation of its centre.
+direction of the gradient of ln Omega, and mixed curvatures are small. If some sizes are discrete, the first directions
+span the continuous sizes, and strips off these directions are solved only when required. A stencil covers all strips
+close to its centre: the polynomial is shifted to agree with the solved strip in question. All strips of a stencil are
+solved with the discretisation of its centre.
 """
 
 from __future__ import annotations
@@ -40,10 +39,9 @@ CorrectionsOf = Callable[[FullStrip], Array]
 _ROUNDING = 1e-13
 """Coordinates y below this are rounding errors and are set to zero."""
 Pairs = tuple[tuple[int, int], ...]
-NO_CURVATURES: Pairs = ()
 ALL_CURVATURES: Pairs = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 RATIO_CURVATURE: Pairs = ((0, 0),)
-"""Pairs of directions with a curvature term: none, all, and only that along the gradient of ln Omega."""
+"""Pairs of directions with a curvature term: all, and only that along the gradient of ln Omega."""
 
 
 @dataclass(frozen=True)
@@ -69,16 +67,12 @@ class Stencil:
     ) -> Stencil:
         """The stencil of a solved strip, if the sizes of indices ``free`` are continuous; ``watch`` is called before
         other strips are solved."""
-        if not curvature_pairs:
-            return Stencil(centre, step, np.eye(3), curvature_pairs, free, watch)
-        return Stencil(
-            centre, step, _directions_by_frequency(centre.cycle, free), curvature_pairs, tuple(range(len(free))), watch
-        )
+        directions = _directions_by_frequency(centre.cycle, free)
+        return Stencil(centre, step, directions, curvature_pairs, tuple(range(len(free))), watch)
 
     def covers(self, d: Dimensions) -> bool:
         """Whether the polynomial is valid near a strip."""
-        distance = float(np.max(np.abs(logarithms(d) - self.origin)))
-        return distance <= (self.step if self.curvature_pairs else 0.0)
+        return float(np.max(np.abs(logarithms(d) - self.origin))) <= self.step
 
     @property
     def origin(self) -> Array:
@@ -110,7 +104,7 @@ class Stencil:
     def _cycle(self, y: tuple[float, ...]) -> Cycle:
         """The cycle of the strip at y, without a discretisation."""
         centre = self.centre.cycle
-        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y))
+        return centre if y == _CENTRE else replace(centre, dimensions=self._dimensions(y), prepared=None)
 
     def _companions(self, free: bool) -> list[tuple[float, ...]]:
         """Points required together: those of all slopes and curvatures, in the ``free`` directions or in all."""

@@ -21,7 +21,6 @@ from solvers.rod.cycle.composition import Array, Composition, Cycle
 from solvers.rod.effects import choose_for
 from solvers.rod.optimum.full_model.corrections import (
     ALL_CURVATURES,
-    NO_CURVATURES,
     RATIO_CURVATURE,
     CorrectionPolynomial,
     Stencil,
@@ -42,10 +41,8 @@ of corrections in the fine model: long steps smooth out narrow minima, short one
 _CHECK_SHARE, _MIN_CHECK_ACCURACY = 0.7, 1e-12
 """Share of the accuracy that is requested of a check, the rest being left to the search; and the smallest accuracy
 requested."""
-_ROWS_TOLERANCE = 5.0
-"""Tolerance of the corrections in a strip's rows, which are shifted to the check, relative to its accuracy."""
 _FINE_ROWS_TOLERANCE = 0.5
-"""The same for the fine model."""
+"""Tolerance of the corrections in a strip's rows in the fine model, relative to its accuracy."""
 _SAME_RESOLUTION = 0.1
 """Distance in ln b, ln h, ln l within which strips need about the same discretisation."""
 _SMOOTH_LOSS_FACTOR = 0.003
@@ -72,10 +69,7 @@ class FullModel:
     effects         the active effects, fixed
     free            indices of the continuous sizes
     strip_count     number of strips evaluated by rows
-    check_count     number of exact checks
     fine            short difference steps and peak stencils, rows as accurate as checks
-    quadratic       corrections are expanded to second order in ln b, ln h, ln l, which follows resonances closely;
-                    otherwise to first order
     coarse          a less accurate model whose strips supply the differences of corrections between strips, if any:
                     differences between strips of one discretisation are equally accurate
     watch           is called before each strip and check and may raise OutOfTime
@@ -91,10 +85,8 @@ class FullModel:
     free: tuple[int, ...] = (0, 1, 2)
     watch: Watch = no_watch
     fine: bool = False
-    quadratic: bool = False
     coarse: FullModel | None = None
     strip_count: int = 0
-    check_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
     _stencils: list[Stencil] = field(default_factory=list)
@@ -140,19 +132,19 @@ class FullModel:
         return replace(self._without_cache(), accuracy=accuracy, _checks={})
 
     def coarser(self, accuracy: float) -> FullModel:
-        """This model at a lower accuracy, with corrections to second order and its own checks. They omit contact and
-        friction power if these are not required: resolving them takes twice the time of the rest."""
+        """This model at a lower accuracy, with its own checks. They omit contact and friction power if these are not
+        required: resolving them takes twice the time of the rest."""
         needs_contact, chosen = self.required.reactions or self.required.power, self.effects
         effects = chosen if needs_contact else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects, quadratic=True)
+        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects)
 
     def finer(self, coarse: FullModel | None = None) -> FullModel:
-        """The fine version of this model, with corrections to second order; it shares the checks."""
-        return replace(self._without_cache(), fine=True, quadratic=True, coarse=coarse)
+        """The fine version of this model; it shares the checks."""
+        return replace(self._without_cache(), fine=True, coarse=coarse)
 
     def _without_cache(self) -> FullModel:
         """This model without its stored strips."""
-        return replace(self, strip_count=0, check_count=0, _strips={}, _stencils=[], _resolved=[])
+        return replace(self, strip_count=0, _strips={}, _stencils=[], _resolved=[])
 
     @property
     def corrected(self) -> bool:
@@ -192,7 +184,7 @@ class FullModel:
     @property
     def _tolerance(self) -> float:
         """Tolerance of the corrections of strips."""
-        return self.accuracy * (_FINE_ROWS_TOLERANCE if self.fine else 1.0 if self.quadratic else _ROWS_TOLERANCE)
+        return self.accuracy * (_FINE_ROWS_TOLERANCE if self.fine else 1.0)
 
     def _keep(self, strip: FullStrip) -> None:
         while len(self._strips) >= _MAX_STRIPS:
@@ -204,7 +196,6 @@ class FullModel:
         if d in self._checks:
             return self._checks[d]
         self.watch()
-        self.check_count += 1
         check_accuracy = accuracy or max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY)
         choice = choose_for(self.scene, d, self.effects, self.effect_tolerance)
         known = self._strips.get(d)
@@ -242,8 +233,7 @@ class FullModel:
             if stencil.covers(d):
                 return stencil
         # Under a noisy load the other curvatures are not worth the time of six solutions.
-        second_order = RATIO_CURVATURE if self.is_excited_by_corners else ALL_CURVATURES
-        curvature_pairs = second_order if self.quadratic else NO_CURVATURES
+        curvature_pairs = RATIO_CURVATURE if self.is_excited_by_corners else ALL_CURVATURES
         centre = (self.coarse or self).strip(d)
         stencil = Stencil.around(centre, self.correction_step, curvature_pairs, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _MAX_STENCILS - 1]]

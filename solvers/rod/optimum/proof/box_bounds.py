@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
+from solvers.rod.optimum.core.peak_model import finite_log
 from solvers.rod.optimum.proof.intervals import bending_over
 from solvers.rod.rows import (
     FIRST_PART,
@@ -120,12 +121,6 @@ def severity(p: Relaxation, curvatures: Array, low: int, high: int, tau1: float,
     """ln of the larger of utilisation and stress, relative to their limits."""
     utilisation, stress = utilisation_and_stress(p, curvatures, low, high, tau1, tau2, h)
     return max(finite_log(utilisation) - p.limits[UTILISATION], finite_log(stress) - p.limits[STRESS])
-
-
-@kernel
-def finite_log(value: float) -> float:
-    """ln value; finite for 0 and for unbounded values."""
-    return math.log(min(max(value, 1e-300), 1e300))
 
 
 @kernel

@@ -31,7 +31,7 @@ from solvers.rod.optimum.search.full_optimum import (
 )
 from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
-from solvers.rod.optimum.search.local_search import Iterate, LocalResult, local_search
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
@@ -77,12 +77,9 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
             break
         limits = context.corrected_core_limits(result.best.outcome.value.dimensions, result.best.outcome.value)
         proof = context.shifted_core(limits)
-        if proof.best is None:
-            _search_near_continuous_optimum(context, result, tried)
+        if proof.best is None or _slice_key(context, proof.best.dimensions) in tried:
             break
         strip = proof.best.dimensions
-        if _slice_key(context, strip) in tried:
-            break
     _improve_repeatedly(context, tried)
     best = context.best()
     if best is None:
@@ -107,9 +104,8 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
         start = gaps.next_start(best.best, lambda d: _is_new_slice(context, d, tried))
         if start is None:
             break
-        result = _search_slice(context, start, tried)
-        while result is not None and result is context.best() and _search_neighbours(context, result, result, tried):
-            result = context.best()
+        if _search_slice(context, start, tried) is context.best():
+            _improve_repeatedly(context, tried)
 
 
 def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
@@ -130,8 +126,7 @@ def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
             return
         searched.add((d.b, d.h))
         for strip in promising_lengths(context, best.best):
-            best = context.best()
-            result = _search_slice(context, strip, tried)
+            best, result = context.best(), _search_slice(context, strip, tried)
             if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
                 _improve_repeatedly(context, tried)
 
@@ -167,13 +162,6 @@ def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, .
 def _slice_bounds(context: Context, strip: Dimensions) -> Bounds:
     nearest = context.sizes.around(strip)
     return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], context.cycle.rod_length)))
-
-
-def _search_near_continuous_optimum(context: Context, start: LocalResult, tried: set[tuple[float, ...]]) -> None:
-    """Search sizes near the optimum of continuous sizes, which single steps would reach slowly."""
-    free = local_search(context.model, context.task, context.bounds, start.best.x)
-    if free is not None and free.feasible_best is not None:
-        _search_neighbours(context, context.best(), free, tried)
 
 
 def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
@@ -216,7 +204,7 @@ def _predicted_cost(
     """Lower estimate of ln objective in a strip's slice by the corrected core, and its strip; None if infeasible."""
     error = _MODEL_ERROR_RATE * float(np.max(np.abs(logarithms(strip) - logarithms(centre))))
     relaxed = {row: limit + error for row, limit in limits.items()}
-    result = polish(context.cycle.coarse, context.problem.objective, relaxed, _slice_bounds(context, strip), strip)
+    result = polish(context.cycle, context.problem.objective, relaxed, _slice_bounds(context, strip), strip)
     if result is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else error

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from itertools import chain
 
 import numpy as np
 
@@ -35,7 +36,7 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
     bounds, until two of them agree. None if every strip tried buckles.
     """
     best: tuple[float, Dimensions] | None = None
-    for start in _starts(cycle, limits, bounds):
+    for start in chain([bounds.stiffest], _spread_strips(cycle, limits, bounds)):
         result = _local_minimum(cycle, limits, bounds, start)
         if result is None:
             continue
@@ -43,11 +44,6 @@ def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[f
             return min(result, best, key=lambda result: result[0])
         best = result if best is None else min(result, best, key=lambda result: result[0])
     return best
-
-
-def _starts(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:
-    yield bounds.stiffest
-    yield from _spread_strips(cycle, limits, bounds)
 
 
 def _local_minimum(
@@ -76,25 +72,22 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     """The feasible strip with the least cost of all local searches on the full model, or the least violating one.
 
     The search starts at ``start``. None if every strip tried buckles. If ``clearly_infeasible``, ``start`` is only
-    checked. If corners of the load excite vibration, all but the last step is done at low accuracy.
+    checked. With resonances all but the last step is done at low accuracy.
     """
     if clearly_infeasible:
         iterate = checked_without_model(context, start)
-        return None if iterate is None else LocalResult(iterate, math.inf, 0)
-    if not context.model.is_excited_by_corners:
-        context.search_from(start, context.bounds)
-        return context.best()
+        return None if iterate is None else LocalResult(iterate, math.inf)
     coarse = context.coarse or context.exploratory(start)
     if not coarse.results:
         coarse.search_from(start, context.bounds)
     best = coarse.best()
-    if best is None or best.feasible_best is not None:
+    if coarse is context or best is None or best.feasible_best is not None:
         return best
     strip = best.best.outcome.value.dimensions
     if best.best.excess < _POSSIBLY_FEASIBLE * coarse.model.accuracy:
         return context.search_from(strip, context.bounds)
     iterate = checked_without_model(context, strip)
-    return best if iterate is None else LocalResult(iterate, math.inf, best.iterations)
+    return best if iterate is None else LocalResult(iterate, math.inf)
 
 
 def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None:

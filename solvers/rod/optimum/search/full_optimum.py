@@ -1,9 +1,9 @@
 """The optimum on the full model: starting points of the local searches, and selection among their results.
 
-The core's global optimum is the first start. The difference between full model and core at the strip found shifts the
-limits of a second global search on the core, whose optimum is another start if it lies elsewhere. If the active limits
-leave directions free, the curvature of the Lagrangian along them is evaluated; a Newton step with a predicted gain, or
-steps to both sides along negative curvature, give further starts. Discrete sizes: see ``available_sizes``.
+The core's global optimum is the first start. With resonances the gaps between them are searched as well (``gaps``), at
+low accuracy, and the best results are refined. Without, if the active limits leave directions free, the curvature of
+the Lagrangian along them is evaluated; a Newton step with a predicted gain, or steps to both sides along negative
+curvature, give further starts. Discrete sizes: see ``available_sizes``.
 """
 
 from __future__ import annotations
@@ -39,14 +39,11 @@ from solvers.rod.scene import Dimensions
 
 MAX_BOXES = 20_000
 _SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
-_MIN_DISTANCE, _MIN_DISTANCE_RESONANT = 0.02, 0.1
-"""Distances in ln b, ln h, ln l from which on a strip is a new start: without resonances, and with them."""
 _CURVATURE_STEP = 0.02
 """Step of the differences for curvatures, in ln b, ln h, ln l."""
 _MAX_STEP = 0.1
 """Length of a step along negative curvature, in ln b, ln h, ln l."""
 _NEWTON_STEPS = 4
-_SHIFTS = 3
 _MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
 """Maximum numbers of searches in other gaps, in all and in succession without improvement; their first radius, in ln b,
 ln h, ln l."""
@@ -183,7 +180,7 @@ class Context:
             outcome = self.model.check(d)
             if self.problem.requirements.met_by(outcome.value):
                 at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
-                return Optimum(LocalResult(at, math.inf, 0), searches=self.search_count, local_optima=len(self.results))
+                return Optimum(LocalResult(at, math.inf), searches=self.search_count, local_optima=len(self.results))
         return None
 
     def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:
@@ -219,7 +216,9 @@ class Context:
 def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of continuous sizes; its iterate is infeasible if no feasible strip is found."""
     exploratory = context.exploratory(starts[0])
-    _search_from_all_starts(exploratory, starts)
+    max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else MAX_ITERATIONS
+    for start in starts:
+        exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
     local = exploratory.best()
     if local is None or local.feasible_best is None:
         return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
@@ -239,20 +238,6 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
             second = replace(second, predicted_gain=0.0)
             break
     return Optimum(context.best(), conditions, second, context.search_count, _distinct_count(context.results))
-
-
-def _search_from_all_starts(context: Context, starts: Sequence[Dimensions]) -> None:
-    """Search from the given starts, then from the core's optima with shifted limits."""
-    max_iterations = _COARSE_ITERATIONS if context.model.has_resonances else MAX_ITERATIONS
-    for start in starts:
-        context.search_from(start, context.bounds, max_iterations=max_iterations)
-    for _ in range(_SHIFTS):
-        other, count = _shifted_core_start(context), len(context.results)
-        if other is None:
-            break
-        result = context.search_from(other, context.bounds, max_iterations=max_iterations)
-        if result is None or is_near(result.best.x, context.results[:count], SAME_STRIP):
-            break
 
 
 def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
@@ -326,21 +311,6 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
         gain = best.best.log_cost - context.best().best.log_cost
         failed = 0 if gain > context.task.min_gain else failed + 1
     return gain, gaps.range
-
-
-def _shifted_core_start(context: Context) -> Dimensions | None:
-    """The core's optimum with limits shifted by the full model's difference, if that is a new strip."""
-    local = context.best()
-    if local is None:
-        return None
-    strip = local.best.outcome.value
-    best = context.shifted_core(context.corrected_core_limits(strip.dimensions, strip, context.task.margin)).best
-    if best is None:
-        return None
-    resonant = context.model.has_resonances
-    x, distance = logarithms(best.dimensions), _MIN_DISTANCE_RESONANT if resonant else _MIN_DISTANCE
-    points = [result.best.x for result in context.results] + context.start_points[0 if resonant else 1 :]
-    return None if any(np.max(np.abs(x - other)) < distance for other in points) else best.dimensions
 
 
 def is_near(x: Array, results: list[LocalResult], distance: float) -> bool:

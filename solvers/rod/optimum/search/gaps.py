@@ -11,10 +11,6 @@ and the cost of meeting the limits at the same Omega is that of a linear program
 and a gap may contain several minima: every point of the path is a possible start, the cheapest first, away from starts
 and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other:
 a result about as good as the best, but elsewhere, starts a path of its own.
-
-Width and thickness may be exchanged at constant b h^3 without changing the core's forces, deflections and stability, so
-that the minimum cost may hardly change over dozens of gaps. The strips at both ends of that exchange, within the
-bounds, are possible starts, too.
 """
 
 from __future__ import annotations
@@ -86,11 +82,6 @@ class Gaps:
     origins: list[Iterate] = field(default_factory=list)
 
     @property
-    def box(self) -> Array:
-        """The bounds of ln(b, h, l), (3, 2)."""
-        return np.log([self.bounds.b, self.bounds.h, self.bounds.l])
-
-    @property
     def range(self) -> tuple[float, float] | None:
         """Minimum and maximum Omega of the paths and searches; None without any."""
         ratios = [*self.tried_ratios, *(ratio for ratio, _ in self.path_points)]
@@ -100,9 +91,8 @@ class Gaps:
         """The most promising start in another gap; None if there is none."""
         active = best.memory.active
         if all(best is not origin for origin in self.origins):
-            ratio, is_first = self.exclude(best), not self.origins
+            self.exclude(best)
             self._add_path(best)
-            self.candidates += self._exchange_candidates(best, _GAPS * math.exp(-ratio)) if is_first else []
         self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
         while promising := [p for p in self.candidates if p.cost < best.log_cost + _MAX_EXTRA_COST]:
             point = min(promising, key=lambda point: point.cost)
@@ -119,11 +109,9 @@ class Gaps:
         if all(np.max(np.abs(strip.x - origin.x)) > _SAME_BRANCH for origin in self.origins):
             self._add_path(strip)
 
-    def exclude(self, iterate: Iterate) -> float:
-        """Exclude starts near the result of a search; returns the ln Omega there."""
-        ratio = log_frequency_ratio(iterate.memory.active.base_cycle)
-        self.tried_ratios.append(math.exp(ratio))
-        return ratio
+    def exclude(self, iterate: Iterate) -> None:
+        """Exclude starts near the result of a search."""
+        self.tried_ratios.append(math.exp(log_frequency_ratio(iterate.memory.active.base_cycle)))
 
     def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
@@ -180,42 +168,16 @@ class Gaps:
             if not self._is_new(math.exp(ratio), x):
                 continue
             self.path_points.append((math.exp(ratio), x))
-            point = _candidate(active, least_cost, x, ratio, slopes)
-            if point is None:
+            values = active.corrected_values(x)
+            if rows.BUCKLED in (uncorrected[rows.UTILISATION], values[rows.UTILISATION]):
                 return out
-            out.append(point)
+            out.append(PathPoint(math.exp(ratio), x, *least_cost(values, slopes, x, 0.0, _MAX_RESTORATION)))
             if len(out) >= _STEPS and min(point.cost for point in out[-_STEPS:]) > best.log_cost + _ABANDON_COST:
                 return out
-        return out
-
-    def _exchange_candidates(self, best: Iterate, distance: float) -> list[PathPoint]:
-        """The widest and the narrowest strip with the best one's b h^3 and l within the bounds, if farther from it than
-        ``distance`` in ln h."""
-        active, (low, high), out = best.memory.active, self.box.T, []
-        least_cost = self._at_ratio(best, active)
-        if least_cost is None:
-            return out
-        for shift in (
-            max(low[1] - best.x[1], (best.x[0] - high[0]) / 3.0),
-            min(high[1] - best.x[1], (best.x[0] - low[0]) / 3.0),
-        ):
-            if abs(shift) > distance:
-                x = best.x + shift * np.array([-3.0, 1.0, 0.0])
-                strip = active.model.strip(dimensions_of(x, active.model.scene), corrected=False)
-                ratio = log_frequency_ratio(strip.cycle)
-                point = _candidate(active, least_cost, x, ratio, active.uncorrected_jacobian(x))
-                out += [] if point is None else [point]
         return out
 
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with limits shifted to the best strip's exact check."""
         p = program(self.task.objective, best.limits, active.layout, self.task.margin)
-        return AtRatio.of(p, self.box, log_frequency_ratio_gradient(active.base_cycle))
-
-
-def _candidate(active: FullRows, least_cost: AtRatio, x: Array, ratio: float, slopes: Array) -> PathPoint | None:
-    """The path point of a strip of ln Omega = ``ratio`` with its corrections, at given peaks; None if it buckles."""
-    values = active.corrected_values(x)
-    if rows.BUCKLED in (active.uncorrected_values(x)[rows.UTILISATION], values[rows.UTILISATION]):
-        return None
-    return PathPoint(math.exp(ratio), x, *least_cost(values, slopes, x, 0.0, _MAX_RESTORATION))
+        box = np.log([self.bounds.b, self.bounds.h, self.bounds.l])
+        return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))

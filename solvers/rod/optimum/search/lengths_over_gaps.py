@@ -54,7 +54,7 @@ def _rows_of_lengths(context: Context, best: Iterate) -> Iterator[list[Dimension
         if height != d.h:
             slice_bounds = Bounds(bounds.b, (height, height), bounds.l)
             start = _available_strip(context, d, height, d.l)
-            optimum = polish(context.cycle.coarse, context.problem.objective, limits, slice_bounds, start)
+            optimum = polish(context.cycle, context.problem.objective, limits, slice_bounds, start)
             if optimum is None or optimum.log_cost + correction > best.log_cost + _MODEL_ERROR:
                 continue
             centre = _available_strip(context, optimum.dimensions, height, optimum.dimensions.l)

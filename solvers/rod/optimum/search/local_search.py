@@ -20,7 +20,7 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, program, restore_feasibility, run_slsqp
+from solvers.rod.optimum.sqp import MemoisedRows, program, run_slsqp
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
@@ -32,9 +32,6 @@ SAME_STRIP = 2e-3
 _PENALTY = 100.0
 """Weight of a violation against the cost: larger than the Lagrange multipliers of rods, including hardly feasible ones.
 """
-_FAR_EXCESS, _COARSE_ACCURACY = 1e-2, 1e-3
-"""Excess above which feasibility is restored first; accuracy of that relative to the excess, and of checks far from
-feasibility."""
 _STALL_EXCESS = 1e-3
 """Excess above which a search that no longer reduces it is abandoned."""
 _MIN_EXCESS = 1e-16
@@ -86,11 +83,10 @@ class Iterate:
 @dataclass(frozen=True)
 class LocalResult:
     """The best feasible iterate or, without one, that of the least excess; ``predicted_gain`` is the gain in ln
-    objective that the model still predicts there, ``iterations`` the number of times it was solved."""
+    objective that the model still predicts there."""
 
     best: Iterate
     predicted_gain: float
-    iterations: int
 
     @property
     def feasible_best(self) -> Iterate | None:
@@ -118,12 +114,12 @@ def local_search(
         return None
     converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
     best, gain = current, math.inf
-    for iteration in range(1, max_iterations + 1):
+    for _ in range(max_iterations):
         step, predicted = _model_step(model, task, box, current, radius)
         if current is best:
             gain = max(predicted, 0.0) if current.feasible else math.inf
             if gain <= task.min_gain:
-                return LocalResult(best, gain, iteration)
+                return LocalResult(best, gain)
         if current.excess > _STALL_EXCESS and predicted < _MIN_REDUCTION * _PENALTY * current.excess:
             break
         expected = current.log_cost - _RELIABLE_SHARE * predicted + task.min_gain
@@ -135,8 +131,7 @@ def local_search(
             break
         if step_length == 0.0 or radius < model.min_radius:
             break
-        strip, likely_far = dimensions_within(bounds, step), current.excess > _FAR_EXCESS
-        trial = evaluate_iterate(model, task, strip, current.memory.active, likely_far)
+        trial = evaluate_iterate(model, task, dimensions_within(bounds, step), current.memory.active)
         actual = -math.inf if trial is None else _merit(current) - _merit(trial)
         if actual < _POOR_RATIO * predicted:
             radius = 0.25 * min(radius, step_length)
@@ -152,7 +147,7 @@ def local_search(
             best = current if best is previous else best
         if _is_better(trial, best):
             best = trial
-    return LocalResult(best, gain, max_iterations)
+    return LocalResult(best, gain)
 
 
 def _is_converged_within(result: LocalResult, box: Array, min_gain: float) -> bool:
@@ -165,19 +160,9 @@ def _is_same(x: Array, other: Array) -> bool:
     return float(np.max(np.abs(x - other))) < SAME_STRIP
 
 
-def evaluate_iterate(
-    model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None, likely_far: bool = False
-) -> Iterate | None:
-    """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles.
-
-    A strip that is likely to be far from feasibility (``likely_far``) is checked at low accuracy, and exactly only if
-    it is close after all.
-    """
-    outcome, x = model.check(d, max(_COARSE_ACCURACY, model.accuracy) if likely_far else None), logarithms(d)
-    if outcome.value.stresses is None:
-        return None
-    if likely_far and max_excess(task, outcome.value, model.scene) <= _FAR_EXCESS:
-        outcome = model.check(d)
+def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None) -> Iterate | None:
+    """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles."""
+    outcome, x = model.check(d), logarithms(d)
     check = outcome.value
     if check.stresses is None:
         return None
@@ -228,24 +213,11 @@ def _first_stable_iterate(model: FullModel, task: Task, bounds: Bounds, x: Array
 
 
 def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radius: float) -> tuple[Array, float]:
-    """The model's optimum within the trust region, and the predicted reduction of the merit function.
-
-    Far from feasibility the model's violation is minimised first; if the minimum is still infeasible, it is the step.
-    """
+    """The model's optimum within the trust region, and the predicted reduction of the merit function."""
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
-    layout, values = current.memory.active.layout, current.memory.values(current.x)
-    p, x = program(task.objective, current.limits, layout, task.margin), current.x
-    if current.excess > _FAR_EXCESS:
-        restoration = feasibility_program({row: limit - task.margin for row, limit in current.limits.items()}, layout)
-        step = run_slsqp(
-            current.memory, restoration, trust_box, x, _COARSE_ACCURACY * current.excess, _SLSQP_ITERATIONS
-        )
-        x = step.x
-        if step.cost > 0.0:
-            return x, _PENALTY * (p.violation(values) - step.cost)
-    step = run_slsqp(current.memory, p, trust_box, x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
-    if step.violation > 0.1 * task.margin:
-        step = restore_feasibility(current.memory, p, trust_box, step.x, 3)
+    values = current.memory.values(current.x)
+    p = program(task.objective, current.limits, current.memory.active.layout, task.margin)
+    step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
     gain = p.cost(values) - step.cost
     if not current.feasible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))

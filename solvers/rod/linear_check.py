@@ -1,7 +1,12 @@
 """Compiled check of strips without shape corrections: rows of inputs to rows of results.
 
 Gas and inertia, beam-column, shear and friction feedback are part of the states (``state``); the strip's own inertia
-and large displacement are corrections.
+and large displacement are corrections. Without coupling the strip's shape is proportional to the stroke,
+
+    sigma+- = P/(b h) +- (E h/2) kappa(z) s,    kappa = (L - z)/det,    V = (L z^2/2 - z^3/6 + g z)/det s
+
+(``strip.beam_column`` at q = 0). Then every severity that is convex in maximum and minimum stress is largest at the
+clamp, the deflection at the head, and side force, clamp moment and contact load at the maximum stroke r.
 """
 
 from __future__ import annotations
@@ -12,16 +17,41 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
 from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Composition
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
-from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
+from solvers.rod.cycle.guide_loads import (
+    CLAMP_MOMENT,
+    CONTACT_LOAD,
+    GUIDE_RESULTS,
+    SIDE_FORCE,
+    Guide,
+    couple_of,
+    friction_power,
+    guide_results,
+    relative,
+)
 from solvers.rod.cycle.sampling import first_edges, sample
-from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
-from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip
+from solvers.rod.cycle.section import (
+    FEW_STATIONS,
+    HIGH_STRESS,
+    LOW_STRESS,
+    MAX_DEFLECTION,
+    MAX_STRESS,
+    STATIONS,
+    STRIP_RESULTS,
+    UTILISATION,
+    WORST_FIBRE,
+    WORST_SECTION,
+    Field,
+    strip_results,
+)
+from solvers.rod.cycle.state import ANGLE, CLAMP, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.scene import Dimensions, Load, Scene
+from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS, first_root
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import SHEAR_FACTOR
@@ -91,6 +121,7 @@ ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOW_ACCURACY = 1e-4
 ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
+_CONVEXITY_TOLERANCE = 1e-12
 _MAX_FIRST_ROOT = float(FIRST_ROOT_LIMITS[1])
 
 
@@ -203,22 +234,73 @@ def _strip_and_guide(
     """Write all results of an unbuckled strip to ``out``; return the maximum relative error."""
     direct, bending, contact = 1.0 / (row[12] * row[13]), 0.5 * row[9] * row[13], row[21] != 0.0
     force, none, strip_out = states[FORCE], np.empty((0, states.shape[1])), out[_STRIP : _STRIP + STRIP_RESULTS]
-    constant = force.min() == force.max()
-    # A large constant force would mask a small amplitude: the criterion adds its stress separately.
-    mean = direct * force[0] if constant else 0.0
-    direct = 0.0 if constant else direct
-    field = Field(
-        edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, direct, bending, False
-    )  # fmt: skip
-    error = strip_results(field, None, mean, lines, parabola, tolerance, stations, strip_out)
+    constant, uncoupled, l = force.min() == force.max(), strip.couples == 0.0, strip.length
+    # A shape proportional to the stroke is evaluated at the maximum stroke.
+    _, softening, clamp, shear, _ = constants(0.0, l, strip.rod_length, strip.compliance)
+    clamp, shear = clamp * drive.crank_radius, shear * drive.crank_radius
+    if uncoupled and not constant and _is_convex(lines, parabola):
+        error = _clamp_results(edges, rule, states, direct, bending, lines, parabola, tolerance, strip_out)
+        strip_out[MAX_DEFLECTION] = abs((0.5 * clamp * l + shear * (l * l / 6.0 - strip.compliance)) * l)
+    else:
+        # A large constant force would mask a small amplitude: the criterion adds its stress separately.
+        mean = direct * force[0] if constant else 0.0
+        direct = 0.0 if constant else direct
+        field = Field(edges, rule, states, states[SIDE], none, none, l, strip.compliance, direct, bending, False)
+        error = strip_results(field, None, mean, lines, parabola, tolerance, stations, strip_out)
     speed = drive.crank_radius * drive.angular_speed
     guide = Guide(
         states[SIDE], states[MOMENT], strip.lever, strip.offset, row[17] * (4.0 / math.pi) * speed,
         drive.crank_radius / drive.rod_length,
     )  # fmt: skip
     parts, guide_out = np.empty(0), out[_GUIDE : _GUIDE + GUIDE_RESULTS]
-    error = max(error, guide_results(edges, rule, guide, None, parts, parts, contact, tolerance, guide_out))
+    if uncoupled:
+        side, moment = -strip.stiffness * softening * shear, strip.stiffness * clamp
+        guide_out[SIDE_FORCE], guide_out[CLAMP_MOMENT] = abs(side), abs(moment)
+        if contact:
+            guide_out[CONTACT_LOAD] = abs(side) + abs(couple_of(side, moment, strip.lever, strip.offset))
+    else:
+        error = max(error, guide_results(edges, rule, guide, None, parts, parts, contact, tolerance, guide_out))
     if contact:
         out[_POWER], power_error = friction_power(edges, rule, guide, tolerance)
         error = max(error, power_error)
     return error
+
+
+@kernel
+def _is_convex(lines: Array, parabola: Array) -> bool:
+    """Whether the utilisation is convex in both extreme stresses, and decreasing in the minimum."""
+    convex = parabola[0] == 0.0 and lines.shape[1] == 1
+    for c in range(lines.shape[0]):
+        convex = convex and abs(lines[c, 0, 1]) <= lines[c, 0, 0] * (1.0 + _CONVEXITY_TOLERANCE)
+    return convex
+
+
+@kernel
+def _clamp_results(
+    edges: Array, rule: Rule, states: Array, direct: float, bending: float, lines: Array, parabola: Array,
+    tolerance: float, out: Array,
+) -> float:  # fmt: skip
+    """Write the results along the strip of a shape proportional to the stroke, whose worst section is the clamp, to
+    ``out`` (STRIP_RESULTS,); return the maximum relative error."""
+    utilisation, max_stress, utilisation_error, stress_error, amplitude_error = -1.0, 0.0, 0.0, 0.0, 0.0
+    upper_estimate = 0.0
+    stress = np.empty(states.shape[1])
+    for layer in range(2):
+        signed_bending = (1.0 - 2.0 * layer) * bending
+        for i in range(stress.size):
+            stress[i] = direct * states[FORCE, i] + signed_bending * states[CLAMP, i]
+        low, high, low_error, high_error = _forces(edges, rule, stress, 0.01 * tolerance)
+        low = -low
+        fibre_utilisation = utilisation_of(high, low, lines, parabola)
+        fibre_error = utilisation_of(high + high_error, low - low_error, lines, parabola) - fibre_utilisation
+        upper_estimate = max(upper_estimate, fibre_utilisation + fibre_error)
+        if fibre_utilisation > utilisation:
+            utilisation, utilisation_error = fibre_utilisation, fibre_error
+            out[UTILISATION], out[HIGH_STRESS], out[LOW_STRESS], out[WORST_SECTION] = fibre_utilisation, high, low, 0.0
+            out[WORST_FIBRE] = layer
+            amplitude_error = relative(high_error + low_error, 0.5 * (high - low))
+        if high > max_stress or -low > max_stress:
+            max_stress, stress_error = max(high, -low), max(high_error, low_error)
+    out[MAX_STRESS] = max_stress
+    utilisation_error = max(utilisation_error, upper_estimate - utilisation)
+    return max(relative(utilisation_error, utilisation), relative(stress_error, max_stress), amplitude_error)

@@ -86,9 +86,12 @@ def force_with_friction(strip: Strip, force: float, stroke: float) -> float:
 @kernel
 def _solve_from_core(strip: Strip, force: float, stroke: float) -> tuple[float, float]:
     """As ``_solve_friction``, started from P0, and by bisection where the secants find nothing."""
-    solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
     friction_factor, critical = strip.friction * stroke, 0.5 * strip.buckled_force
-    if solution > critical or force <= critical:
+    if force <= critical:
+        # Friction that relieves a strip is no hold: the machine may stop at this angle.
+        return strip.buckled_force, 1.0
+    solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
+    if solution > critical:
         return solution, slope
     # On a short skirt friction changes so steeply, up to where the clamp moment vanishes, that a step of fixed-point
     # iteration leads far past the solution.

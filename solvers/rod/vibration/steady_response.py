@@ -191,12 +191,16 @@ class SteadyVibration:
 def _vibration(cycle: Cycle) -> SteadyVibration:
     """Compute to half the cycle's tolerance; if that requires elements too narrow for series, to the least error found
     with larger tolerances."""
-    tolerance = max(0.5 * cycle.tolerance, LEAST_ERROR)
-    best = _resolved(cycle, tolerance)
-    few = best.excitation.corners.size <= FEW_CORNERS
-    while few and best.error > _FAR_FROM_TOLERANCE * tolerance and tolerance < _LARGEST_TOLERANCE:
+    tolerance, best = max(0.5 * cycle.tolerance, LEAST_ERROR), None
+    while best is None or (
+        best.error > _FAR_FROM_TOLERANCE * tolerance
+        and tolerance < _LARGEST_TOLERANCE
+        and best.excitation.corners.size <= FEW_CORNERS
+    ):
+        vibration = _resolved(cycle, tolerance, optional=tolerance < _LARGEST_TOLERANCE)
+        known = (each for each in (best, vibration) if each is not None)
+        best = min(known, key=lambda each: each.error, default=None)
         tolerance *= _RELAXATION
-        best = min(best, _resolved(cycle, tolerance), key=lambda each: each.error)
     if best.motion.amplification > _RESONANT_AMPLIFICATION and not best.error < _LARGEST_ERROR:
         if best.motion.errors.excited > _LARGEST_ERROR:
             raise unknown_vibration()
@@ -236,9 +240,10 @@ def _vibration_of(found: Motion, excitation: Excitation, frequency: float) -> St
     return SteadyVibration(found, found.errors.total, found.errors.of_mean(min(remainder, 1.0)), excitation)
 
 
-def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
+def _resolved(cycle: Cycle, tolerance: float, *, optional: bool) -> SteadyVibration | None:
     """Compute motions of increasing resolution, refined where the error is largest, until the tolerance is met or
-    refinement no longer helps."""
+    refinement no longer helps. None, if ``optional``, where more slow modes are required than are affordable, as under
+    steep rises of the pressure."""
     excitation = Excitation.of(cycle, 0.1 * tolerance)
     level = sum(tolerance < bound for bound in (_LEVELS_WITH_CORNERS if excitation.corners.size else _LEVELS))
     equation, step = _equation(cycle, excitation, level), _largest_step(excitation, tolerance)
@@ -249,6 +254,21 @@ def _resolved(cycle: Cycle, tolerance: float) -> SteadyVibration:
         level += 1
         equation = _equation(cycle, excitation, level)
         slow = _slow_modes(equation, excitation, tolerance)
+    for lower in range(level, -1, -1):
+        candidate = _equation(cycle, excitation, lower) if lower < level else equation
+        represents = many or lower == level or _known_modes(lower) >= slow
+        if represents and _affordable(candidate, excitation, slow, step, MOST_WORK) >= slow:
+            level, equation = lower, candidate
+            break
+    if not many and _affordable(equation, excitation, slow, step, MOST_WORK) < slow - 1:
+        if optional:
+            return None
+        affordable_work = ENOUGH_WORK if cycle.tolerance < _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS
+        level, known = -1, -1
+        while known < slow:
+            level += 1
+            equation = _equation(cycle, excitation, level)
+            known, slow = _known_modes(level), _affordable(equation, excitation, slow, step, affordable_work)
     work_limit = (
         (_ENOUGH_WORK_LOW_ACCURACY if tolerance > _LOW_ACCURACY else _ENOUGH_WORK_MANY_CORNERS) if many else ENOUGH_WORK
     )

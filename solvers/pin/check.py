@@ -14,6 +14,7 @@ import numpy as np
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, EffectSelection
 from solvers.numerics.arrays import Array
+from solvers.numerics.jit import kernel
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
 from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
@@ -164,7 +165,7 @@ def on_profile(
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations)
         walls = whole.between(points, stations.x, stations.panel_start) / program.variable.unit_diameter
-        error_estimate = deflection_error(program, walls)
+        error_estimate = deflection_error(program, program.variable.solidity_of(walls))
         coarse = error_estimate.sum() > 0.1 * accuracy
         peak_excess = maximum_excess(stations, program.utilisations(walls))
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
@@ -174,9 +175,9 @@ def on_profile(
     return program, walls, max(float(error_estimate.sum()), float(peak_excess.max()))
 
 
-def deflection_error(program: Program, walls: Array) -> Array:
+def deflection_error(program: Program, solidity: Array) -> Array:
     """Return the relative quadrature error estimate of the deflection, per panel."""
-    density = program.densities(program.variable.solidity_of(walls))
+    density = program.densities(solidity)
     total = float(program.weight @ density)
     if not math.isfinite(total) or total == 0.0:
         return np.zeros(program.stations.left.size)
@@ -190,41 +191,71 @@ def assess(
     """Return all results for walls at a program's stations; ``mass`` [kg], ``constant`` returns that of the lightest
     uniform diameter."""
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
-    is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
+    is_pin, x, forces = not isinstance(scene.geometry, BushingGeometry), stations.x, program.forces
     utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
-    equivalent, utilisation = scene.material.allowable_stress * utilisations[0], utilisations.max(axis=0)
-    forces = program.forces
-    greatest = equivalent.max()
-    # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
-    worst = x.size - 1 - int(np.argmax(equivalent[::-1] >= (1.0 - _EQUAL) * greatest))
     bore, outer = variable.diameters(walls)
+    found = Extremes(*_extremes(utilisations, bore, outer, walls, forces.moment_total, forces.shear_total))
+    utilisation, least_wall = max(found.criterion, found.shear), 0.5 * variable.unit_diameter * found.wall
     middle = x.size - 1 if scene.symmetric else program.middle_index
     deflection = program.deflection(variable.solidity_of(walls))
     found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
+
+    messages = partial(
+        warnings_of, scene, limits, where_over(x, utilisations, utilisation), utilisation, x, walls, least_wall,
+        deflection, found_ring,
+    )  # fmt: skip
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=constant,
         capacity=partial(force_limit_of, program) if is_pin else _no_capacity,
         sections=partial(sections_of, program, walls, places),
-        min_bore=float(bore.min()),
+        messages=messages,
+        min_bore=found.min_bore,
         bore_mid=float(bore[middle]),
-        max_outer=float(outer.max()),
+        max_outer=found.max_outer,
         outer_mid=float(outer[middle]),
-        least_wall=0.5 * variable.unit_diameter * float(walls.min()),
-        max_moment=float(forces.moment_total.max()),
-        max_shear=float(forces.shear_total.max()),
-        equivalent_stress_max=finite(greatest),
-        worst_section=float(x[worst]),
-        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * utilisations[1].max()),
-        strength_utilisation=finite(utilisation.max()),
+        least_wall=least_wall,
+        max_moment=found.moment,
+        max_shear=found.force,
+        equivalent_stress_max=finite(scene.material.allowable_stress * found.criterion),
+        worst_section=float(x[found.worst]),
+        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * found.shear),
+        strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
         ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
-        warnings=warnings_of(
-            scene, limits, where_over(x, utilisation), float(utilisation.max()), x, walls, deflection, found_ring
-        ),
     )
+
+
+class Extremes(NamedTuple):
+    """Extremes over the stations: utilisations of the criterion and of the shear allowable, the station that governs
+    the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
+
+    criterion: float
+    shear: float
+    worst: int
+    min_bore: float
+    max_outer: float
+    wall: float
+    moment: float
+    force: float
+
+
+@kernel
+def _extremes(
+    utilisations: Array, bore: Array, outer: Array, walls: Array, moment: Array, shear: Array
+) -> tuple[float, float, int, float, float, float, float, float]:
+    criterion, shearing, min_bore, max_outer, wall, most_moment, most_shear = 0.0, 0.0, np.inf, 0.0, np.inf, 0.0, 0.0
+    for i in range(walls.size):
+        criterion, shearing = max(criterion, utilisations[0, i]), max(shearing, utilisations[1, i])
+        min_bore, max_outer, wall = min(min_bore, bore[i]), max(max_outer, outer[i]), min(wall, walls[i])
+        most_moment, most_shear = max(most_moment, moment[i]), max(most_shear, shear[i])
+    # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
+    worst = walls.size - 1
+    while not utilisations[0, worst] >= (1.0 - _EQUAL) * criterion:
+        worst -= 1
+    return criterion, shearing, worst, min_bore, max_outer, wall, most_moment, most_shear
 
 
 def _no_capacity() -> None:

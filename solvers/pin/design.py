@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 
@@ -125,7 +126,11 @@ def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesig
     if gap <= max(accuracy, _NEGLIGIBLE_GAP):
         return value
     message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
-    return replace(value, check=replace(value.check, warnings=(*value.check.warnings, message)))
+    return replace(value, check=replace(value.check, messages=partial(_joined, value.check.messages, message)))
+
+
+def _joined(messages: Callable[[], tuple[str, ...]], further: str) -> tuple[str, ...]:
+    return (*messages(), further)
 
 
 def _evaluated(
@@ -150,8 +155,8 @@ def _result_error(program: Program, best: ShapeResult) -> Array:
     """Relative error of deflection and utilisation per panel; 0 with corners, which have stations of their own."""
     if best.corners is not None:
         return np.zeros(program.stations.left.size)
-    walls = program.variable.wall_of(best.solidity)
-    error_estimate, utilisations = deflection_error(program, walls), program.utilisations(walls)
+    error_estimate = deflection_error(program, best.solidity)
+    utilisations = program.utilisations(program.variable.wall_of(best.solidity))
     # The design's utilisation is at most 1.
     return np.maximum(error_estimate, maximum_excess(program.stations, utilisations, most=1.0))
 
@@ -168,10 +173,10 @@ def _on_refined_stations(
     result = None
     for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
-        if np.isnan(program.lower).any():
+        volume = program.volume(program.lower)
+        if math.isnan(volume):
             return None
         error_estimate, refinement_values = program.stations.error_estimate(program.lower), program.lower
-        volume = program.volume(program.lower)
         coarse = error_estimate.sum() > mass_tolerance * volume
         if not coarse:
             if coupled and result is not None:
@@ -187,8 +192,9 @@ def _on_refined_stations(
             result = (program, best, mass_error)
             if mass_error <= mass_tolerance:
                 result_errors = _result_error(program, best)
-                result = (program, best, max(mass_error, float(result_errors.sum())))
-                if result_errors.sum() <= 0.5 * accuracy:
+                result_error = float(result_errors.sum())
+                result = (program, best, max(mass_error, result_error))
+                if result_error <= 0.5 * accuracy:
                     break
                 error_estimate = volume * result_errors
         if stations.x.size > most:

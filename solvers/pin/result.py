@@ -65,7 +65,7 @@ class PinCheck:
     only).
 
     ``lightest_constant`` and ``capacity`` are functions that compute ``constant_mass`` and ``force_limit``,
-    ``sections`` the table for ``along``; each is called on first access.
+    ``sections`` the table for ``along``, ``messages`` the ``warnings``; each is called on first access.
     """
 
     mass: float
@@ -73,6 +73,7 @@ class PinCheck:
     lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
     capacity: Callable[[], float | None] = field(compare=False, repr=False)
     sections: Callable[[], Sections] = field(compare=False, repr=False)
+    messages: Callable[[], tuple[str, ...]] = field(compare=False, repr=False)
     min_bore: float
     bore_mid: float
     max_outer: float
@@ -87,7 +88,6 @@ class PinCheck:
     deflection: float | None
     ring: RingResult | None
     pressures: Pressures | None
-    warnings: tuple[str, ...]
 
     @cached_property
     def constant_mass(self) -> float | None:
@@ -98,6 +98,11 @@ class PinCheck:
     def force_limit(self) -> float | None:
         """Maximum force [N] that the solid pin carries; None for a bushing."""
         return self.capacity()
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """One message per violated limit."""
+        return self.messages()
 
     @cached_property
     def along(self) -> Stress:

@@ -17,13 +17,13 @@ _SLACK = 1e-9
 """Relative excess up to which a violation is not reported."""
 
 
-def where_over(x: Array, utilisation: Array) -> Array | None:
-    """Return the first and last position [m] at which the utilisation, interpolated linearly between stations, exceeds
-    1; None: nowhere."""
-    over = np.flatnonzero(utilisation > 1.0 + _SLACK)
-    if not over.size:
+def where_over(x: Array, utilisations: Array, greatest: float) -> tuple[float, float] | None:
+    """Return the first and last position [m] at which the larger of the utilisations (2, n), interpolated linearly
+    between stations, exceeds 1; None: nowhere. Their maximum is ``greatest``."""
+    if greatest <= 1.0 + _SLACK:
         return None
-    ends = []
+    utilisation, ends = utilisations.max(axis=0), []
+    over = np.flatnonzero(utilisation > 1.0 + _SLACK)
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
         place = float(x[inner])
         if 0 <= outer < x.size and math.isfinite(utilisation[inner]):
@@ -31,25 +31,27 @@ def where_over(x: Array, utilisation: Array) -> Array | None:
                 (x[outer] - x[inner]) * (utilisation[inner] - 1.0) / (utilisation[inner] - utilisation[outer])
             )
         ends.append(place)
-    return np.array(ends)
+    return ends[0], ends[1]
 
 
 def warnings_of(
-    scene: Scene, limits: Limits, over: Array | None, utilisation: float, x: Array, walls: Array, deflection: float,
-    ring: RingResult | None,
+    scene: Scene, limits: Limits, over: tuple[float, float] | None, utilisation: float, x: Array, walls: Array,
+    least_wall: float, deflection: float, ring: RingResult | None,
 ) -> tuple[str, ...]:  # fmt: skip
     """Return one message per violated limit: its kind, location and amount.
 
     ``over``: first and last position [m] at which the ``utilisation`` exceeds 1, its maximum being given; ``walls`` at
-    positions x [m] and the ``deflection`` [m] as in the check; ``ring``: None if it is not judged.
+    positions x [m], their minimum ``least_wall`` [m] and the ``deflection`` [m] as in the check; ``ring``: None if it
+    is not judged.
     """
     messages, variable = [], design_variable_of(scene)
     if over is not None:
         by = f"by {per_cent(utilisation - 1.0)} %" if math.isfinite(utilisation) else "where there is no wall"
-        messages.append(f"the strength is exceeded {_place(scene, over)}, {by}")
-    least = 0.5 * variable.unit_diameter * float(walls.min())
-    if least < limits.min_wall * (1.0 - _SLACK):
-        messages.append(f"the wall is {least * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked")
+        messages.append(f"the strength is exceeded {_place(scene, *over)}, {by}")
+    if least_wall < limits.min_wall * (1.0 - _SLACK):
+        messages.append(
+            f"the wall is {least_wall * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked"
+        )
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + _SLACK):
         messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
     if ring is None or scene.force == 0.0:
@@ -61,7 +63,7 @@ def warnings_of(
     if not _within(ring.stress_max, allowable):
         thin, where = variable.over_ring_stress(scene, allowable, walls)
         if thin.any():
-            place = _place(scene, x[thin])
+            place = _place(scene, *x[np.flatnonzero(thin)[[0, -1]]])
             messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")
     return tuple(messages)
 
@@ -71,15 +73,15 @@ def _within(value: float | None, limit: float) -> bool:
     return value is not None and value <= limit * (1.0 + _SLACK)
 
 
-def _place(scene: Scene, x: Array) -> str:
-    """Describe the range of positions [m] in the whole part; those of a symmetric one lie in its first half."""
+def _place(scene: Scene, first: float, last: float) -> str:
+    """Describe a range of positions [m] in the whole part; those of a symmetric one lie in its first half."""
     length = scene.geometry.length
-    if scene.symmetric and x.max() >= 0.5 * length * (1.0 - 1e-9):
-        return _span(np.array([x.min(), length - x.min()]))
-    return f"{_span(x)} (and mirrored)" if scene.symmetric else _span(x)
+    if scene.symmetric and last >= 0.5 * length * (1.0 - 1e-9):
+        return _span(first, length - first)
+    return f"{_span(first, last)} (and mirrored)" if scene.symmetric else _span(first, last)
 
 
-def _span(x: Array) -> str:
-    """Describe the range of positions [m]."""
-    first, last = f"{x.min() * 1e3:.4g}", f"{x.max() * 1e3:.4g}"
-    return f"at {first} mm" if first == last else f"between {first} and {last} mm"
+def _span(first: float, last: float) -> str:
+    """Describe a range of positions [m]."""
+    first_mm, last_mm = f"{first * 1e3:.4g}", f"{last * 1e3:.4g}"
+    return f"at {first_mm} mm" if first_mm == last_mm else f"between {first_mm} and {last_mm} mm"

@@ -91,20 +91,26 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     found = Results(*(float(column[row]) for column in results))
     utilisation, deflection = max(found.criterion, found.shear), found.deflection
     walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.ends), 2)[1:-1]
-    over = None if math.isnan(found.first_over) else np.array([found.first_over, found.last_over])
+    least_wall = 0.5 * float(walls.min())
+    over = None if math.isnan(found.first_over) else (found.first_over, found.last_over)
     ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
     solid_mass = m.density * g.area * g.length
+    messages = partial(
+        warnings_of, scene, pin.limits, over, utilisation, x, np.repeat(walls / g.outer_diameter, 2), least_wall,
+        deflection, ring,
+    )  # fmt: skip
     return PinCheck(
         mass=solid_mass * found.volume,
         solid_mass=solid_mass,
         lightest_constant=partial(_constant_mass, pin),
         capacity=partial(_capacity, pin, found.solid),
         sections=sections,
+        messages=messages,
         min_bore=min(bores),
         bore_mid=bores[-1],
         max_outer=g.outer_diameter,
         outer_mid=g.outer_diameter,
-        least_wall=0.5 * float(walls.min()),
+        least_wall=least_wall,
         max_moment=found.moment,
         max_shear=found.force,
         equivalent_stress_max=finite(m.allowable_stress * found.criterion),
@@ -114,9 +120,6 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         deflection=finite(deflection),
         ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
-        warnings=warnings_of(
-            scene, pin.limits, over, utilisation, x, np.repeat(walls / g.outer_diameter, 2), deflection, ring
-        ),
     )
 
 

@@ -16,42 +16,41 @@ from solvers.pin.load.macaulay import LoadCase
 @dataclass(frozen=True)
 class InternalForces:
     """Resultants at n stations: bending moments [N m] and shear forces [N] in two planes (2, n), axial force,
-    torque."""
+    torque; ``planar``: those of the second plane are known to be zero."""
 
     moment: Array
     shear: Array
     axial_force: float
     torque: float
+    planar: bool = False
 
     @cached_property
     def moment_total(self) -> Array:
-        return _magnitude(self.moment)
+        return self._magnitude(self.moment)
 
     @cached_property
     def shear_total(self) -> Array:
-        return _magnitude(self.shear)
+        return self._magnitude(self.shear)
+
+    def _magnitude(self, planes: Array) -> Array:
+        return np.abs(planes[0]) if self.planar else np.hypot(planes[0], planes[1])
 
 
-def _magnitude(planes: Array) -> Array:
-    """Magnitudes of vectors (2, n); the second component is usually zero."""
-    return np.hypot(planes[0], planes[1]) if planes[1].any() else np.abs(planes[0])
-
-
-def forces_at(case: LoadCase, x: Array, panel_start: Array, residual: Array | float = 0.0) -> InternalForces:
+def forces_at(case: LoadCase, x: Array, panel_start: Array, residual: Array | None = None) -> InternalForces:
     """Return the resultants of a case at stations ``x``, with their rounding residuals ``residual``.
 
     A term acts if it starts at or before ``panel_start`` (same shape as x): at a point force the forces of a station
     are those on its panel's side.
     """
-    residual = residual + np.zeros_like(x)
-    moment, shear = np.zeros((2, x.size)), np.zeros((2, x.size))
+    residual = np.zeros_like(x) if residual is None else residual
+    moment, shear = np.zeros((2, 2, x.size))
     for plane, pieces in enumerate(case.pieces):
         if pieces.start.size:
             _evaluate(
                 x, residual, panel_start, pieces.start, pieces.residual, pieces.shear, pieces.moment,
                 moment[plane], shear[plane],
             )  # fmt: skip
-    return InternalForces(moment, shear, case.axial_force, case.torque)
+    return InternalForces(moment, shear, case.axial_force, case.torque, not case.pieces[1].start.size)
 
 
 @kernel

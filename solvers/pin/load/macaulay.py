@@ -55,7 +55,8 @@ class LoadCase:
     @cached_property
     def pieces(self) -> tuple[Pieces, Pieces]:
         """The shear force of each plane as piecewise polynomials between the starts of the terms."""
-        return tuple(_pieces([term for term in self.terms if term.plane == plane]) for plane in (0, 1))
+        first, second = ([term for term in self.terms if term.plane == plane] for plane in (0, 1))
+        return _pieces(first), _pieces(second) if second else _UNLOADED
 
 
 @dataclass(frozen=True)
@@ -101,12 +102,18 @@ def _pieces(terms: list[MacaulayTerm]) -> Pieces:
 
 def _cancelled_sum(parts: list[float]) -> float:
     """Sum the parts, largest first, resetting a partial sum that cancels to rounding level."""
+    parts = [part for part in parts if part]
+    if len(parts) < 2:
+        return parts[0] if parts else 0.0
     total = size = 0.0
-    for part in sorted(filter(None, parts), key=abs, reverse=True):  # most are zero
+    for part in sorted(parts, key=abs, reverse=True):
         total, size = total + part, size + abs(part)
         if abs(total) <= _CANCELLATION_TOLERANCE * size:
             total = size = 0.0
     return total
+
+
+_UNLOADED = _pieces([])
 
 
 def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:

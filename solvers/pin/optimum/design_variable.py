@@ -64,6 +64,10 @@ class DesignVariable(ABC):
         """Return bores and outer diameters [m] for given walls."""
 
     @abstractmethod
+    def relative_bores(self, walls: Array) -> Array:
+        """Return bores over the unit diameter for given walls."""
+
+    @abstractmethod
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         """Return a mask of the stations whose hoop stress exceeds the allowable, and a description of their sizes."""
 
@@ -88,7 +92,7 @@ class DesignVariable(ABC):
 
     def utilisations(self, constraints: tuple[StrengthConstraint, ...], walls: Array) -> Array:
         """Return the strength utilisation of the criterion and of the shear allowable, (2, n)."""
-        return utilisations(constraints, self.diameters(walls)[0] / self.unit_diameter, walls)
+        return utilisations(constraints, self.relative_bores(walls), walls)
 
     def solidity_of(self, walls: Array) -> Array:
         """Return u for given walls, t (2 G -+ t)/l^2."""
@@ -167,6 +171,9 @@ class BoreVariable(DesignVariable):
     def diameters(self, walls: Array) -> tuple[Array, Array]:
         return self.sizes(walls), np.full_like(walls, self.given)
 
+    def relative_bores(self, walls: Array) -> Array:
+        return 1.0 - walls
+
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         m = scene.material
         of_pin = scene.force, self.given, scene.geometry.length, m.elastic_modulus, m.poisson
@@ -218,6 +225,9 @@ class OuterDiameterVariable(DesignVariable):
 
     def diameters(self, walls: Array) -> tuple[Array, Array]:
         return np.full_like(walls, self.given), self.sizes(walls)
+
+    def relative_bores(self, walls: Array) -> Array:
+        return np.full_like(walls, self.given)
 
     def over_ring_stress(self, scene: Scene, allowable: float, walls: Array) -> tuple[NDArray[np.bool_], str]:
         m = scene.material

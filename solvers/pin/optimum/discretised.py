@@ -18,7 +18,7 @@ from solvers.pin.stations.lobatto_panels import Stations
 
 
 def constraints_at(
-    scene: Scene, criterion: Criterion, x: Array, panel_start: Array, residual: Array | float = 0.0
+    scene: Scene, criterion: Criterion, x: Array, panel_start: Array, residual: Array | None = None
 ) -> tuple[StrengthConstraint, ...]:
     """Return the strength constraints of all load cases at stations (arguments as in ``forces_at``)."""
     forces = [forces_at(case, x, panel_start, residual) for case in scene.cases]

@@ -96,13 +96,13 @@ def least_walls_bound(program: Program, low: Array) -> float:
     """
     wall = program.variable.wall_of(program.lower)
     loss = np.full_like(wall, 1e-12)
-    bound_by_strength = program.lower > program.variable.solidity_of(np.array([program.floor]))
+    bound_by_strength = program.lower > program.variable.solidity_of(program.floor)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
         holds = bound_by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
         if not holds.any():
             break
         loss[holds] = 100.0 * margin
-    if not np.array_equal(low, program.lower):
+    if low is not program.lower and not np.array_equal(low, program.lower):
         loss = float(loss.max())
     return program.volume(low * (1.0 - 2.0 * loss))
 

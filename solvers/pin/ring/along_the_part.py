@@ -34,16 +34,17 @@ def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
     """
     m = scene.material
 
-    def ring_arguments(k: int) -> tuple[float, ...]:
+    def ring(k: int, least_ratio: float = 0.0) -> ovalization.Ring:
         diameter = max(float(outer[k]), _MIN_DIAMETER)
-        ratio = min(float(bore[k]) / diameter, 1.0 - _MIN_RING_WALL)
-        return scene.force, diameter, scene.geometry.length, ratio, m.elastic_modulus, m.poisson
+        ratio = max(min(float(bore[k]) / diameter, 1.0 - _MIN_RING_WALL), least_ratio)
+        return ovalization.ring(scene.force, diameter, scene.geometry.length, ratio, m.elastic_modulus, m.poisson)
 
     middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
-    at_middle = ovalization.ring(*ring_arguments(middle))
+    at_middle = ring(middle)
     if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
         return RingResult(at_middle.ovalization, None, at_middle, None, at_middle.model)
-    same = ring_arguments(thinnest) == ring_arguments(middle)
-    at_thinnest = at_middle if same else ovalization.ring(*ring_arguments(thinnest))
-    stress = ovalization.greatest_stress(*ring_arguments(thinnest))
+    same = bore[thinnest] == bore[middle] and outer[thinnest] == outer[middle]
+    at_thinnest = at_middle if same else ring(thinnest)
+    wide = bore[thinnest] >= ovalization.MIN_HOOP_RATIO * outer[thinnest]
+    stress = (at_thinnest if wide else ring(thinnest, ovalization.MIN_HOOP_RATIO)).greatest
     return RingResult(at_middle.ovalization, at_thinnest.ovalization, at_middle, stress, at_middle.model)

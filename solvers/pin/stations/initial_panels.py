@@ -15,9 +15,11 @@ def initial_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
     and the middle: up to the middle of a symmetric pin, otherwise over the whole length."""
     length, r = scene.geometry.length, scene.reference
     places = panel_edges({*breakpoints(scene.cases, length), r.left, r.right, *further}, length, scene.symmetric)
-    edges, residuals = [0.0, *places, *(() if scene.symmetric else (length,))], dict(scene.geometry.places)
-    whole = Stations(np.array(edges), np.array([residuals.get(edge, 0.0) for edge in edges]))
-    return whole.halved(np.ones(whole.width.size, dtype=bool))
+    known, edges = dict(scene.geometry.places), [(0.0, 0.0)]
+    for place in (*places, *(() if scene.symmetric else (length,))):
+        (begin, begin_residual), residual = edges[-1], known.get(place, 0.0)
+        edges += [(begin + 0.5 * ((place - begin) + (residual - begin_residual)), 0.0), (place, residual)]
+    return Stations(*np.array(edges).T.copy())
 
 
 def kinks(scene: Scene) -> NDArray[np.float64]:

@@ -6,6 +6,7 @@ quadrature rules on subsets of the nodes disagree.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -74,10 +75,11 @@ class Stations:
     """
 
     edges: Array
-    residuals: Array | float = 0.0
+    residuals: Array | None = None
 
     def __post_init__(self) -> None:
-        self.residuals = self.residuals + np.zeros_like(self.edges)
+        if self.residuals is None:
+            self.residuals = np.zeros_like(self.edges)
         self.left, self.right, self.span = self.edges[:-1], self.edges[1:], float(self.edges[-1] - self.edges[0])
         self.width, table = np.empty(self.left.size), np.empty((4, NODES * self.left.size))
         _lay_out(self.edges, self.residuals, table, self.width)
@@ -180,9 +182,23 @@ def _cuts(x: Array, width: Array, excess: Array, f: Array) -> Array:
                 if previous_change + slope_change > most:
                     at, most = i, previous_change + slope_change
                 previous_change = slope_change
-            places[count], places[count + 1] = x[at], x[at + 1]
+            places[count], places[count + 1] = _around_kink(x, f, at, first, excess[panel])
             count += 2
     return places[:count]
+
+
+@kernel
+def _around_kink(x: Array, f: Array, at: int, first: int, excess: float) -> tuple[float, float]:
+    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1."""
+    left, right = x[at], x[at + 1]
+    if at > first and at + 2 < first + NODES:
+        before, after = (f[at] - f[at - 1]) / (left - x[at - 1]), (f[at + 2] - f[at + 1]) / (x[at + 2] - right)
+        if before != after:
+            along = (f[at + 1] - f[at] - after * (right - left)) / (before - after)
+            reach = (right - left) * max(min(4.0 / math.sqrt(excess), 0.5), 0.1)
+            if 0.0 < along < right - left:
+                return max(left, left + along - reach), min(right, left + along + reach)
+    return left, right
 
 
 def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:

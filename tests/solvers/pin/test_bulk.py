@@ -100,7 +100,7 @@ def flat(value: object, path: str = ""):
     """Every number and text of a check by its path, but for the places of a warning."""
     if dataclasses.is_dataclass(value):
         for field in dataclasses.fields(value):
-            if field.name not in ("sections", "warnings", "lightest_constant", "capacity"):
+            if field.name not in ("sections", "messages", "lightest_constant", "capacity"):
                 yield from flat(getattr(value, field.name), f"{path}.{field.name}")
         if isinstance(value, pin.PinCheck):
             yield from ((name, getattr(value, name)) for name in ("constant_mass", "force_limit"))

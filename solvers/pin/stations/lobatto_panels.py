@@ -101,8 +101,8 @@ class Stations:
     def refined(self, excess: Array, values: Array) -> Stations:
         """Return the stations with every panel halved whose error estimate exceeds its tolerance (``excess`` > 1).
 
-        Far above the tolerance, a kink or a jump is assumed and the panel is also cut at the two nodes adjacent to the
-        largest change of slope, so that the panel with the kink is about eight times shorter.
+        Far above the tolerance, a kink or a jump is assumed and the panel is also cut on either side of it, between the
+        two nodes adjacent to the largest change of slope.
         """
         return self.cut(_cuts(self.x, self.width, excess, values))
 
@@ -189,7 +189,8 @@ def _cuts(x: Array, width: Array, excess: Array, f: Array) -> Array:
 
 @kernel
 def _around_kink(x: Array, f: Array, at: int, first: int, excess: float) -> tuple[float, float]:
-    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1."""
+    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1: close to the intersection of the
+    lines through the neighbours on either side, so close that its error, quadratic in the width, becomes tolerable."""
     left, right = x[at], x[at + 1]
     if at > first and at + 2 < first + NODES:
         before, after = (f[at] - f[at - 1]) / (left - x[at - 1]), (f[at + 2] - f[at + 1]) / (x[at + 2] - right)

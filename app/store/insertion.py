@@ -16,7 +16,11 @@ Row = Mapping[str, Any]
 
 
 class Insertion:
-    """Inserts rows of a table, given with all its columns, in one call."""
+    """Inserts rows of a table, given with all its columns, in one call.
+
+    A failure ends the whole transaction, not only the statement: by default, SQLite copies all pages that a table with
+    a trigger changes, twenty for a run, to be able to undo a single statement.
+    """
 
     def __init__(self, table: Table) -> None:
         self._table = table
@@ -47,4 +51,5 @@ class Insertion:
                 values[name] = convert(values[name])
             return tuple(map(values.__getitem__, types)) if dialect.positional else values
 
-        return str(insert(self._table).compile(dialect=dialect)), parameters
+        statement = insert(self._table).prefix_with("OR ROLLBACK", dialect="sqlite")
+        return str(statement.compile(dialect=dialect)), parameters

@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from datetime import UTC, datetime
 from typing import Any
 
+from pydantic_core import to_json
+
 _CANONICAL = json.JSONEncoder(
     sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False, check_circular=False
 )
@@ -32,11 +34,12 @@ def spec_hash(kind: str, mode: str, spec: bytes) -> str:
 def canonical_spec(kind: str, mode: str, content: Mapping[str, Any]) -> tuple[bytes, str]:
     """JSON of a validated spec, the name first and all else canonical, and its ``spec_hash``.
 
-    Each field is encoded only once, since specs with long tables take milliseconds.
+    Each field is encoded only once, since specs with long tables take milliseconds; the Python encoder, whose numbers
+    older hashes were made of, is asked only once, since it is prepared anew each time.
     """
     meaning = canonical_json({field: value for field, value in content.items() if field != "name"})
-    hashed = b"%s,%s]" % (canonical_json([kind, mode])[:-1], meaning)
-    parts = [b'"name":%s' % canonical_json(content["name"])] if "name" in content else []
+    hashed = b"%s,%s]" % (to_json([kind, mode])[:-1], meaning)
+    parts = [b'"name":%s' % to_json(content["name"])] if "name" in content else []
     if len(meaning) > len(b"{}"):
         parts.append(meaning[1:-1])
     return b"{%s}" % b",".join(parts), hashlib.sha256(hashed).hexdigest()

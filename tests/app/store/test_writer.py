@@ -10,15 +10,17 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from sqlalchemy import Connection, Engine, event
-from sqlalchemy.exc import OperationalError
+from sqlalchemy import Connection, Engine, event, select
+from sqlalchemy.exc import IntegrityError, OperationalError
 
 from app.store.engine import make_engine
 from app.store.errors import StoreClosed
 from app.store.faults import FaultKind
 from app.store.migrate import upgrade
-from app.store.operations import Put
+from app.store.models import ledger, runs
+from app.store.operations import INSERT_RUN, Put
 from app.store.repository import RunStore
+from app.store.rows import run_to_row
 from app.store.verify import verify
 from app.store.writer import GroupWriter
 from tests.app.store.records import make_record
@@ -183,3 +185,19 @@ def test_deadlocked_groups_are_both_written(database_url: str) -> None:
         assert connection.exec_driver_sql("SELECT probe FROM ledger ORDER BY id").scalars().all() == [2, 2]
     for engine in engines:
         engine.dispose()
+
+
+def test_a_failed_insertion_leaves_nothing_of_its_transaction(engine: Engine) -> None:
+    first, second = make_record(), make_record()
+    writer = GroupWriter(engine)
+    writer.submit_and_wait(Put(first))
+
+    def twice(connection: Connection) -> None:
+        INSERT_RUN(connection, run_to_row(second), run_to_row(first))
+
+    with pytest.raises(IntegrityError):
+        writer.submit_and_wait(twice)
+    writer.close()
+    with engine.connect() as connection:
+        assert connection.execute(select(runs.c.id)).scalars().all() == [first.id]
+        assert connection.execute(select(ledger.c.runs)).scalar() == 1

@@ -78,7 +78,7 @@ def refused(run: RunRecord, problem: dict[str, Any], started: float) -> RunRecor
 
 def repeated(run: RunRecord, earlier: RunRecord, started: float) -> RunRecord:
     """The run answered from an earlier one with the same spec and solver version."""
-    timing = canonical_json({"total_s": time.perf_counter() - started})
+    timing = canonical_json({"solve_s": 0.0, "total_s": time.perf_counter() - started})
     return replace(run, **{**vars(end_of(earlier)), "timing": timing, "cached": True})
 
 

@@ -71,6 +71,7 @@ _ELSEWHERE = (
     "Not Found",
     "Internal Server Error",
     "no run has this id",
+    "no batch has this id",
     "there is no such kind or mode",
     claims.NOT_IN_THE_GAP,
     "one unknown",

@@ -15,9 +15,10 @@ _MAX_LENGTH = 100
 
 
 def nearest(given: str, names: Iterable[str]) -> str | None:
-    """The most similar name in any case, if one is similar; the same name with a unit suffix comes first."""
+    """The most similar name in any case, if one is similar; the same name with a unit suffix, or without what it is
+    part of, comes first."""
     known, given = list(names), given[:_MAX_LENGTH].lower()
-    with_unit = [name for name in known if name.startswith(f"{given}_")]
+    with_unit = [name for name in known if name.startswith(f"{given}_") or given.endswith(f".{name.lower()}")]
     lower = {name.lower(): name for name in known}
     found = with_unit or [lower[name] for name in difflib.get_close_matches(given, lower, 1)]
     return found[0] if found else None

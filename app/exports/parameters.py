@@ -22,8 +22,8 @@ def make(kind: Kind, run: Run, options: ExportOptions) -> File:
 
 
 def _number(value: float) -> str:
-    """Full precision without an exponent, which not every program can read."""
-    text = repr(float(value))
+    """13 digits, so that 21.99 - 2*2.5 is 16.99, without an exponent, which not every program can read."""
+    text = repr(float(f"{value:.13g}"))
     if "e" in text:
         text = f"{value:.17f}".rstrip("0") if abs(value) < 1.0 else f"{value:.0f}"
     return text.removesuffix(".").removesuffix(".0")
@@ -74,7 +74,7 @@ def _solidworks(parameters: Sequence[Parameter]) -> File:
 
 def _inventor(parameters: Sequence[Parameter]) -> File:
     """Inventor: Manage > Parameters > Link; name, value, unit and comment in columns A to D."""
-    rows = [[word(p.name), float(p.value), p.unit or "ul", plain(p.comment)] for p in parameters]
+    rows = [[word(p.name), float(_number(p.value)), p.unit or "ul", plain(p.comment)] for p in parameters]
     return File(workbook("parameters", rows), _XLSX, "xlsx")
 
 

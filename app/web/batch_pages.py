@@ -205,7 +205,7 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
     try:
         batch = await _service(request).get(batch_id)
     except UnknownBatch:
-        return page(request, "missing.html", 404)
+        raise Problem(404, "No such batch", "no batch has this id") from None
     return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, words=_words())
 
 

@@ -11,6 +11,7 @@ from fastapi.responses import HTMLResponse
 from app.designs.accuracy import STEPS
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, modes_of, plots_for
+from app.errors import Problem
 from app.store.errors import UnknownRun
 from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
@@ -34,9 +35,12 @@ _SHOWN_ELSEWHERE = ("value", "value_unit", "reference", "reference_accuracy")
 
 
 async def run_of(request: Request, run_id: str) -> dict[str, Any]:
-    """A run as parsed JSON. Raises UnknownRun."""
+    """A run as parsed JSON."""
     service: Service = request.app.state.service
-    return json.loads(await service.as_json(run_id, complete=True))
+    try:
+        return json.loads(await service.as_json(run_id, complete=True))
+    except UnknownRun:
+        raise Problem(404, "No such run", "no run has this id") from None
 
 
 @router.get("/runs")
@@ -68,10 +72,7 @@ async def comparison(
     """Compare two runs of one kind; given a single run, list the candidates."""
     service: Service = request.app.state.service
     ids = [each for each in (a, b, *(run or ())) if each]
-    try:
-        found = [await run_of(request, each) for each in ids[:2]]
-    except UnknownRun:
-        return page(request, "missing.html", 404)
+    found = [await run_of(request, each) for each in ids[:2]]
     if len(ids) == 2 and found[0]["kind"] == found[1]["kind"]:
         return page(request, "compare.html", a=found[0], b=found[1], compared=compare(*found))
     kind = found[0]["kind"] if found else None
@@ -104,10 +105,7 @@ def _numbers(kind: Kind, mode: str, result: dict[str, Any]) -> dict[str, Any]:
 @router.get("/runs/{run_id}")
 async def run_page(request: Request, run_id: str) -> HTMLResponse:
     """Page of one run: verdict, results, what shaped them, figures and actions."""
-    try:
-        run = await run_of(request, run_id)
-    except UnknownRun:
-        return page(request, "missing.html", 404)
+    run = await run_of(request, run_id)
     kind, result = KINDS[run["kind"]], run["result"] or {}
     numbers = _numbers(kind, run["mode"], result)
     succeeded = run["status"] == RunStatus.SUCCEEDED

@@ -104,6 +104,7 @@ def test_nothing_is_wider_than_the_screen_in_any_language(browser, address, lang
     for slug, mode in _FORMS:
         run = stored(address, f"{_JOBS[mode]}/{slug}", {**KINDS[slug].example(mode), "name": "for all"})
         phone.goto(f"{address}/runs/{run}")
+        phone.evaluate("document.querySelectorAll('details').forEach((each) => { each.open = true; })")
         for size in (_PHONE, _NARROW):
             phone.set_viewport_size(size)
             wide = phone.evaluate("document.documentElement.scrollWidth - window.innerWidth")
@@ -150,6 +151,15 @@ def test_a_batch_with_its_map(desk, address):
     expect(desk.locator("#map > svg circle.fails")).to_have_count(3)
     expect(desk.locator(".legend")).to_contain_text("hollow: does not hold")
     judge(desk)
+
+
+def test_a_map_tells_items_without_an_answer_by_their_status(desk, address):
+    vary = {"load.force_n": {"values": [9000, 60000]}, "limits.min_wall_mm": {"values": [2.5, 3.0]}}
+    sweep = {"kind": "pin-profile", "mode": "design", "base": KINDS["pin-profile"].example(Mode.DESIGN), "vary": vary}
+    desk.goto(f"{address}/batches/{stored(address, 'batches', sweep)}")
+    expect(desk.locator("#progress")).not_to_have_attribute("data-events", re.compile("."), timeout=60_000)
+    expect(desk.locator(".legend li")).to_have_count(2)
+    expect(desk.locator(".legend")).to_contain_text("infeasible")
 
 
 def test_a_study_under_way_and_done(desk, address):

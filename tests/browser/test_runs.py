@@ -153,3 +153,23 @@ def test_a_person_works_in_inches_and_learns_what_a_limit_is_worth(sound, addres
     expect(asked).to_contain_text("22.225 mm")
     assert no_wider_than(sound, 390)
     sound.set_viewport_size({"width": 1200, "height": 900})
+
+
+@pytest.mark.parametrize("width", [390, 900])
+def test_no_number_of_a_report_is_broken(browser, address, width):
+    run = solved(address, "analyses/crank-dynamics", example("crank-dynamics", Mode.ANALYSIS))
+    with urllib.request.urlopen(address + run["links"]["exports"]["html"], timeout=60) as answer:
+        report = answer.read().decode()
+    page = browser.new_page(viewport={"width": width, "height": 900})
+    page.set_content(report)
+    broken = page.evaluate("""() => {
+        const lines = (cell) => {
+            const range = document.createRange();
+            range.selectNodeContents(cell);
+            return range.getClientRects().length;
+        };
+        const numbers = [...document.querySelectorAll(".facts dd")].filter((e) => /^-?[\\d.]+( \\S+)?$/.test(e.innerText));
+        return {seen: numbers.length, broken: numbers.filter((e) => lines(e) > 1).map((e) => e.innerText)};
+    }""")
+    page.close()
+    assert broken["seen"] > 30 and broken["broken"] == []

@@ -290,7 +290,7 @@ CRANK_DYNAMICS = Kind(
     },
     known_effects=crank.EFFECTS,
     plots=PLOTS,
-    figure=lambda _mode, result: ("indicated_power_w", result["indicated_power_w"]),
+    figure=lambda _mode, result: ("indicated_power_w", (result["engine"] or result)["indicated_power_w"]),
     main_results=MAIN_RESULTS,
     form=FORM,
     drawing=drawing,

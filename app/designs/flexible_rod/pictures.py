@@ -11,6 +11,8 @@ from app.designs.pictures.chart import BLUE, RED, Chart, Linear, Say
 from solvers.rod.strip.buckling import critical_parameter
 
 MIN_RATIO, MAX_PARAMETER = 0.1, 16.0
+_BUCKLES_AT, _LINE = 11.0, 1.2
+"""Height of the word in the region of buckling, and of a line of text."""
 
 
 def stability_map(run: dict[str, Any], say: Say = str) -> str:
@@ -28,12 +30,14 @@ def stability_map(run: dict[str, Any], say: Say = str) -> str:
     )
     chart.area([*ratios, 1.0, MIN_RATIO], [*boundary, MAX_PARAMETER, MAX_PARAMETER])
     chart.line(ratios, boundary, RED)
-    chart.words(0.62, 11.0, say("buckles"), RED)
-    safety = result["stability_safety"]
+    safety, words_at = result["stability_safety"], _BUCKLES_AT
     if safety is not None and ratio >= MIN_RATIO:
         # P is proportional to u^2, so the strip is at u_cr/sqrt(n).
         critical = float(critical_parameter(min(ratio, 1.0)))
         parameter = critical / math.sqrt(safety)
         chart.line([ratio, ratio], [parameter, critical], BLUE, dashes="4 3")
         chart.mark(ratio, parameter, f"n = {safety:.3g}", BLUE)
+        if abs(parameter - words_at) < _LINE:
+            words_at += 2.0 * _LINE
+    chart.words(0.62, words_at, say("buckles"), RED)
     return chart.svg()

@@ -68,7 +68,7 @@ function coloured(told, values) {
   }
   const words = [...new Set(values.map((value) => String(value ?? "")))].sort();
   const of = (value) => PALETTE[Math.min(words.indexOf(String(value ?? "")), PALETTE.length - 1)];
-  return { of, legend: words.slice(0, 12).map((word) => [word ? worded(told, word) : "–", PALETTE[Math.min(words.indexOf(word), 6)]]) };
+  return { of, legend: words.slice(0, 12).map((word) => [worded(told, word), PALETTE[Math.min(words.indexOf(word), 6)]]) };
 }
 
 function draw(told, names) {
@@ -93,11 +93,12 @@ function draw(told, names) {
   }
   picture.append(made("text", { x: (BOX.left + right) / 2, y: 460, "text-anchor": "middle" }, worded(told, names[0])));
   picture.append(made("text", { x: 14, y: 218, transform: "rotate(-90 14 218)", "text-anchor": "middle" }, worded(told, names[1])));
-  const paint = coloured(told, there.map((p) => p[colour]));
+  const shade = (point) => point[colour] ?? point[2]; // an item without a value is told by its status
+  const paint = coloured(told, there.map(shade));
   const radius = there.length > 1000 ? 2.5 : 4;
   for (const point of there) {
     const link = made("a", { href: `/runs/${point[1]}` });
-    const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, ...painted(point, paint.of(point[colour])) });
+    const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, ...painted(point, paint.of(shade(point))) });
     dot.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
     link.append(dot);
     picture.append(link);

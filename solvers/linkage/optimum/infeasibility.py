@@ -64,7 +64,8 @@ _SMALLER = "a higher blow frequency, a lower impact speed or smaller joints woul
 def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     """One entry per limit that cannot be met: alone if it is infeasible by itself, otherwise with all others.
 
-    ``attainable`` is the best value under the same limits over the allowed types, None if there is none.
+    ``attainable`` is the best value over the allowed types beside the other limits, except those that cannot be met
+    even alone, None if there is none; see ``_beside_the_others`` for limits of both sorts.
     """
     asked = problem.limits
     free = problem.fixed_scale is None
@@ -76,14 +77,34 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
     )
     if problem.fixed_u31_end is not None and _best(problem, minimal, PEAK_TORQUE) is None:
         return (_speed_shortfall(problem),)
-    box_limits = replace(minimal, width=asked.width, height=asked.height)
-    return (
-        _infeasible_limits(problem, lambda _: minimal, box_limits, "out of reach even alone")
-        or _infeasible_limits(
-            problem, lambda limit: limit.without(asked), asked, "can be met alone, but not with the others"
-        )
-        or (_speed_shortfall(problem),)
-    )
+    alone = _out_of_reach(problem, minimal)
+    if alone:
+        return _beside_the_others(problem, minimal, alone)
+    return _clashing(problem, asked) or (_speed_shortfall(problem),)
+
+
+def _beside_the_others(problem: LinkageProblem, minimal: Limits, alone: tuple[Shortfall, ...]) -> tuple[Shortfall, ...]:
+    """The limits that cannot be met even ``alone``, with what is attainable beside the others; if these clash, then
+    with what is attainable alone, and the others' own shortfalls."""
+    others = replace(problem.limits, **{each.requirement: getattr(minimal, each.requirement) for each in alone})
+    beside = {each.requirement: each for each in _out_of_reach(problem, others)}
+    found = tuple(beside.get(each.requirement, each) for each in alone)
+    if all(each.attainable is not None for each in found):
+        return found
+    named = {each.requirement for each in alone}
+    return alone + tuple(each for each in _clashing(problem, others) if each.requirement not in named)
+
+
+def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
+    """Shortfalls of limits each of which can be met without the others."""
+    why = "can be met alone, but not with the others"
+    return _infeasible_limits(problem, lambda limit: limit.without(limits), limits, why)
+
+
+def _out_of_reach(problem: LinkageProblem, others: Limits) -> tuple[Shortfall, ...]:
+    """Shortfalls of the limits that cannot be met beside ``others``."""
+    box_limits = replace(others, width=problem.limits.width, height=problem.limits.height)
+    return _infeasible_limits(problem, lambda _: others, box_limits, "out of reach even alone")
 
 
 def _infeasible_limits(

@@ -172,6 +172,7 @@ def test_csv_in_and_out(client: TestClient) -> None:
     ("query", "pointer", "detail"),
     [
         ("fields=mass", "/fields", "has mass, which is no column; did you mean mass_g?"),
+        ("fields=result.mass_g", "/fields", "has result.mass_g, which is no column; did you mean mass_g?"),
         ("fields=mass_g,verdict.summary", "/fields", "has verdict.summary, which is no column"),
         ("status=suceeded", "/status", "has suceeded, which is no status; did you mean succeeded?"),
         ("field=mass_g", "/field", "is no parameter of this address; did you mean fields?"),

@@ -54,6 +54,7 @@ def test_a_repeated_spec_is_answered_from_the_store_as_a_new_run(client, check_r
     assert second["cached"]
     assert first["id"] != second["id"]
     assert first["result"] == second["result"]
+    assert first["timing"]["solve_s"] > second["timing"]["solve_s"] == 0.0
 
 
 @pytest.mark.parametrize("again", ["effect_tolerance", r"effect_toleranc\u0065"], ids=["plain", "escaped"])

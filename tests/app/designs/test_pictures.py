@@ -11,15 +11,16 @@ import pytest
 from app.designs.crank_dynamics.pictures import indicator_diagram
 from app.designs.flexible_rod.cycle_pictures import _fibres, _turn
 from app.designs.flexible_rod.feasible_region import feasible_region
+from app.designs.flexible_rod.pictures import stability_map
 from app.designs.kind import Mode
 from app.designs.pictures.chart import BLUE
 from app.designs.pictures.contours import inside, level_lines
 from app.designs.registry import KINDS
 
 
-def run_of(slug: str, mode: Mode) -> dict:
+def run_of(slug: str, mode: Mode, **other: object) -> dict:
     kind = KINDS[slug]
-    request = kind.jobs[mode].request.model_validate(kind.example(mode))
+    request = kind.jobs[mode].request.model_validate({**kind.example(mode), **other})
     answer = kind.jobs[mode].run(request)
     return {"mode": mode, "spec": request.model_dump(mode="json"), "result": answer.result, "effects": answer.effects}
 
@@ -34,6 +35,15 @@ def test_the_plotted_stresses_match_the_check():
     assert turn.force.min() == pytest.approx(result["axial_force_min_n"], rel=1e-4)
     # Drawn at whole degrees, between which the greatest may lie.
     assert np.abs(turn.shape.side_force()).max() == pytest.approx(result["side_force_max_n"], rel=1e-3)
+
+
+@pytest.mark.parametrize("h_mm", np.arange(0.2, 0.5, 0.02))
+def test_the_word_beside_the_buckling_boundary_is_not_under_the_strips(h_mm):
+    run = run_of("flexible-rod", Mode.CHECK, dimensions={"b_mm": 9, "h_mm": float(h_mm), "l_mm": 23})
+    lines = re.findall(r'<text x="[\d.]+" y="([\d.]+)"[^>]*>(buckles|n = [\d.]+)<', stability_map(run))
+    (first, _), (second, _) = lines
+    assert {text.split()[0] for _, text in lines} == {"buckles", "n"}
+    assert abs(float(first) - float(second)) > 12
 
 
 def test_the_indicator_diagram_has_the_volumes_of_the_cylinder():

@@ -120,6 +120,13 @@ def test_hostile_names_are_escaped(name):
         assert file(run, "parameters", tool).content == file(PARTS["strip"], "parameters", tool).content
 
 
+@pytest.mark.parametrize("tool", Tool)
+def test_parameters_carry_no_rounding_errors_of_binary_numbers(tool):
+    run = PARTS["strip"]
+    result = {**run["result"], "dimensions": {**run["result"]["dimensions"], "h_mm": 0.1 + 0.2}}
+    assert READERS[tool](file({**run, "result": result}, "parameters", tool).content)["h_mm"] == 0.3
+
+
 def test_csv_keeps_every_number():
     run = PARTS["linkage"]
     rows = list(csv.reader(io.StringIO(file(run, "csv").content.decode("utf-8-sig"))))

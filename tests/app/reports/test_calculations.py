@@ -117,6 +117,7 @@ def test_a_free_bore_is_integrated_by_a_coarser_rule(form):
     assert mass.reported == pytest.approx(mass.result.shown, rel=_SIMPSON)
     bent = next(step for words, step in steps.items() if words.startswith("deflection"))
     assert bent.reported == pytest.approx(bent.result.shown, rel=_SIMPSON)
+    assert all(step.words.endswith("; the rule is coarser than the run's") for step in (mass, bent))
     stress = next(step for words, step in steps.items() if words.startswith("equivalent stress"))
     assert stress.reported == pytest.approx(stress.result.shown, rel=_BY_HAND)
 

@@ -98,7 +98,13 @@ def test_an_invalid_form_reports_the_reason(client: TestClient, change: dict[str
         assert answer.status_code in (303, 422)
     else:
         assert answer.status_code == 422 and 'role="alert"' in answer.text
-    assert client.get("/batches/nothing").status_code == 404
+
+
+def test_a_page_of_an_unknown_batch_says_so_in_the_language_of_the_page(client: TestClient) -> None:
+    for language, title in (("en", "No such batch"), ("ru", "Нет такого пакета"), ("uk", "Немає такого пакета")):
+        headers = {"Accept": "text/html", "Accept-Language": language}
+        page = client.get("/batches/nothing", headers=headers)
+        assert page.status_code == 404 and f"<h1>{title}</h1>" in page.text
 
 
 def test_every_kind_has_variable_fields() -> None:

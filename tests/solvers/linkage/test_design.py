@@ -195,16 +195,22 @@ def test_an_impossible_limit_is_diagnosed_by_its_best_value(limits, requirement)
     assert outcome.value is None
     entry = next(e for e in outcome.diagnosis if e.requirement == requirement)
     assert "closest with the" in entry.advice
-    # Alone, the best value can be reached, but not one that is 1 % better.
+    # Beside the other limits the best value can be reached, but not one that is 1 % better.
     better = -1 if requirement == "min_link" else 1
-    alone = Limits(joint_radius=limits.joint_radius)
     for share, there in ((1e-3, True), (-1e-2, False)):
         asked = {requirement: entry.attainable * (1 + better * share)}
         if requirement == "width":
             height = next(e for e in outcome.diagnosis if e.requirement == "height")
             asked["height"] = height.attainable * (1 + share)
-        feasible = designed(BREAKER, replace(alone, **asked), "longest_link").value is not None
+        feasible = designed(BREAKER, replace(limits, **asked), "longest_link").value is not None
         assert feasible == there, (requirement, asked)
+
+
+def test_a_limit_out_of_reach_beside_others_that_clash_is_named_with_them():
+    limits = Limits(min_link=8e-3, longest_link=0.05, max_pin_force=1000.0, enclosing_radius=5e-3)
+    entries = {e.requirement: e for e in designed(BREAKER, limits, "longest_link").diagnosis}
+    assert set(entries) == {"enclosing_radius", "min_link", "longest_link", "max_pin_force"}
+    assert [name for name, e in entries.items() if "even alone" in e.advice] == ["enclosing_radius"]
 
 
 def test_limits_that_only_clash_with_each_other_are_named():

@@ -187,6 +187,24 @@ def test_gap_follows_the_accuracy_asked_for(accuracy):
     assert outcome.certificate.bound <= 0.57120937e-3
 
 
+@pytest.mark.parametrize("objective", ["friction_power", "contact_pressure", "mass"])
+def test_tight_accuracies_are_met_where_clamp_and_an_inner_section_govern_together(objective):
+    """Their stresses peak 0.002 rad apart, and thinner or thicker strips are both weaker."""
+    feedback = rod.EffectSelection(CORE.include | {"friction_feedback"}, CORE.exclude - {"friction_feedback"})
+    asked = replace(REFERENCE, objective=rod.OBJECTIVES[objective])
+    outcome = rod.design(asked, feedback, accuracy=1e-8)
+    assert outcome.accuracy.met
+    best, least = outcome.value.check.dimensions, asked.objective.read(outcome.value.check)
+    rng, feasible = np.random.default_rng(1), 0
+    for step, share in zip(10 ** rng.uniform(-9.0, -3.0, 200), rng.uniform(-0.5, 1.5, 200), strict=True):
+        beside = rod.Dimensions(best.b, best.h * (1 + share * step), best.l * (1 + step))
+        other = rod.check(PAPER, beside, feedback, accuracy=1e-10).value
+        if asked.requirements.met_by(other):
+            feasible += 1
+            assert asked.objective.read(other) >= least * (1 - outcome.accuracy.estimated)
+    assert feasible > 40
+
+
 def test_an_accuracy_out_of_reach_is_not_claimed():
     outcome = rod.design(REFERENCE, CORE, accuracy=1e-12)
     assert outcome.accuracy.estimated >= outcome.certificate.gap > 1e-12

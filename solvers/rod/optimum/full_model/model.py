@@ -47,7 +47,10 @@ _SAME_RESOLUTION = 0.1
 """Distance in ln b, ln h, ln l within which strips need about the same discretisation."""
 _SMOOTH_LOSS_FACTOR = 0.003
 """Loss factor above which results vary smoothly between resonances."""
-_FINE_ANGLE_STEP = 1e-3
+_FINE_ANGLE_STEP, _SMOOTH_ANGLE_STEP = 1e-3, 3e-4
+"""Spacings of a peak's three angles in the fine model, and without corrections, whose time meshes are the noise that
+longer spacings average out. Two peaks closer than a cluster are one part: a parabola a little beside the higher one
+overestimates it by the square of its spacing."""
 _MIN_RADIUS, _MIN_RADIUS_RESONANT, _MIN_RADIUS_FINE = 1e-7, 5e-4, 1e-5
 """Trust-region radii at which a search ends: without resonances, with them, and with them in the fine model."""
 _MAX_STRIPS, _MAX_STENCILS = 64, 3
@@ -125,6 +128,8 @@ class FullModel:
     def angle_step(self) -> float:
         """Spacing [rad] of the three angles whose parabola represents a peak; small in the fine model, where corners of
         the friction force may lie close to peaks."""
+        if not self.corrected:
+            return _SMOOTH_ANGLE_STEP
         return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
 
     def at_accuracy(self, accuracy: float) -> FullModel:

@@ -18,7 +18,8 @@ _MIN_DIAMETER = 1e-9
 
 @dataclass(frozen=True)
 class RingResult:
-    """Ring results in the middle of the part, and maxima over its length (None if the wall vanishes)."""
+    """Ring results in the middle of the part, and maxima over its length (None if the wall vanishes; at the end of a
+    shaft only the stress)."""
 
     ovalization: float
     ovalization_max: float | None
@@ -41,9 +42,10 @@ def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
 
     middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
     at_middle = ovalization.ring(*ring_arguments(middle))
-    if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
+    if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL):
         return RingResult(at_middle.ovalization, None, at_middle, None, at_middle.model)
     same = ring_arguments(thinnest) == ring_arguments(middle)
     at_thinnest = at_middle if same else ovalization.ring(*ring_arguments(thinnest))
-    stress = ovalization.greatest_stress(*ring_arguments(thinnest))
+    # The ovalization of a shaft does not depend on its diameter, and is defined at an end without load as well.
+    stress = ovalization.greatest_stress(*ring_arguments(thinnest)) if outer[thinnest] >= _MIN_DIAMETER else None
     return RingResult(at_middle.ovalization, at_thinnest.ovalization, at_middle, stress, at_middle.model)

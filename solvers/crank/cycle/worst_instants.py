@@ -123,22 +123,30 @@ def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, first: i
     return places, values
 
 
+@inlined_kernel
+def _second_difference(values: Array, first: int) -> float:
+    """Return the greatest second difference, in magnitude, of the samples of the piece that starts at ``first``."""
+    greatest_difference = 0.0
+    for j in range(first + 1, first + SUBINTERVALS):
+        greatest_difference = max(greatest_difference, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
+    return greatest_difference
+
+
 @reducing_kernel
 def _piece_bounds(values: Array, bound: Array) -> tuple[float, float, int]:
     """Write an upper bound of every piece's maxima; return the highest sample, the largest magnitude, and the first
     piece with that sample.
 
-    No maximum exceeds the highest sample of its piece by more than half of four times the greatest second difference.
+    No maximum exceeds the highest sample of its piece by more than half of the greatest second difference.
     """
     best, minimum, highest_piece = -np.inf, np.inf, 0
     for n in range(bound.size):
         first = n * (SUBINTERVALS + 1)
         left, right = values[first], values[first + SUBINTERVALS]
-        highest, lowest, second_difference = max(left, right), min(left, right), 0.0
+        highest, lowest = max(left, right), min(left, right)
         for j in range(first + 1, first + SUBINTERVALS):
             highest, lowest = max(highest, values[j]), min(lowest, values[j])
-            second_difference = max(second_difference, abs(values[j - 1] - 2.0 * values[j] + values[j + 1]))
-        bound[n], minimum = highest + 0.5 * second_difference, min(minimum, lowest)
+        bound[n], minimum = highest + 0.5 * _second_difference(values, first), min(minimum, lowest)
         if highest > best:
             best, highest_piece = highest, n
     return best, max(abs(best), abs(minimum)), highest_piece
@@ -157,8 +165,7 @@ def _upper_estimate(values: Array, first: int, j: int) -> float:
         deficit = min(deficit, value - values[first + j + 1])
     if not deficit >= 0.0:
         return -np.inf
-    centre = first + min(max(j, 1), SUBINTERVALS - 1)
-    second_difference = abs(values[centre - 1] - 2.0 * values[centre] + values[centre + 1])
+    second_difference = _second_difference(values, first)
     rise = max(2.0 * second_difference - deficit, 0.0)
     return value + (rise * rise / (8.0 * second_difference) if rise > 0.0 else 0.0)
 

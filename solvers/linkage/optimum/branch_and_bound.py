@@ -88,10 +88,13 @@ def search(
         zip((first, last), _costs(subproblem, family, np.array([first, last])), strict=True), key=itemgetter(1)
     )
     while lows.size:
-        # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well.
+        widths = highs - lows
+        # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well, and all that
+        # will not be divided further while there is no member.
         spread = np.arange(_TRIALS) * (lows.size - 1) // (_TRIALS - 1)
-        tried = np.append(np.argsort(bounds)[:_TRIALS], spread)
-        middles, widths = 0.5 * (lows + highs)[tried], highs - lows
+        last_chance = np.flatnonzero(widths < _MIN_WIDTH) if math.isinf(cost) else spread[:0]
+        tried = np.concatenate([np.argsort(bounds)[:_TRIALS], spread, last_chance])
+        middles = 0.5 * (lows + highs)[tried]
         costs = _costs(subproblem, family, middles)
         inside = np.where((middles >= first) & (middles <= last), costs, np.inf)
         k = int(np.argmin(inside))

@@ -221,7 +221,9 @@ class OuterDiameterVariable(DesignVariable):
         return least_bushing_wall(constraints, self.given, floor, stations)
 
     def rescaled(self, walls: Array, length: float) -> OuterDiameterVariable:
-        return replace(self, unit=self.given or float(walls.max()) or length)
+        # Infinite walls: the limits are unattainable, which a check reports only.
+        largest = float(walls.max())
+        return replace(self, unit=self.given or (largest if 0.0 < largest < math.inf else length))
 
     def diameters(self, walls: Array) -> tuple[Array, Array]:
         return np.full_like(walls, self.given), self.sizes(walls)

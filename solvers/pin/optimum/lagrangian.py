@@ -266,8 +266,12 @@ def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:
         deflections = segments.deflections(soft + fraction * (stiff - soft))
         return segments.limit / float(deflections.sum()) - 1.0 - 0.4 * MAX_SLACK
 
-    shortfall = -slack(0.0)
-    if not (shortfall > 0.0 and slack(1.0) > 0.0):
+    least, most = slack(0.0), slack(1.0)
+    if not least < 0.0 < most:
         return stiff
-    fraction = brentq(slack, 0.0, 1.0, xtol=max(0.1 * MAX_SLACK / shortfall, _EPS), rtol=4.0 * _EPS)
-    return soft + (fraction if slack(fraction) >= -0.4 * MAX_SLACK else 1.0) * (stiff - soft)
+    step = max(0.1 * MAX_SLACK / (most - least), _EPS)
+    fraction = brentq(slack, 0.0, 1.0, xtol=step, rtol=4.0 * _EPS)
+    while slack(fraction) < -0.4 * MAX_SLACK:
+        # Where the slack is steeper than on average.
+        fraction, step = min(fraction + step, 1.0), 2.0 * step
+    return soft + fraction * (stiff - soft)

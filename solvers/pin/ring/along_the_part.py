@@ -18,7 +18,8 @@ _MIN_DIAMETER = 1e-9
 
 @dataclass(frozen=True)
 class RingResult:
-    """Ring results in the middle of the part, and maxima over its length (None if the wall vanishes)."""
+    """Ring results in the middle of the part, and maxima over its length (None if the wall vanishes; at the end of a
+    shaft only the stress)."""
 
     ovalization: float
     ovalization_max: float | None
@@ -41,10 +42,12 @@ def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
 
     middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
     at_middle = ring(middle)
-    if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL) or outer[thinnest] < _MIN_DIAMETER:
+    if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL):
         return RingResult(at_middle.ovalization, None, at_middle, None, at_middle.model)
     same = bore[thinnest] == bore[middle] and outer[thinnest] == outer[middle]
-    at_thinnest = at_middle if same else ring(thinnest)
-    wide = bore[thinnest] >= ovalization.MIN_HOOP_RATIO * outer[thinnest]
-    stress = (at_thinnest if wide else ring(thinnest, ovalization.MIN_HOOP_RATIO)).greatest
+    at_thinnest, stress = at_middle if same else ring(thinnest), None
+    # The ovalization of a shaft does not depend on its diameter, and is defined at an end without load as well.
+    if outer[thinnest] >= _MIN_DIAMETER:
+        is_wide = bore[thinnest] >= ovalization.MIN_HOOP_RATIO * outer[thinnest]
+        stress = (at_thinnest if is_wide else ring(thinnest, ovalization.MIN_HOOP_RATIO)).greatest
     return RingResult(at_middle.ovalization, at_thinnest.ovalization, at_middle, stress, at_middle.model)

@@ -80,9 +80,14 @@ def _maximum_excess(x: Array, values: Array, most: float) -> Array:
             first, last = panel * NODES, (panel + 1) * NODES - 1
             for i in range(first + 1, last):
                 place, height = _parabola(x, y, 1.0, i)
-                # A value of 0 at an end without load and wall does not indicate a maximum: the limit there is finite.
+                # No maximum between stations where values rise on beyond the next one, or fall before. A value of 0 at
+                # an end without load and wall does not indicate one either: the limit there is finite.
+                rises_on = y[i] < y[i + 1] and i + 2 <= last and y[i + 1] < y[i + 2]
+                fell_before = y[i] < y[i - 1] and i - 2 >= first and y[i - 1] < y[i - 2]
                 ends = most < np.inf and (y[i - 1] == 0.0 or y[i + 1] == 0.0)
-                highest = max(highest, height if x[i - 1] < place < x[i + 1] and not ends else y[i])
+                if x[i - 1] < place < x[i + 1] and not (rises_on or fell_before or ends):
+                    highest = max(highest, height)
+                highest = max(highest, y[i])
             rise = _SAFETY_FACTOR * (highest / top - 1.0)
             if most < np.inf:
                 for i in range(first, last):

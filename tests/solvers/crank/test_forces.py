@@ -170,6 +170,29 @@ def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
     assert found == pytest.approx(-masses.reciprocating * pressed.fun, rel=max(outcome.accuracy.estimated, 1e-12))
 
 
+def test_a_maximum_just_before_a_break_is_found():
+    """Under scattered pressures a load can rise almost up to a point of the diagram, and fall to it."""
+    low, swept = CYLINDER.clearance_volume, CYLINDER.area * CAR.motion.stroke
+    for seed in range(60):
+        rng = np.random.default_rng(seed)
+        count = int(rng.integers(10, 40))
+        volume = low + swept * 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, count)))
+        volume[-1] = low + swept
+        strokes = tuple(
+            crank.Stroke(tuple(volume.tolist()), tuple((2e5 * rng.uniform(0.1, 1.9, count)).tolist())) for _ in range(4)
+        )
+        found = crank.analyse(car(pressure=crank.IndicatorPressure(strokes)), ALL, accuracy=1e-9).value
+        _, _, tension, _, wrist, pin, bearing = found.worst
+        for worst, column in (
+            (tension, lambda forces: -forces.rod),
+            (wrist, lambda forces: forces.wrist_pin_load),
+            (pin, lambda forces: forces.crank_pin_load),
+            (bearing, lambda forces: forces.main_bearing_load),
+        ):
+            near = found.cycle.forces(worst.angle + np.linspace(-0.01, 0.01, 2001))
+            assert column(near).max() <= worst.force * (1.0 + 1e-9), (seed, worst.name)
+
+
 def test_the_wrist_pin_carries_the_pistons_inertia_but_not_the_rods():
     found = crank.analyse(car(pressure=_flat(), masses=replace(MASSES, rod=replace(MASSES.rod, inertia=None))), ALL)
     at_top = found.value.series.wrist_pin_load[0]

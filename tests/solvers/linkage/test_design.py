@@ -429,6 +429,21 @@ def test_a_limit_that_the_best_linkage_keeps_anyway_does_not_change_it(room):
     assert held.certificate.gap <= 1.1e-6
 
 
+@pytest.mark.parametrize("restitution", [0.035, 0.04, 0.045, 0.05, 0.055])
+def test_the_box_and_the_crank_of_the_answer_leave_it_as_it_is(restitution):
+    """Of a long slender linkage only members that agree to 1e-11 keep to all of them."""
+    scene = linkage.Scene(linkage.Restitution(restitution, restitution), 20.0, 6.0, 10.0)
+    limits = Limits(min_link=8e-3, enclosing_radius=0.5, max_pin_force=300.0)
+    answer = designed(scene, limits, "blow_frequency", "largest_base", effects=linkage.ALL).value
+    box, crank = answer.check.box, answer.check.mechanism.crank
+    just = replace(
+        limits, min_link=crank, width=box.width, height=box.height, enclosing_radius=answer.check.enclosing_radius
+    )
+    again = designed(scene, just, "blow_frequency", "largest_base").value
+    assert again is not None
+    assert again.value == pytest.approx(answer.value, rel=1e-8)
+
+
 @pytest.mark.parametrize("speed", [1.0, 8.0])
 @pytest.mark.parametrize(("limit", "value"), [("longest_link", 12e-3), ("enclosing_radius", 16e-3), ("height", 16e-3)])
 def test_what_is_attainable_does_not_depend_on_the_speed_that_is_sought(limit, value, speed):

@@ -132,3 +132,16 @@ def test_a_second_load_case_makes_the_pin_thicker_and_it_stays_certified():
         assert value.mass >= 1e-3 * grams(VAZ, form, accuracy=1e-5) * (1 - 1e-6)
     limited = pin.design(pin.PinProblem(scene, pin.Limits(max_deflection=11e-6)), accuracy=1e-5)
     assert limited.certificate.gap < 1e-7
+
+
+@pytest.mark.parametrize("room", [1e-9, 1e-6, 1e-3])
+@pytest.mark.parametrize("form", [pin.Constant(), pin.Stepped(2), pin.Free(drillable=True)], ids=lambda form: form.name)
+def test_a_wall_slightly_too_soft_is_thickened_slightly(form, room):
+    """Of a short span under shear the least Lagrangian jumps from such a wall to the solid section."""
+    scene = pin.Scene(pin.Geometry(30e-3, 60e-3, 5e-3, 0.2e-3), 20e3, VAZ.material)
+    wall = 10.5e-3
+    uniform = pin.check(scene, pin.Profile((0.0,), (30e-3 - 2.0 * wall,)), effects=pin.ALL).value
+    limits = pin.Limits(min_wall=wall, max_deflection=uniform.deflection * (1.0 - room))
+    found = pin.design(pin.PinProblem(scene, limits, form)).value.check
+    assert uniform.mass < found.mass <= uniform.mass * (1.0 + 2.0 * room)
+    assert found.deflection <= limits.max_deflection * (1.0 + 1e-12)

@@ -98,3 +98,13 @@ def test_no_dense_look_finds_more_of_a_bushings_strength_used(seed, accuracy):
     told = pin.check(scene, outside, accuracy=accuracy).value
     dense = strength_used_outside(scene, end, middle)
     assert dense * (1.0 - accuracy) <= told.strength_utilisation <= dense * (1.0 + 1e-9)
+
+
+def test_a_steep_rise_from_a_bare_end_is_no_maximum():
+    """A slope limit lets the wall end in almost nothing, where the utilisation rises to its plateau at once."""
+    geometry = pin.Geometry(7.831e-3, 7.482e-3, 2.179e-3, 0.02e-3)
+    scene = pin.Scene(geometry, 7156.0, pin.PinMaterial(508e6, 190e9, 0.088, 6114.0, 266e6))
+    limits = pin.Limits(max_deflection=0.769e-6, max_slope=1.938)
+    problem = pin.PinProblem(scene, limits, pin.Free(drillable=True), pin.CRITERIA["fibre"])
+    for accuracy in (1e-4, 1e-6):
+        assert pin.design(problem, accuracy=accuracy).accuracy.met

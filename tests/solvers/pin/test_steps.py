@@ -14,7 +14,7 @@ from solvers.pin.optimum.discretised import assemble
 from solvers.pin.shapes.break_points.bounds import Bounds
 from solvers.pin.shapes.break_points.cells import cells, points
 from solvers.pin.shapes.break_points.half import Half
-from solvers.pin.shapes.break_points.paths import BENDING, SHEAR
+from solvers.pin.shapes.break_points.paths import BENDING, FLOOR, SHEAR
 from solvers.pin.shapes.break_points.search import lightest_steps
 from solvers.pin.stations.initial_panels import initial_stations, kinks
 from solvers.pin.stations.lobatto_panels import NODES
@@ -324,3 +324,16 @@ def test_a_gap_that_no_break_point_closes_is_closed_in_the_wall():
     places = found.value.corners[1][0] / (0.5 * scene.geometry.length)
     fixed = Bounds(half).dual_bound([points(half, np.array([places]))], (0.0, 0.0), np.ones(2), 0.5, 1e-9)
     assert fixed.value < found.certificate.bound / solid * (1 - 1e-5)
+
+
+def test_a_jump_of_the_least_wall_at_a_cells_end_does_not_lower_its_start():
+    """Else the bound stays low by a share of the jump however narrow the cells become."""
+    force, place, length = 3e3, 20e-3, VAZ.geometry.length
+    pair = pin.LoadCase((pin.MacaulayTerm(force, place, 0), pin.MacaulayTerm(-force, length - place, 0)))
+    scene = pin.Scene(VAZ.geometry, 8e3, STEEL, (pair,))
+    half = Half(assemble(scene, pin.Limits(), PAPER, Physics(), initial_stations(scene)))
+    for width in (1e-2, 1e-4):
+        start = 2.0 * place / length - width
+        before, behind = half.lower_bound(np.array([start, start + width + 1e-11]))
+        assert behind > 1.1 * before
+        assert cells(half, np.array([start]), np.array([width + 1e-12])).table[0, FLOOR] >= before * (1.0 - 1e-6)

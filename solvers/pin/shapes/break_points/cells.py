@@ -73,7 +73,8 @@ def cells(half: Half, t: Array, h: Array) -> Cells:
     sag = 0.25 * _SAFETY_FACTOR * (np.pad(bend, ((0, 0), (0, 1))) + np.pad(bend, ((0, 0), (1, 0)))).max(axis=1)
     first, last = level[:, 0], level[:, -1]
     low = first - (first[:, None] + (last - first)[:, None] * _SAMPLES - level).max(axis=1) - sag
-    flat = low < 0.5 * first
+    # Where f jumps in a cell, such as at its end, the line would lie below f's first value.
+    flat = low < np.maximum(0.5 * first, first - 0.5 * (last - first))
     table[:, FLOOR] = np.where(flat, first, low)
     table[:, FLOOR + 1] = np.where(flat, first, low + (last - first))
     unchanged = np.ones(t.size, dtype=bool)

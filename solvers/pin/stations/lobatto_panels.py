@@ -189,8 +189,8 @@ def _cuts(x: Array, width: Array, excess: Array, f: Array) -> Array:
 
 @kernel
 def _around_kink(x: Array, f: Array, at: int, first: int, excess: float) -> tuple[float, float]:
-    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1: close to the intersection of the
-    lines through the neighbours on either side, so close that its error, quadratic in the width, becomes tolerable."""
+    """Return positions on either side of a kink between the nodes ``at`` and ``at`` + 1: close to the intersection of
+    the lines through the neighbours on either side, so close that its error, quadratic in the width, is tolerable."""
     left, right = x[at], x[at + 1]
     if at > first and at + 2 < first + NODES:
         before, after = (f[at] - f[at - 1]) / (left - x[at - 1]), (f[at + 2] - f[at + 1]) / (x[at + 2] - right)

@@ -168,7 +168,8 @@ def test_no_number_of_a_report_is_broken(browser, address, width):
             range.selectNodeContents(cell);
             return range.getClientRects().length;
         };
-        const numbers = [...document.querySelectorAll(".facts dd")].filter((e) => /^-?[\\d.]+( \\S+)?$/.test(e.innerText));
+        const number = /^-?[\\d.]+( \\S+)?$/;
+        const numbers = [...document.querySelectorAll(".facts dd")].filter((e) => number.test(e.innerText));
         return {seen: numbers.length, broken: numbers.filter((e) => lines(e) > 1).map((e) => e.innerText)};
     }""")
     page.close()

@@ -229,7 +229,8 @@ class _Pin:
         terms = self._simpson("V", "F", len(parts), count, "volume of the part", "mm³")
         factor = "" if whole else "2 * "
         reported = self.result["mass_g"]
-        words = ("mass" if whole else "mass, both halves") + ("" if straight else "; the rule is coarser than the run's")
+        rule = "" if straight else "; the rule is coarser than the run's"
+        words = ("mass" if whole else "mass, both halves") + rule
         c.step("m", f"{factor}rho * ({terms}) * 1e-6", words, "g", reported=reported)
 
     def _diameter_all_along(self, symbol: str, words: str) -> None:

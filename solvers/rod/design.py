@@ -40,6 +40,7 @@ from solvers.rod.optimum.search.local_search import LocalResult, Task
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.verdict import MAX_SLACK
 from solvers.watch import OutOfTime, Watch
 
 _INERTIA = "reciprocating_inertia"
@@ -60,8 +61,12 @@ _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
 _COARSE_ACCURACY = 1e-4
 """Accuracy of that search."""
+_RESOLVED_EXCESS, _COARSE_EXCESS = 2e-3, 1e-3
+"""Excesses not resolved: of the search for the least violation of the core, and of a design at that accuracy."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
+_SLACKS = (0.2, 1.0)
+"""Fractions of the accuracy by which requirements are relaxed in turn if no strip is found that meets them exactly."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first feasible strip."""
 
@@ -95,11 +100,12 @@ def design(
 
 @dataclass(frozen=True)
 class _SearchResult:
-    """Result of a search: the strip at which effects are to be selected next, and a function that composes the answer,
-    without its effects, when it is required."""
+    """Result of a search: the strip at which effects are to be selected next, whether it is feasible, or might be within
+    the accuracy, and a function that composes the answer, without its effects, when it is required."""
 
     strip: Dimensions
     feasible: bool
+    nearly_feasible: bool
     compose_answer: Callable[[], Outcome[RodDesign]]
 
 
@@ -113,6 +119,8 @@ class _Design:
     accuracy: float
     criterion: FatigueCriterion
     watch: Callable[[], None] = no_watch
+    slack: float = 0.0
+    """By how much the problem's requirements are relaxed, relative to those asked for."""
     out_of_time: bool = False
 
     def __post_init__(self) -> None:
@@ -122,7 +130,19 @@ class _Design:
 
     def run(self) -> Outcome[RodDesign]:
         chosen, result = self.result_with_selected_effects()
+        if not result.feasible and result.nearly_feasible:
+            chosen, result = next((found for found in self.relaxed_results() if found[1].feasible), (chosen, result))
         return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
+
+    def relaxed_results(self) -> Iterator[tuple[frozenset[str], _SearchResult]]:
+        """Results, with their effects, under requirements relaxed within the accuracy.
+
+        Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
+        """
+        for share in _SLACKS:
+            slack = share * self.max_slack
+            problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
+            yield replace(self, problem=problem, slack=slack).result_with_selected_effects()
 
     def result_with_selected_effects(self) -> tuple[frozenset[str], _SearchResult]:
         """The result with all effects that are selected at its own strip, and these effects."""
@@ -228,7 +248,7 @@ class _Design:
         context = self.context(chosen, strip)
         beyond = _beyond(chosen)
         if not beyond:
-            return self.core_result(context, proof, strip)
+            return self.core_result(context, proof, excess, strip)
         influence = self.influence(strip, beyond)
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
@@ -242,13 +262,15 @@ class _Design:
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(best, True, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(best, True, True, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return _SearchResult(strip, False, self.answers.failed)
+            return _SearchResult(strip, False, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
+        nearly_feasible = optimum is not None and optimum.local.best.excess <= self.max_slack
         return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
-        )
+            strip, False, nearly_feasible,
+            partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
+        )  # fmt: skip
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
@@ -263,7 +285,7 @@ class _Design:
                 self.out_of_time = True
         return self.answers.of_full_model(context, proof, beyond, optimum)
 
-    def core_result(self, context: Context, proof: Proof, strip: Dimensions) -> _SearchResult:
+    def core_result(self, context: Context, proof: Proof, excess: float, strip: Dimensions) -> _SearchResult:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
         them."""
         p, limits, latest = self.problem, dict(self.limits), proof
@@ -275,7 +297,7 @@ class _Design:
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
                 return _SearchResult(
-                    best.dimensions, True, partial(self.answers.of_core, context, proof, best, outcome, limits)
+                    best.dimensions, True, True, partial(self.answers.of_core, context, proof, best, outcome, limits)
                 )
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
@@ -285,8 +307,9 @@ class _Design:
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
         return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
-        )
+            strip, False, excess < _RESOLVED_EXCESS,
+            partial(self.answers.infeasible, context, attainable, proof, strip, (), None),
+        )  # fmt: skip
 
     def full_optimum(
         self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
@@ -300,20 +323,24 @@ class _Design:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            for start in self.feasible_strips(attainable, nearest, clearly_infeasible):
+            for start in self.promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self.optimum_from(context, [start])
                 if _is_feasible(optimum):
                     return optimum
-            return Optimum(nearest, searches=context.search_count) if nearest.feasible_best is None else optimum
+                # At low accuracy a search does not find strips in the little room that limits may leave.
+                end = context.search_from(start, self.sizes.around(start))
+                if end is not None and end.best.excess <= nearest.best.excess:
+                    nearest = end
+            return Optimum(nearest, searches=context.search_count)
         except OutOfTime:
             self.out_of_time = True
             return context.best_within_budget()
 
-    def feasible_strips(
+    def promising_strips(
         self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
     ) -> Iterator[Dimensions]:
-        """Feasible strips from which to search: the least violating one, if it is feasible, and the optimum of a
-        requirement that it violates, if that meets this requirement, too.
+        """Strips from which to search: the least violating one, if it is feasible, and the optimum of a requirement
+        that it violates, if that meets this requirement, too, to within its error.
 
         The violation may have a local minimum between any two resonances; a design searches all of them.
         """
@@ -325,7 +352,7 @@ class _Design:
         may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
         worthwhile = may_be_met or not self.sizes.discrete
         best = attainable.best(violated) if worthwhile and violated is not None else None
-        if best is not None and self.problem.requirements.met_by(best.check):
+        if best is not None and self.problem.requirements.relaxed(_COARSE_EXCESS).met_by(best.check):
             yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
@@ -361,6 +388,11 @@ class _Design:
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
+
+    @property
+    def max_slack(self) -> float:
+        """The relative violation of a requirement that the accuracy does not resolve; the verdict's slack."""
+        return min(self.accuracy, MAX_SLACK)
 
     @property
     def answers(self) -> Answers:

@@ -21,7 +21,11 @@ from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
+from solvers.rod.optimum.answer.requirement_as_objective import (
+    COARSE_ACCURACY,
+    AttainableBest,
+    RequirementsAsObjectives,
+)
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import is_stable
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -59,10 +63,9 @@ _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
-_COARSE_ACCURACY = 1e-4
-"""Accuracy of that search."""
-_RESOLVED_EXCESS, _COARSE_EXCESS = 2e-3, 1e-3
-"""Excesses not resolved: of the search for the least violation of the core, and of a design at that accuracy."""
+_CORE_EXCESS, _EXCESS_RATIO = 2e-3, 10.0
+"""What the least violations found may be too great by: those of the core, and on the full model as a multiple of the
+accuracy."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
 _SLACKS = (0.2, 1.0)
@@ -131,10 +134,11 @@ class _Design:
     def run(self) -> Outcome[RodDesign]:
         chosen, result = self.result_with_selected_effects()
         if not result.feasible and result.nearly_feasible:
-            chosen, result = next((found for found in self.relaxed_results() if found[1].feasible), (chosen, result))
+            relaxed = self.relaxed_results(result.strip)
+            chosen, result = next((found for found in relaxed if found[1].feasible), (chosen, result))
         return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
 
-    def relaxed_results(self) -> Iterator[tuple[frozenset[str], _SearchResult]]:
+    def relaxed_results(self, start: Dimensions) -> Iterator[tuple[frozenset[str], _SearchResult]]:
         """Results, with their effects, under requirements relaxed within the accuracy.
 
         Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
@@ -142,11 +146,14 @@ class _Design:
         for share in _SLACKS:
             slack = share * self.max_slack
             problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
-            yield replace(self, problem=problem, slack=slack).result_with_selected_effects()
+            yield replace(self, problem=problem, slack=slack).result_with_selected_effects(start)
 
-    def result_with_selected_effects(self) -> tuple[frozenset[str], _SearchResult]:
-        """The result with all effects that are selected at its own strip, and these effects."""
+    def result_with_selected_effects(self, start: Dimensions | None = None) -> tuple[frozenset[str], _SearchResult]:
+        """The result with all effects that are selected at its own strip, and these effects; the search on the full
+        model begins at the core's optimum, or at ``start``."""
         chosen, proof, excess, strip = self.core_optimum(frozenset())
+        if start is not None:
+            excess, strip = 0.0, start
         result = self.result_with_effects(chosen, proof, excess, strip)
         for _ in range(_MAX_SELECTIONS - 1):
             further = self.chosen_at(result.strip) - chosen
@@ -257,8 +264,9 @@ class _Design:
         quick = not context.model.has_resonances and not self.sizes.discrete
         effects = context.model.effects
         attainable = RequirementsAsObjectives(
-            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
-        )
+            self.problem, self.accuracy, partial(self.other_design, effects), partial(self.local_optimum, effects),
+            quick,
+        )  # fmt: skip
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
@@ -266,7 +274,7 @@ class _Design:
         if self.out_of_time and optimum is None:
             return _SearchResult(strip, False, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        nearly_feasible = optimum is not None and optimum.local.best.excess <= self.max_slack
+        nearly_feasible = optimum is not None and optimum.local.best.excess <= _EXCESS_RATIO * self.max_slack
         return _SearchResult(
             strip, False, nearly_feasible,
             partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
@@ -305,9 +313,9 @@ class _Design:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
+        attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
         return _SearchResult(
-            strip, False, excess < _RESOLVED_EXCESS,
+            strip, False, excess < _CORE_EXCESS,
             partial(self.answers.infeasible, context, attainable, proof, strip, (), None),
         )  # fmt: skip
 
@@ -352,19 +360,18 @@ class _Design:
         may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
         worthwhile = may_be_met or not self.sizes.discrete
         best = attainable.best(violated) if worthwhile and violated is not None else None
-        if best is not None and self.problem.requirements.relaxed(_COARSE_EXCESS).met_by(best.check):
+        if best is not None and self.problem.requirements.relaxed(best.error).met_by(best.check):
             yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
             self.watch()
 
-    def approximate_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        """The design of another problem in the same scene at low accuracy; None if infeasible or if no time is left."""
+    def other_design(self, effects: EffectSelection, problem: RodProblem, accuracy: float) -> AttainableBest | None:
+        """The design of another problem in the same scene; None if infeasible or if no time is left."""
         try:
             self.watch()
         except OutOfTime:
             return None
-        accuracy = max(self.accuracy, _COARSE_ACCURACY)
         _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).result_with_selected_effects()
         if not result.feasible:
             return None
@@ -377,7 +384,7 @@ class _Design:
     ) -> Outcome[RodCheck] | None:
         """Result of one local search for another problem in the same scene at low accuracy; None if it violates a
         requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _COARSE_ACCURACY))
+        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, COARSE_ACCURACY))
         other.cycle = self.cycle
         context = other.context(effects.include, strip).exploratory(strip)
         try:

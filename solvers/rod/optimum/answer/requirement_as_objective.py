@@ -19,6 +19,10 @@ _LOOSEST = {
 """Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
 
 
+COARSE_ACCURACY = 1e-4
+"""Accuracy at which attainable values are found, unless that leaves open whether they meet the requirement."""
+
+
 class AttainableBest(NamedTuple):
     """A strip with the best attainable value of a result, its estimated relative error, and the active requirements."""
 
@@ -31,14 +35,15 @@ class AttainableBest(NamedTuple):
 class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    design_of      design of another problem on the full model
+    design_of      design of another problem on the full model, to an accuracy
     local_search   end of one local search on the full model from a strip; None if it violates a requirement
     quick          whether a design takes little time
     found          results so far, by requirement
     """
 
     problem: RodProblem
-    design_of: Callable[[RodProblem], AttainableBest | None]
+    accuracy: float
+    design_of: Callable[[RodProblem, float], AttainableBest | None]
     local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
     quick: bool
     found: dict[str, AttainableBest | None] = field(default_factory=dict)
@@ -53,8 +58,16 @@ class RequirementsAsObjectives:
     def best(self, c: Constraint) -> AttainableBest | None:
         """The strip with the best value of a requirement's result under all other requirements."""
         if c.name not in self.found:
-            self.found[c.name] = self.design_of(self._with_objective(c))
+            other, coarse = self._with_objective(c), max(self.accuracy, COARSE_ACCURACY)
+            best = self.design_of(other, coarse)
+            if best is not None and self.accuracy < coarse and self._is_missed_within_error(best):
+                best = self.design_of(other, self.accuracy) or best
+            self.found[c.name] = best
         return self.found[c.name]
+
+    def _is_missed_within_error(self, best: AttainableBest) -> bool:
+        asked = self.problem.requirements
+        return not asked.met_by(best.check) and asked.relaxed(best.error).met_by(best.check)
 
     def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The local optimum for a requirement's result near a strip."""

@@ -32,7 +32,7 @@ from solvers.rod.optimum.full_model.model import FullModel, no_watch
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.available_sizes import discrete_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
-from solvers.rod.optimum.search.feasibility import least_violating, least_violation
+from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE, least_violating, least_violation
 from solvers.rod.optimum.search.full_optimum import (
     MAX_BOXES,
     Context,
@@ -63,9 +63,8 @@ _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
-_CORE_EXCESS, _EXCESS_RATIO = 2e-3, 10.0
-"""What the least violations found may be too great by: those of the core, and on the full model as a multiple of the
-accuracy."""
+_UNRESOLVED_EXCESS = 2e-3
+"""Excess over the core's limits that the search for the least one does not distinguish from 0."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
 _SLACKS = (0.2, 1.0)
@@ -87,7 +86,8 @@ def design(
     Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and certifies the optimum of the core: gas load,
     reciprocating inertia, beam-column, contact. Effects are selected at that optimum. If they go beyond the core, SQP
     on the full model continues from there, and effects are selected again at its result, until none is added. The
-    answer satisfies every requirement as evaluated by ``check``; the certificate states what is proven and what is not.
+    answer satisfies every requirement as evaluated by ``check``, or if no strip found does, to within the accuracy, at
+    most 1e-3; the certificate states what is proven and what is not.
 
     ``accuracy`` is the requested relative numerical accuracy of results and optimum, 1e-12 … 1e-1. After
     ``time_budget`` seconds the search on the full model returns the best feasible strip known; without one it
@@ -103,8 +103,9 @@ def design(
 
 @dataclass(frozen=True)
 class _SearchResult:
-    """Result of a search: the strip at which effects are to be selected next, whether it is feasible, or might be within
-    the accuracy, and a function that composes the answer, without its effects, when it is required."""
+    """Result of a search: the strip at which effects are to be selected next, whether it is feasible, whether it is not
+    but may be to within the accuracy, and a function that composes the answer, without its effects, when it is
+    required."""
 
     strip: Dimensions
     feasible: bool
@@ -132,41 +133,69 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen, result = self.result_with_selected_effects()
-        if not result.feasible and result.nearly_feasible:
-            relaxed = self.relaxed_results(result.strip)
-            chosen, result = next((found for found in relaxed if found[1].feasible), (chosen, result))
+        chosen, result = self.result()
         return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
 
-    def relaxed_results(self, start: Dimensions) -> Iterator[tuple[frozenset[str], _SearchResult]]:
-        """Results, with their effects, under requirements relaxed within the accuracy.
+    def result(self) -> tuple[frozenset[str], _SearchResult]:
+        """The result and its effects; if no strip meets all requirements, with requirements relaxed within the
+        accuracy.
 
         Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
         """
-        for share in _SLACKS:
-            slack = share * self.max_slack
+        strict = self.result_with_selected_effects()
+        for share in _SLACKS if strict[1].nearly_feasible else ():
+            slack = share * min(self.accuracy, MAX_SLACK)
             problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
-            yield replace(self, problem=problem, slack=slack).result_with_selected_effects(start)
+            start = strict[0], strict[1].strip
+            relaxed = replace(self, problem=problem, slack=slack).result_with_selected_effects(start)
+            if relaxed[1].feasible:
+                return relaxed
+        return strict
 
-    def result_with_selected_effects(self, start: Dimensions | None = None) -> tuple[frozenset[str], _SearchResult]:
-        """The result with all effects that are selected at its own strip, and these effects; the search on the full
-        model begins at the core's optimum, or at ``start``."""
-        chosen, proof, excess, strip = self.core_optimum(frozenset())
-        if start is not None:
-            excess, strip = 0.0, start
-        result = self.result_with_effects(chosen, proof, excess, strip)
+    def result_with_selected_effects(
+        self, start: tuple[frozenset[str], Dimensions] | None = None
+    ) -> tuple[frozenset[str], _SearchResult]:
+        """The result with all effects that are selected at its own strip, and these effects; the search starts at the
+        core's optimum, or from given effects and strip."""
+        if start is None:
+            chosen, proof, excess, strip = self.core_optimum(frozenset())
+            result = self.result_with_effects(chosen, proof, excess, strip)
+        else:
+            chosen, result = start[0], self.result_near(*start)
         for _ in range(_MAX_SELECTIONS - 1):
             further = self.chosen_at(result.strip) - chosen
             if not further or self.out_of_time:
                 break
             chosen, strip = chosen | further, result.strip
-            if _INERTIA in further:
+            if _INERTIA in further or start is not None:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
             result = self.result_with_effects(chosen, proof, excess, strip)
-        return chosen, result
+        return self.without_surplus_effects(chosen, result)
 
-    def core_optimum(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
-        """The core's optimum with the effects selected at it added to ``chosen``, and these effects.
+    def result_near(self, chosen: frozenset[str], strip: Dimensions) -> _SearchResult:
+        """The result with given effects; the search on the full model starts at a strip."""
+        _, proof, excess, core_strip = self.core_optimum(chosen, fixed=True)
+        if _beyond(chosen):
+            return self.result_with_effects(chosen, proof, 0.0, strip)
+        return self.result_with_effects(chosen, proof, excess, core_strip)
+
+    def without_surplus_effects(
+        self, chosen: frozenset[str], result: _SearchResult
+    ) -> tuple[frozenset[str], _SearchResult]:
+        """The result with the effects selected at its strip only, without those selected on the way to it, if it is
+        not worse for that and its strip selects the same: an answer should not depend on the way to it."""
+        selected = self.chosen_at(result.strip)
+        if selected >= chosen or self.out_of_time:
+            return chosen, result
+        other = self.result_near(selected, result.strip)
+        is_as_good = other.feasible or (other.nearly_feasible and not result.feasible)
+        is_settled = is_as_good and self.chosen_at(other.strip) == selected
+        return (selected, other) if is_settled else (chosen, result)
+
+    def core_optimum(
+        self, chosen: frozenset[str], fixed: bool = False
+    ) -> tuple[frozenset[str], Proof, float, Dimensions]:
+        """The core's optimum with the effects selected at it added to ``chosen`` unless ``fixed``, and these effects.
 
         Effects beyond the core widen its bound by their influence; the gap is then closed only to a share of that.
         """
@@ -174,7 +203,7 @@ class _Design:
         while True:
             with_inertia = _INERTIA in chosen
             proof, excess, strip = self.core_search(with_inertia, gap, proof)
-            chosen |= self.chosen_at(strip)
+            chosen |= frozenset() if fixed else self.chosen_at(strip)
             if with_inertia != (_INERTIA in chosen):
                 # The relevance of inertia is evaluated at a strip, which itself depends on it.
                 proof = None
@@ -270,11 +299,11 @@ class _Design:
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(best, True, True, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(best, True, False, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
             return _SearchResult(strip, False, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        nearly_feasible = optimum is not None and optimum.local.best.excess <= _EXCESS_RATIO * self.max_slack
+        nearly_feasible = optimum is not None and optimum.local.best.excess < POSSIBLY_FEASIBLE * self.accuracy
         return _SearchResult(
             strip, False, nearly_feasible,
             partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
@@ -305,7 +334,7 @@ class _Design:
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
                 return _SearchResult(
-                    best.dimensions, True, True, partial(self.answers.of_core, context, proof, best, outcome, limits)
+                    best.dimensions, True, False, partial(self.answers.of_core, context, proof, best, outcome, limits)
                 )
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
@@ -315,7 +344,7 @@ class _Design:
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
         return _SearchResult(
-            strip, False, excess < _CORE_EXCESS,
+            strip, False, excess < _UNRESOLVED_EXCESS,
             partial(self.answers.infeasible, context, attainable, proof, strip, (), None),
         )  # fmt: skip
 
@@ -360,7 +389,7 @@ class _Design:
         may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
         worthwhile = may_be_met or not self.sizes.discrete
         best = attainable.best(violated) if worthwhile and violated is not None else None
-        if best is not None and self.problem.requirements.relaxed(best.error).met_by(best.check):
+        if best is not None and attainable.may_be_met_by(best):
             yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
@@ -397,14 +426,9 @@ class _Design:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
 
     @property
-    def max_slack(self) -> float:
-        """The relative violation of a requirement that the accuracy does not resolve; the verdict's slack."""
-        return min(self.accuracy, MAX_SLACK)
-
-    @property
     def answers(self) -> Answers:
         p = self.problem
-        return Answers(p, self.cycle, self.sizes, self.accuracy, self.influence, self.out_of_time)
+        return Answers(p, self.cycle, self.sizes, self.accuracy, self.slack, self.influence, self.out_of_time)
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
         """Sum of the bounds of the effects beyond the core at a strip."""

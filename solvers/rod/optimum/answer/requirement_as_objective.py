@@ -9,6 +9,7 @@ from typing import NamedTuple
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
+from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
 from solvers.rod.problem import LIMITED_RESULTS, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -60,14 +61,14 @@ class RequirementsAsObjectives:
         if c.name not in self.found:
             other, coarse = self._with_objective(c), max(self.accuracy, COARSE_ACCURACY)
             best = self.design_of(other, coarse)
-            if best is not None and self.accuracy < coarse and self._is_missed_within_error(best):
+            if best is not None and self.may_be_met_by(best) and not self.problem.requirements.met_by(best.check):
                 best = self.design_of(other, self.accuracy) or best
             self.found[c.name] = best
         return self.found[c.name]
 
-    def _is_missed_within_error(self, best: AttainableBest) -> bool:
-        asked = self.problem.requirements
-        return not asked.met_by(best.check) and asked.relaxed(best.error).met_by(best.check)
+    def may_be_met_by(self, best: AttainableBest) -> bool:
+        """Whether all requirements are met, as far as the accuracy of these designs tells."""
+        return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * COARSE_ACCURACY).met_by(best.check)
 
     def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The local optimum for a requirement's result near a strip."""

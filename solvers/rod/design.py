@@ -32,7 +32,7 @@ from solvers.rod.optimum.full_model.model import FullModel, no_watch
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.available_sizes import discrete_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
-from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE, least_violating, least_violation
+from solvers.rod.optimum.search.feasibility import least_violating, least_violation
 from solvers.rod.optimum.search.full_optimum import (
     MAX_BOXES,
     Context,
@@ -67,8 +67,9 @@ _UNRESOLVED_EXCESS = 2e-3
 """Excess over the core's limits that the search for the least one does not distinguish from 0."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
-_SLACKS = (0.2, 1.0)
-"""Fractions of the accuracy by which requirements are relaxed in turn if no strip is found that meets them exactly."""
+_SLACKS, _MAX_MISSED = (0.2, 1.0), 3.0
+"""Fractions of the maximum slack by which requirements are relaxed in turn, and what a search may have missed them by,
+as the searches for the least violation are less exact than others."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first feasible strip."""
 
@@ -123,8 +124,10 @@ class _Design:
     accuracy: float
     criterion: FatigueCriterion
     watch: Callable[[], None] = no_watch
+    relaxes: bool = True
+    """Whether requirements that leave no room are relaxed within the accuracy."""
     slack: float = 0.0
-    """By how much the problem's requirements are relaxed, relative to those asked for."""
+    """By how much the problem's requirements have been relaxed."""
     out_of_time: bool = False
 
     def __post_init__(self) -> None:
@@ -133,24 +136,24 @@ class _Design:
         self.limits = p.requirements.limits(p.scene)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen, result = self.result()
+        chosen, result = self.result_with_selected_effects()
+        if result.nearly_feasible:
+            chosen, result = self.relaxed_result(chosen, result)
         return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
 
-    def result(self) -> tuple[frozenset[str], _SearchResult]:
-        """The result and its effects; if no strip meets all requirements, with requirements relaxed within the
-        accuracy.
+    def relaxed_result(self, chosen: frozenset[str], result: _SearchResult) -> tuple[frozenset[str], _SearchResult]:
+        """The result with requirements relaxed within the accuracy, and its effects; if infeasible, those given.
 
         Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
         """
-        strict = self.result_with_selected_effects()
-        for share in _SLACKS if strict[1].nearly_feasible else ():
-            slack = share * min(self.accuracy, MAX_SLACK)
+        for share in _SLACKS:
+            slack = share * self.max_slack
             problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
-            start = strict[0], strict[1].strip
-            relaxed = replace(self, problem=problem, slack=slack).result_with_selected_effects(start)
+            other = replace(self, problem=problem, relaxes=False, slack=slack)
+            relaxed = other.result_with_selected_effects((chosen, result.strip))
             if relaxed[1].feasible:
                 return relaxed
-        return strict
+        return chosen, result
 
     def result_with_selected_effects(
         self, start: tuple[frozenset[str], Dimensions] | None = None
@@ -303,7 +306,7 @@ class _Design:
         if self.out_of_time and optimum is None:
             return _SearchResult(strip, False, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        nearly_feasible = optimum is not None and optimum.local.best.excess < POSSIBLY_FEASIBLE * self.accuracy
+        nearly_feasible = optimum is not None and self.is_nearly_met(optimum.local)
         return _SearchResult(
             strip, False, nearly_feasible,
             partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
@@ -360,6 +363,8 @@ class _Design:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
+            if self.relaxes and self.is_nearly_met(nearest):
+                return Optimum(nearest, searches=context.search_count)
             for start in self.promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self.optimum_from(context, [start])
                 if _is_feasible(optimum):
@@ -401,7 +406,8 @@ class _Design:
             self.watch()
         except OutOfTime:
             return None
-        _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).result_with_selected_effects()
+        other = replace(self, problem=problem, selection=effects, accuracy=accuracy, relaxes=False)
+        _, result = other.result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()
@@ -424,6 +430,15 @@ class _Design:
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
+
+    @property
+    def max_slack(self) -> float:
+        """The relative violation of a requirement that does not count, as in the verdict."""
+        return min(self.accuracy, MAX_SLACK)
+
+    def is_nearly_met(self, nearest: LocalResult) -> bool:
+        """Whether a strip violates the requirements, but by little more than the maximum slack."""
+        return 0.0 < nearest.best.excess < _MAX_MISSED * self.max_slack
 
     @property
     def answers(self) -> Answers:

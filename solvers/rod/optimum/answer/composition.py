@@ -141,7 +141,7 @@ class Answers:
     ) -> Outcome[RodDesign]:
         check = found.value
         if self.slack > 0.0:
-            warning = "the requirements leave no room: they are met only to within the accuracy"
+            warning = "the requirements leave no room: they are met to within the accuracy"
             check = replace(check, warnings=(*check.warnings, warning))
             estimated += self.slack * sum(abs(a.sensitivity) for a in active if a.name in BY_NAME)
         if self.out_of_time:

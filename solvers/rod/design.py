@@ -21,11 +21,7 @@ from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
-from solvers.rod.optimum.answer.requirement_as_objective import (
-    COARSE_ACCURACY,
-    AttainableBest,
-    RequirementsAsObjectives,
-)
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.full_model.corrections import is_stable
 from solvers.rod.optimum.full_model.model import FullModel, no_watch
@@ -86,9 +82,10 @@ def design(
 
     Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and certifies the optimum of the core: gas load,
     reciprocating inertia, beam-column, contact. Effects are selected at that optimum. If they go beyond the core, SQP
-    on the full model continues from there, and effects are selected again at its result, until none is added. The
-    answer satisfies every requirement as evaluated by ``check``, or if no strip found does, to within the accuracy, at
-    most 1e-3; the certificate states what is proven and what is not.
+    on the full model continues from there, and effects are selected again at its result, until none is added; those
+    that the result does not select are then left out, if that is consistent. The answer satisfies every requirement as
+    evaluated by ``check``, or if no strip found does, to within the accuracy, at most 1e-3; the certificate states what
+    is proven and what is not.
 
     ``accuracy`` is the requested relative numerical accuracy of results and optimum, 1e-12 … 1e-1. After
     ``time_budget`` seconds the search on the full model returns the best feasible strip known; without one it
@@ -192,7 +189,7 @@ class _Design:
             return chosen, result
         other = self.result_near(selected, result.strip)
         is_as_good = other.feasible or (other.nearly_feasible and not result.feasible)
-        is_settled = is_as_good and self.chosen_at(other.strip) == selected
+        is_settled = is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected
         return (selected, other) if is_settled else (chosen, result)
 
     def core_optimum(
@@ -294,11 +291,8 @@ class _Design:
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
         quick = not context.model.has_resonances and not self.sizes.discrete
-        effects = context.model.effects
-        attainable = RequirementsAsObjectives(
-            self.problem, self.accuracy, partial(self.other_design, effects), partial(self.local_optimum, effects),
-            quick,
-        )  # fmt: skip
+        design_of, local_search = (partial(of, context.model.effects) for of in (self.other_design, self.local_optimum))
+        attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
@@ -415,11 +409,11 @@ class _Design:
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
+        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions, accuracy: float
     ) -> Outcome[RodCheck] | None:
-        """Result of one local search for another problem in the same scene at low accuracy; None if it violates a
+        """Result of one local search for another problem in the same scene; None if it violates a
         requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, COARSE_ACCURACY))
+        other = replace(self, problem=problem, selection=effects, accuracy=accuracy)
         other.cycle = self.cycle
         context = other.context(effects.include, strip).exploratory(strip)
         try:

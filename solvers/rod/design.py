@@ -101,10 +101,11 @@ def design(
 
 @dataclass(frozen=True)
 class _SearchResult:
-    """Result of a search: the strip at which effects are to be selected next, whether it is feasible, whether it is not
-    but may be to within the accuracy, and a function that composes the answer, without its effects, when it is
-    required."""
+    """Result of a search: its effects, the strip at which effects are to be selected next, whether it is feasible,
+    whether it is not but may be to within the accuracy, and a function that composes the answer, without its effects,
+    when it is required."""
 
+    chosen: frozenset[str]
     strip: Dimensions
     feasible: bool
     nearly_feasible: bool
@@ -131,46 +132,45 @@ class _Design:
         p = self.problem
         self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
         self.limits = p.requirements.limits(p.scene)
+        # The relative violation of a requirement that does not count, as in the verdict.
+        self.max_slack = min(self.accuracy, MAX_SLACK)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen, result = self.result_with_selected_effects()
+        result = self.result_with_selected_effects()
         if result.nearly_feasible:
-            chosen, result = self.relaxed_result(chosen, result)
-        return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
+            result = self.relaxed_result(result)
+        return replace(result.compose_answer(), effects=self.manifest(result.strip, result.chosen))
 
-    def relaxed_result(self, chosen: frozenset[str], result: _SearchResult) -> tuple[frozenset[str], _SearchResult]:
-        """The result with requirements relaxed within the accuracy, and its effects; if infeasible, those given.
+    def relaxed_result(self, strict: _SearchResult) -> _SearchResult:
+        """The result with requirements relaxed within the accuracy; the strict one if that is infeasible, too.
 
         Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
         """
         for share in _SLACKS:
             slack = share * self.max_slack
             problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
-            other = replace(self, problem=problem, relaxes=False, slack=slack)
-            relaxed = other.result_with_selected_effects((chosen, result.strip))
-            if relaxed[1].feasible:
+            relaxed = replace(self, problem=problem, relaxes=False, slack=slack).result_with_selected_effects(strict)
+            if relaxed.feasible:
                 return relaxed
-        return chosen, result
+        return strict
 
-    def result_with_selected_effects(
-        self, start: tuple[frozenset[str], Dimensions] | None = None
-    ) -> tuple[frozenset[str], _SearchResult]:
-        """The result with all effects that are selected at its own strip, and these effects; the search starts at the
-        core's optimum, or from given effects and strip."""
+    def result_with_selected_effects(self, start: _SearchResult | None = None) -> _SearchResult:
+        """The result with all effects that are selected at its own strip; the search starts at the core's optimum, or
+        at another result's strip with its effects."""
         if start is None:
             chosen, proof, excess, strip = self.core_optimum(frozenset())
             result = self.result_with_effects(chosen, proof, excess, strip)
         else:
-            chosen, result = start[0], self.result_near(*start)
+            result = self.result_near(start.chosen, start.strip)
         for _ in range(_MAX_SELECTIONS - 1):
-            further = self.chosen_at(result.strip) - chosen
+            further = self.chosen_at(result.strip) - result.chosen
             if not further or self.out_of_time:
                 break
-            chosen, strip = chosen | further, result.strip
+            chosen, strip = result.chosen | further, result.strip
             if _INERTIA in further or start is not None:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
             result = self.result_with_effects(chosen, proof, excess, strip)
-        return self.without_surplus_effects(chosen, result)
+        return self.without_surplus_effects(result)
 
     def result_near(self, chosen: frozenset[str], strip: Dimensions) -> _SearchResult:
         """The result with given effects; the search on the full model starts at a strip."""
@@ -179,18 +179,18 @@ class _Design:
             return self.result_with_effects(chosen, proof, 0.0, strip)
         return self.result_with_effects(chosen, proof, excess, core_strip)
 
-    def without_surplus_effects(
-        self, chosen: frozenset[str], result: _SearchResult
-    ) -> tuple[frozenset[str], _SearchResult]:
+    def without_surplus_effects(self, result: _SearchResult) -> _SearchResult:
         """The result with the effects selected at its strip only, without those selected on the way to it, if it is
         not worse for that and its strip selects the same: an answer should not depend on the way to it."""
         selected = self.chosen_at(result.strip)
-        if selected >= chosen or self.out_of_time:
-            return chosen, result
-        other = self.result_near(selected, result.strip)
+        if selected >= result.chosen or self.out_of_time:
+            return result
+        cycle, other = self.cycle, self.result_near(selected, result.strip)
         is_as_good = other.feasible or (other.nearly_feasible and not result.feasible)
-        is_settled = is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected
-        return (selected, other) if is_settled else (chosen, result)
+        if is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected:
+            return other
+        self.cycle = cycle
+        return result
 
     def core_optimum(
         self, chosen: frozenset[str], fixed: bool = False
@@ -296,13 +296,13 @@ class _Design:
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(best, True, False, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(chosen, best, True, False, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return _SearchResult(strip, False, False, self.answers.failed)
+            return _SearchResult(chosen, strip, False, False, self.answers.failed)
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
         nearly_feasible = optimum is not None and self.is_nearly_met(optimum.local)
         return _SearchResult(
-            strip, False, nearly_feasible,
+            chosen, strip, False, nearly_feasible,
             partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
         )  # fmt: skip
 
@@ -322,7 +322,7 @@ class _Design:
     def core_result(self, context: Context, proof: Proof, excess: float, strip: Dimensions) -> _SearchResult:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
         them."""
-        p, limits, latest = self.problem, dict(self.limits), proof
+        p, limits, latest, chosen = self.problem, dict(self.limits), proof, context.model.effects.include
         # Growing, since a search meets limits only to its own tolerance.
         for margin in _CORRECTION_MARGINS:
             best = latest.best
@@ -330,9 +330,8 @@ class _Design:
                 break
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
-                return _SearchResult(
-                    best.dimensions, True, False, partial(self.answers.of_core, context, proof, best, outcome, limits)
-                )
+                compose = partial(self.answers.of_core, context, proof, best, outcome, limits)
+                return _SearchResult(chosen, best.dimensions, True, False, compose)
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
@@ -340,10 +339,8 @@ class _Design:
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
-        return _SearchResult(
-            strip, False, excess < _UNRESOLVED_EXCESS,
-            partial(self.answers.infeasible, context, attainable, proof, strip, (), None),
-        )  # fmt: skip
+        compose = partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
+        return _SearchResult(chosen, strip, False, excess < _UNRESOLVED_EXCESS, compose)
 
     def full_optimum(
         self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
@@ -401,7 +398,7 @@ class _Design:
         except OutOfTime:
             return None
         other = replace(self, problem=problem, selection=effects, accuracy=accuracy, relaxes=False)
-        _, result = other.result_with_selected_effects()
+        result = other.result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()
@@ -424,11 +421,6 @@ class _Design:
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
-
-    @property
-    def max_slack(self) -> float:
-        """The relative violation of a requirement that does not count, as in the verdict."""
-        return min(self.accuracy, MAX_SLACK)
 
     def is_nearly_met(self, nearest: LocalResult) -> bool:
         """Whether a strip violates the requirements, but by little more than the maximum slack."""

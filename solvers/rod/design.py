@@ -356,15 +356,16 @@ class _Design:
                 return None
             if self.relaxes and self.is_nearly_met(nearest):
                 return Optimum(nearest, searches=context.search_count)
+            ends = [] if nearest.best.feasible else [nearest]
             for start in self.promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self.optimum_from(context, [start])
                 if _is_feasible(optimum):
                     return optimum
                 # At low accuracy a search does not find strips in the little room that limits may leave.
-                end = context.search_from(start, self.sizes.around(start))
-                if end is not None and end.best.excess <= nearest.best.excess:
-                    nearest = end
-            return Optimum(nearest, searches=context.search_count)
+                end = context.search_from(start, context.slice_around(start))
+                ends += [] if end is None else [end]
+            closest = min(ends, key=lambda end: end.best.excess, default=None)
+            return optimum if closest is None else Optimum(closest, searches=context.search_count)
         except OutOfTime:
             self.out_of_time = True
             return context.best_within_budget()

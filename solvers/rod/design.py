@@ -36,7 +36,7 @@ from solvers.rod.optimum.search.full_optimum import (
     continuous_optimum,
     first_order_conditions,
 )
-from solvers.rod.optimum.search.local_search import LocalResult, Task
+from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
@@ -101,15 +101,18 @@ def design(
 
 @dataclass(frozen=True)
 class _SearchResult:
-    """Result of a search: its effects, the strip at which effects are to be selected next, whether it is feasible,
-    whether it is not but may be to within the accuracy, and a function that composes the answer, without its effects,
-    when it is required."""
+    """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
+    the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
+    required."""
 
     chosen: frozenset[str]
     strip: Dimensions
-    feasible: bool
-    nearly_feasible: bool
+    excess: float
     compose_answer: Callable[[], Outcome[RodDesign]]
+
+    @property
+    def feasible(self) -> bool:
+        return self.excess <= 0.0
 
 
 @dataclass
@@ -132,12 +135,13 @@ class _Design:
         p = self.problem
         self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
         self.limits = p.requirements.limits(p.scene)
+        self.choices: dict[Dimensions, Choice[RodEffect]] = {}
         # The relative violation of a requirement that does not count, as in the verdict.
         self.max_slack = min(self.accuracy, MAX_SLACK)
 
     def run(self) -> Outcome[RodDesign]:
         result = self.result_with_selected_effects()
-        if result.nearly_feasible:
+        if self.is_nearly_met(result.excess):
             result = self.relaxed_result(result)
         return replace(result.compose_answer(), effects=self.manifest(result.strip, result.chosen))
 
@@ -183,10 +187,10 @@ class _Design:
         """The result with the effects selected at its strip only, without those selected on the way to it, if it is
         not worse for that and its strip selects the same: an answer should not depend on the way to it."""
         selected = self.chosen_at(result.strip)
-        if selected >= result.chosen or self.out_of_time:
+        if selected >= result.chosen or self.out_of_time or result.excess > self.effect_tolerance:
             return result
         cycle, other = self.cycle, self.result_near(selected, result.strip)
-        is_as_good = other.feasible or (other.nearly_feasible and not result.feasible)
+        is_as_good = other.feasible or (self.is_nearly_met(other.excess) and not result.feasible)
         if is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected:
             return other
         self.cycle = cycle
@@ -226,9 +230,11 @@ class _Design:
         return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
 
     def choice_at(self, strip: Dimensions) -> Choice[RodEffect]:
-        p = self.problem
-        demands = p.requirements.demands() + p.objective.demands()
-        return choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
+        if strip not in self.choices:
+            p = self.problem
+            demands = p.requirements.demands() + p.objective.demands()
+            self.choices[strip] = choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
+        return self.choices[strip]
 
     def chosen_at(self, strip: Dimensions) -> frozenset[str]:
         """The effects selected at a strip."""
@@ -296,15 +302,13 @@ class _Design:
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(chosen, best, True, False, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return _SearchResult(chosen, strip, False, False, self.answers.failed)
+            return _SearchResult(chosen, strip, math.inf, self.answers.failed)
+        missed = math.inf if optimum is None else optimum.local.best.excess
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        nearly_feasible = optimum is not None and self.is_nearly_met(optimum.local)
-        return _SearchResult(
-            chosen, strip, False, nearly_feasible,
-            partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum),
-        )  # fmt: skip
+        compose = partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
+        return _SearchResult(chosen, strip, missed, compose)
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
@@ -331,7 +335,7 @@ class _Design:
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
                 compose = partial(self.answers.of_core, context, proof, best, outcome, limits)
-                return _SearchResult(chosen, best.dimensions, True, False, compose)
+                return _SearchResult(chosen, best.dimensions, 0.0, compose)
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
@@ -340,7 +344,7 @@ class _Design:
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
         compose = partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
-        return _SearchResult(chosen, strip, False, excess < _UNRESOLVED_EXCESS, compose)
+        return _SearchResult(chosen, strip, max(excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
     def full_optimum(
         self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
@@ -354,7 +358,7 @@ class _Design:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            if self.relaxes and self.is_nearly_met(nearest):
+            if self.relaxes and self.is_nearly_met(nearest.best.excess):
                 return Optimum(nearest, searches=context.search_count)
             ends = [] if nearest.best.feasible else [nearest]
             for start in self.promising_strips(attainable, nearest, clearly_infeasible):
@@ -423,9 +427,9 @@ class _Design:
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
 
-    def is_nearly_met(self, nearest: LocalResult) -> bool:
+    def is_nearly_met(self, excess: float) -> bool:
         """Whether a strip violates the requirements, but by little more than the maximum slack."""
-        return 0.0 < nearest.best.excess < _MAX_MISSED * self.max_slack
+        return 0.0 < excess < _MAX_MISSED * self.max_slack
 
     @property
     def answers(self) -> Answers:

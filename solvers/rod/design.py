@@ -63,7 +63,7 @@ _UNRESOLVED_EXCESS = 2e-3
 """Excess over the core's limits that the search for the least one does not distinguish from 0."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
-_SLACKS, _MAX_MISSED = (0.2, 1.0), 3.0
+_SLACKS, _MAX_MISSED = (0.2, 1.0), 10.0
 """Fractions of the maximum slack by which requirements are relaxed in turn, and what a search may have missed them by,
 as the searches for the least violation are less exact than others."""
 _MAX_STRIPS = 100

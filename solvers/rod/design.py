@@ -36,10 +36,11 @@ from solvers.rod.optimum.search.full_optimum import (
     continuous_optimum,
     first_order_conditions,
 )
-from solvers.rod.optimum.search.local_search import LocalResult, Task
+from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.verdict import MAX_SLACK
 from solvers.watch import OutOfTime, Watch
 
 _INERTIA = "reciprocating_inertia"
@@ -58,10 +59,13 @@ _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _MAX_SEARCHED_EXCESS = 0.05
 """Logarithmic excess up to which another search for a feasible strip is worthwhile."""
-_COARSE_ACCURACY = 1e-4
-"""Accuracy of that search."""
+_UNRESOLVED_EXCESS = 2e-3
+"""Excess over the core's limits that the search for the least one does not distinguish from 0."""
 _MAX_ITERATIONS = 6
 """Maximum iterations of a local search for an attainable value."""
+_SLACKS, _MAX_MISSED = (0.2, 1.0), 10.0
+"""Fractions of the maximum slack by which requirements are relaxed in turn, and what a search may have missed them by,
+as the searches for the least violation are less exact than others."""
 _MAX_STRIPS = 100
 """Evaluations allowed, regardless of time, in search of a first feasible strip."""
 
@@ -78,8 +82,10 @@ def design(
 
     Branch and bound over (ln tau, ln l), tau = 1/(b h^3), finds and certifies the optimum of the core: gas load,
     reciprocating inertia, beam-column, contact. Effects are selected at that optimum. If they go beyond the core, SQP
-    on the full model continues from there, and effects are selected again at its result, until none is added. The
-    answer satisfies every requirement as evaluated by ``check``; the certificate states what is proven and what is not.
+    on the full model continues from there, and effects are selected again at its result, until none is added; those
+    that the result does not select are then left out, if that is consistent. The answer satisfies every requirement as
+    evaluated by ``check``, or if no strip found does, to within the accuracy, at most 1e-3; the certificate states what
+    is proven and what is not.
 
     ``accuracy`` is the requested relative numerical accuracy of results and optimum, 1e-12 … 1e-1. After
     ``time_budget`` seconds the search on the full model returns the best feasible strip known; without one it
@@ -95,12 +101,18 @@ def design(
 
 @dataclass(frozen=True)
 class _SearchResult:
-    """Result of a search: the strip at which effects are to be selected next, and a function that composes the answer,
-    without its effects, when it is required."""
+    """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
+    the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
+    required."""
 
+    chosen: frozenset[str]
     strip: Dimensions
-    feasible: bool
+    excess: float
     compose_answer: Callable[[], Outcome[RodDesign]]
+
+    @property
+    def feasible(self) -> bool:
+        return self.excess <= 0.0
 
 
 @dataclass
@@ -113,33 +125,81 @@ class _Design:
     accuracy: float
     criterion: FatigueCriterion
     watch: Callable[[], None] = no_watch
+    relaxes: bool = True
+    """Whether requirements that leave no room are relaxed within the accuracy."""
+    slack: float = 0.0
+    """By how much the problem's requirements have been relaxed."""
     out_of_time: bool = False
 
     def __post_init__(self) -> None:
         p = self.problem
         self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
         self.limits = p.requirements.limits(p.scene)
+        self.choices: dict[Dimensions, Choice[RodEffect]] = {}
+        # The relative violation of a requirement that does not count, as in the verdict.
+        self.max_slack = min(self.accuracy, MAX_SLACK)
 
     def run(self) -> Outcome[RodDesign]:
-        chosen, result = self.result_with_selected_effects()
-        return replace(result.compose_answer(), effects=self.manifest(result.strip, chosen))
+        result = self.result_with_selected_effects()
+        if self.is_nearly_met(result.excess):
+            result = self.relaxed_result(result)
+        return replace(result.compose_answer(), effects=self.manifest(result.strip, result.chosen))
 
-    def result_with_selected_effects(self) -> tuple[frozenset[str], _SearchResult]:
-        """The result with all effects that are selected at its own strip, and these effects."""
-        chosen, proof, excess, strip = self.core_optimum(frozenset())
-        result = self.result_with_effects(chosen, proof, excess, strip)
+    def relaxed_result(self, strict: _SearchResult) -> _SearchResult:
+        """The result with requirements relaxed within the accuracy; the strict one if that is infeasible, too.
+
+        Requirements that leave no room, such as those that a known strip just meets, cannot be met with a margin.
+        """
+        for share in _SLACKS:
+            slack = share * self.max_slack
+            problem = replace(self.problem, requirements=self.problem.requirements.relaxed(slack))
+            relaxed = replace(self, problem=problem, relaxes=False, slack=slack).result_with_selected_effects(strict)
+            if relaxed.feasible:
+                return relaxed
+        return strict
+
+    def result_with_selected_effects(self, start: _SearchResult | None = None) -> _SearchResult:
+        """The result with all effects that are selected at its own strip; the search starts at the core's optimum, or
+        at another result's strip with its effects."""
+        if start is None:
+            chosen, proof, excess, strip = self.core_optimum(frozenset())
+            result = self.result_with_effects(chosen, proof, excess, strip)
+        else:
+            result = self.result_near(start.chosen, start.strip)
         for _ in range(_MAX_SELECTIONS - 1):
-            further = self.chosen_at(result.strip) - chosen
+            further = self.chosen_at(result.strip) - result.chosen
             if not further or self.out_of_time:
                 break
-            chosen, strip = chosen | further, result.strip
-            if _INERTIA in further:
+            chosen, strip = result.chosen | further, result.strip
+            if _INERTIA in further or start is not None:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
             result = self.result_with_effects(chosen, proof, excess, strip)
-        return chosen, result
+        return self.without_surplus_effects(result)
 
-    def core_optimum(self, chosen: frozenset[str]) -> tuple[frozenset[str], Proof, float, Dimensions]:
-        """The core's optimum with the effects selected at it added to ``chosen``, and these effects.
+    def result_near(self, chosen: frozenset[str], strip: Dimensions) -> _SearchResult:
+        """The result with given effects; the search on the full model starts at a strip."""
+        _, proof, excess, core_strip = self.core_optimum(chosen, fixed=True)
+        if _beyond(chosen):
+            return self.result_with_effects(chosen, proof, 0.0, strip)
+        return self.result_with_effects(chosen, proof, excess, core_strip)
+
+    def without_surplus_effects(self, result: _SearchResult) -> _SearchResult:
+        """The result with the effects selected at its strip only, without those selected on the way to it, if it is
+        not worse for that and its strip selects the same: an answer should not depend on the way to it."""
+        selected = self.chosen_at(result.strip)
+        if selected >= result.chosen or self.out_of_time or result.excess > self.effect_tolerance:
+            return result
+        cycle, other = self.cycle, self.result_near(selected, result.strip)
+        is_as_good = other.feasible or (self.is_nearly_met(other.excess) and not result.feasible)
+        if is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected:
+            return other
+        self.cycle = cycle
+        return result
+
+    def core_optimum(
+        self, chosen: frozenset[str], fixed: bool = False
+    ) -> tuple[frozenset[str], Proof, float, Dimensions]:
+        """The core's optimum with the effects selected at it added to ``chosen`` unless ``fixed``, and these effects.
 
         Effects beyond the core widen its bound by their influence; the gap is then closed only to a share of that.
         """
@@ -147,7 +207,7 @@ class _Design:
         while True:
             with_inertia = _INERTIA in chosen
             proof, excess, strip = self.core_search(with_inertia, gap, proof)
-            chosen |= self.chosen_at(strip)
+            chosen |= frozenset() if fixed else self.chosen_at(strip)
             if with_inertia != (_INERTIA in chosen):
                 # The relevance of inertia is evaluated at a strip, which itself depends on it.
                 proof = None
@@ -170,9 +230,11 @@ class _Design:
         return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
 
     def choice_at(self, strip: Dimensions) -> Choice[RodEffect]:
-        p = self.problem
-        demands = p.requirements.demands() + p.objective.demands()
-        return choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
+        if strip not in self.choices:
+            p = self.problem
+            demands = p.requirements.demands() + p.objective.demands()
+            self.choices[strip] = choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
+        return self.choices[strip]
 
     def chosen_at(self, strip: Dimensions) -> frozenset[str]:
         """The effects selected at a strip."""
@@ -228,27 +290,25 @@ class _Design:
         context = self.context(chosen, strip)
         beyond = _beyond(chosen)
         if not beyond:
-            return self.core_result(context, proof, strip)
+            return self.core_result(context, proof, excess, strip)
         influence = self.influence(strip, beyond)
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
         quick = not context.model.has_resonances and not self.sizes.discrete
-        effects = context.model.effects
-        attainable = RequirementsAsObjectives(
-            self.problem, partial(self.approximate_design, effects), partial(self.local_optimum, effects), quick
-        )
+        design_of, local_search = (partial(of, context.model.effects) for of in (self.other_design, self.local_optimum))
+        attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
         optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(best, True, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum))
         if self.out_of_time and optimum is None:
-            return _SearchResult(strip, False, self.answers.failed)
+            return _SearchResult(chosen, strip, math.inf, self.answers.failed)
+        missed = math.inf if optimum is None else optimum.local.best.excess
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
-        )
+        compose = partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
+        return _SearchResult(chosen, strip, missed, compose)
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
@@ -263,10 +323,10 @@ class _Design:
                 self.out_of_time = True
         return self.answers.of_full_model(context, proof, beyond, optimum)
 
-    def core_result(self, context: Context, proof: Proof, strip: Dimensions) -> _SearchResult:
+    def core_result(self, context: Context, proof: Proof, excess: float, strip: Dimensions) -> _SearchResult:
         """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
         them."""
-        p, limits, latest = self.problem, dict(self.limits), proof
+        p, limits, latest, chosen = self.problem, dict(self.limits), proof, context.model.effects.include
         # Growing, since a search meets limits only to its own tolerance.
         for margin in _CORRECTION_MARGINS:
             best = latest.best
@@ -274,19 +334,17 @@ class _Design:
                 break
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
-                return _SearchResult(
-                    best.dimensions, True, partial(self.answers.of_core, context, proof, best, outcome, limits)
-                )
+                compose = partial(self.answers.of_core, context, proof, best, outcome, limits)
+                return _SearchResult(chosen, best.dimensions, 0.0, compose)
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
             else:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        attainable = RequirementsAsObjectives(p, lambda _: None, lambda *_: None, False)
-        return _SearchResult(
-            strip, False, partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
-        )
+        attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
+        compose = partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
+        return _SearchResult(chosen, strip, max(excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
     def full_optimum(
         self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
@@ -300,20 +358,27 @@ class _Design:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            for start in self.feasible_strips(attainable, nearest, clearly_infeasible):
+            if self.relaxes and self.is_nearly_met(nearest.best.excess):
+                return Optimum(nearest, searches=context.search_count)
+            ends = [] if nearest.best.feasible else [nearest]
+            for start in self.promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self.optimum_from(context, [start])
                 if _is_feasible(optimum):
                     return optimum
-            return Optimum(nearest, searches=context.search_count) if nearest.feasible_best is None else optimum
+                # At low accuracy a search does not find strips in the little room that limits may leave.
+                end = context.search_from(start, context.slice_around(start))
+                ends += [] if end is None else [end]
+            closest = min(ends, key=lambda end: end.best.excess, default=None)
+            return optimum if closest is None else Optimum(closest, searches=context.search_count)
         except OutOfTime:
             self.out_of_time = True
             return context.best_within_budget()
 
-    def feasible_strips(
+    def promising_strips(
         self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
     ) -> Iterator[Dimensions]:
-        """Feasible strips from which to search: the least violating one, if it is feasible, and the optimum of a
-        requirement that it violates, if that meets this requirement, too.
+        """Strips from which to search: the least violating one, if it is feasible, and the optimum of a requirement
+        that it violates, if that meets this requirement, too, to within its error.
 
         The violation may have a local minimum between any two resonances; a design searches all of them.
         """
@@ -325,20 +390,20 @@ class _Design:
         may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
         worthwhile = may_be_met or not self.sizes.discrete
         best = attainable.best(violated) if worthwhile and violated is not None else None
-        if best is not None and self.problem.requirements.met_by(best.check):
+        if best is not None and attainable.may_be_met_by(best):
             yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
             self.watch()
 
-    def approximate_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        """The design of another problem in the same scene at low accuracy; None if infeasible or if no time is left."""
+    def other_design(self, effects: EffectSelection, problem: RodProblem, accuracy: float) -> AttainableBest | None:
+        """The design of another problem in the same scene; None if infeasible or if no time is left."""
         try:
             self.watch()
         except OutOfTime:
             return None
-        accuracy = max(self.accuracy, _COARSE_ACCURACY)
-        _, result = replace(self, problem=problem, selection=effects, accuracy=accuracy).result_with_selected_effects()
+        other = replace(self, problem=problem, selection=effects, accuracy=accuracy, relaxes=False)
+        result = other.result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()
@@ -346,11 +411,11 @@ class _Design:
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
+        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions, accuracy: float
     ) -> Outcome[RodCheck] | None:
-        """Result of one local search for another problem in the same scene at low accuracy; None if it violates a
+        """Result of one local search for another problem in the same scene; None if it violates a
         requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=max(self.accuracy, _COARSE_ACCURACY))
+        other = replace(self, problem=problem, selection=effects, accuracy=accuracy)
         other.cycle = self.cycle
         context = other.context(effects.include, strip).exploratory(strip)
         try:
@@ -362,10 +427,14 @@ class _Design:
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
 
+    def is_nearly_met(self, excess: float) -> bool:
+        """Whether a strip violates the requirements, but by little more than the maximum slack."""
+        return 0.0 < excess < _MAX_MISSED * self.max_slack
+
     @property
     def answers(self) -> Answers:
         p = self.problem
-        return Answers(p, self.cycle, self.sizes, self.accuracy, self.influence, self.out_of_time)
+        return Answers(p, self.cycle, self.sizes, self.accuracy, self.slack, self.influence, self.out_of_time)
 
     def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
         """Sum of the bounds of the effects beyond the core at a strip."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require_positive
@@ -64,6 +64,11 @@ class Requirements:
         """The limits by row of the search, always including stability."""
         limits = {c.row: c.log_limit(required, scene) for c, required in self.requested()}
         return {STABILITY: -math.log(LEAST_STABILITY)} | limits
+
+    def relaxed(self, slack: float) -> Requirements:
+        """These requirements, each relaxed by a relative slack, as far as no strip may buckle."""
+        looser = {c.name: required * (1.0 - slack if c.is_minimum else 1.0 + slack) for c, required in self.requested()}
+        return replace(self, **looser | {"min_stability_safety": max(looser["min_stability_safety"], 1.0)})
 
     def met_by(self, check: RodCheck) -> bool:
         """Whether a strip meets every requirement; a buckled strip never does."""

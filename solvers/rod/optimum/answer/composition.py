@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 from solvers.outcome import Accuracy, ActiveConstraint, Certificate, Outcome, Status
 from solvers.rod.check import RodCheck
-from solvers.rod.constraints import Limits
+from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
@@ -47,6 +47,7 @@ class Answers:
     """Data of a problem common to all kinds of outcome.
 
     cycle         the core's cycle, with inertia if that was selected
+    slack         by how much the problem's requirements are relaxed
     influence     sum of the bounds of the named effects at a strip
     out_of_time   whether the time budget ended the search
     """
@@ -55,6 +56,7 @@ class Answers:
     cycle: CoreCycle
     sizes: Sizes
     accuracy: float
+    slack: float
     influence: Callable[[Dimensions, tuple[str, ...]], float]
     out_of_time: bool
 
@@ -138,6 +140,10 @@ class Answers:
         statement: Certificate,
     ) -> Outcome[RodDesign]:
         check = found.value
+        if self.slack > 0.0:
+            warning = "the requirements leave no room: they are met to within the accuracy"
+            check = replace(check, warnings=(*check.warnings, warning))
+            estimated += self.slack * sum(abs(a.sensitivity) for a in active if a.name in BY_NAME)
         if self.out_of_time:
             warning = "the time budget ended the search: this is the best feasible strip found so far"
             check = replace(check, warnings=(*check.warnings, warning))

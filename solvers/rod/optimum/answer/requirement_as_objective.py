@@ -9,6 +9,7 @@ from typing import NamedTuple
 from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
+from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
 from solvers.rod.problem import LIMITED_RESULTS, RodProblem
 from solvers.rod.scene import Dimensions
 
@@ -17,6 +18,7 @@ _LOOSEST = {
     "min_stability_safety": 1.0,
 }  # fmt: skip
 """Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
+_COARSE_ACCURACY = 1e-4
 
 
 class AttainableBest(NamedTuple):
@@ -31,15 +33,17 @@ class AttainableBest(NamedTuple):
 class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    design_of      design of another problem on the full model
-    local_search   end of one local search on the full model from a strip; None if it violates a requirement
+    accuracy       accuracy of the design whose requirements these are
+    design_of      design of another problem on the full model, to an accuracy
+    local_search   end of one such local search on the full model from a strip; None if it violates a requirement
     quick          whether a design takes little time
     found          results so far, by requirement
     """
 
     problem: RodProblem
-    design_of: Callable[[RodProblem], AttainableBest | None]
-    local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
+    accuracy: float
+    design_of: Callable[[RodProblem, float], AttainableBest | None]
+    local_search: Callable[[RodProblem, Dimensions, float], Outcome[RodCheck] | None]
     quick: bool
     found: dict[str, AttainableBest | None] = field(default_factory=dict)
 
@@ -53,12 +57,26 @@ class RequirementsAsObjectives:
     def best(self, c: Constraint) -> AttainableBest | None:
         """The strip with the best value of a requirement's result under all other requirements."""
         if c.name not in self.found:
-            self.found[c.name] = self.design_of(self._with_objective(c))
+            other = self._with_objective(c)
+            best = self.design_of(other, self.coarse_accuracy)
+            is_open = best is not None and self.may_be_met_by(best) and not self.problem.requirements.met_by(best.check)
+            if is_open and self.accuracy < self.coarse_accuracy:
+                best = self.design_of(other, self.accuracy) or best
+            self.found[c.name] = best
         return self.found[c.name]
+
+    def may_be_met_by(self, best: AttainableBest) -> bool:
+        """Whether all requirements are met, as far as a design of low accuracy tells."""
+        return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * self.coarse_accuracy).met_by(best.check)
+
+    @property
+    def coarse_accuracy(self) -> float:
+        """The accuracy of attainable values, unless that leaves open whether they meet the requirement."""
+        return max(self.accuracy, _COARSE_ACCURACY)
 
     def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The local optimum for a requirement's result near a strip."""
-        return self.local_search(self._with_objective(c), strip)
+        return self.local_search(self._with_objective(c), strip, self.coarse_accuracy)
 
     def _with_objective(self, c: Constraint) -> RodProblem:
         p = self.problem

@@ -33,7 +33,6 @@ from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult
 from solvers.rod.optimum.sensitivities import Stationarity
-from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 _SHIFTS = 5
@@ -58,7 +57,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     if exploratory is context or optimum is None:
         return optimum
     context.results = []
-    local = refined_best(context, exploratory.results, lambda d: _slice_bounds(context, d))
+    local = refined_best(context, exploratory.results, context.slice_around)
     if local is None:
         return None
     conditions = None if local.feasible_best is None else _conditions(context, local)
@@ -90,7 +89,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     if context.model.has_resonances:
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
         strip = context.best().best.outcome.value.dimensions
-        gain, ratio_range = search_other_gaps(context, _slice_bounds(context, strip))
+        gain, ratio_range = search_other_gaps(context, context.slice_around(strip))
     best = context.best()
     local_optima = len(context.results)
     return Optimum(best, _conditions(context, best), None, context.search_count, local_optima, gain, ratio_range)
@@ -110,7 +109,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
 
 def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
     """Whether the slice of a strip has not been searched, or only from points far from it."""
-    x = logarithms(dimensions_within(_slice_bounds(context, d), logarithms(d)))
+    x = logarithms(dimensions_within(context.slice_around(d), logarithms(d)))
     points = [*context.start_points, *(result.best.x for result in context.results)]
     return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
@@ -156,12 +155,7 @@ def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, .
     best = context.best()
     has_incumbent = context.model.has_resonances and best is not None and best.feasible_best is not None
     incumbent = best.best.log_cost if has_incumbent else math.inf
-    return context.search_from(strip, _slice_bounds(context, strip), incumbent=incumbent)
-
-
-def _slice_bounds(context: Context, strip: Dimensions) -> Bounds:
-    nearest = context.sizes.around(strip)
-    return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], context.cycle.rod_length)))
+    return context.search_from(strip, context.slice_around(strip), incumbent=incumbent)
 
 
 def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
@@ -189,7 +183,7 @@ def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult,
 def _at_same_frequency_ratio(context: Context, strip: Dimensions, other: Iterate) -> Dimensions:
     """The strip of a slice with the frequency ratio of another strip, to first order, because the core contains no
     resonances; the strip itself without resonances or continuous sizes."""
-    slice_bounds = _slice_bounds(context, strip)
+    slice_bounds = context.slice_around(strip)
     free = [high > low for low, high in (slice_bounds.b, slice_bounds.h, slice_bounds.l)]
     if not context.model.has_resonances or not any(free):
         return strip
@@ -204,7 +198,7 @@ def _predicted_cost(
     """Lower estimate of ln objective in a strip's slice by the corrected core, and its strip; None if infeasible."""
     error = _MODEL_ERROR_RATE * float(np.max(np.abs(logarithms(strip) - logarithms(centre))))
     relaxed = {row: limit + error for row, limit in limits.items()}
-    result = polish(context.cycle, context.problem.objective, relaxed, _slice_bounds(context, strip), strip)
+    result = polish(context.cycle, context.problem.objective, relaxed, context.slice_around(strip), strip)
     if result is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else error

@@ -25,8 +25,8 @@ _SPREAD_FRACTIONS = np.array([[0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 
 _ROUNDS, _ITERATIONS, _TOLERANCE = 4, 30, 1e-3
 _SAME_EXCESS = 1e-2
 """Difference of the excesses below which two searches agree."""
-_POSSIBLY_FEASIBLE = 10.0
-"""Multiple of the accuracy of coarse searches: an excess below that may vanish at full accuracy."""
+POSSIBLY_FEASIBLE = 10.0
+"""Multiple of a search's accuracy: an excess below that may vanish at a higher one."""
 
 
 def least_violation(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> tuple[float, Dimensions] | None:
@@ -84,7 +84,7 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     if coarse is context or best is None or best.feasible_best is not None:
         return best
     strip = best.best.outcome.value.dimensions
-    if best.best.excess < _POSSIBLY_FEASIBLE * coarse.model.accuracy:
+    if best.best.excess < POSSIBLY_FEASIBLE * coarse.model.accuracy:
         return context.search_from(strip, context.bounds)
     iterate = checked_without_model(context, strip)
     return best if iterate is None else LocalResult(iterate, math.inf)

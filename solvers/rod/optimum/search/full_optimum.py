@@ -114,6 +114,11 @@ class Context:
         b = self.sizes.bounds
         return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
 
+    def slice_around(self, d: Dimensions) -> Bounds:
+        """These bounds, with discrete sizes fixed at the available ones nearest to a strip."""
+        nearest = self.sizes.around(d)
+        return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], self.cycle.rod_length)))
+
     def search_from(
         self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int = MAX_ITERATIONS,
         incumbent: float = math.inf,

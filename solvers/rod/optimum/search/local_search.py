@@ -34,7 +34,8 @@ _PENALTY = 100.0
 """
 _STALL_EXCESS = 1e-3
 """Excess above which a search that no longer reduces it is abandoned."""
-_MIN_EXCESS = 1e-16
+MIN_EXCESS = 1e-16
+"""The excess of a violation below rounding."""
 _MIN_REDUCTION = 0.05
 """Share of the excess: a smaller predicted reduction counts as none."""
 TOTAL_GAIN_RATIO = 4.0
@@ -192,7 +193,7 @@ def max_excess(task: Task, check: RodCheck, scene: Scene) -> float:
     if task.requirements.met_by(check):
         return 0.0
     excesses = (c.log_value(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
-    return max(max(excesses, default=0.0), _MIN_EXCESS)
+    return max(max(excesses, default=0.0), MIN_EXCESS)
 
 
 def _model_error(exact: float | None, values: Array, row: int) -> float:

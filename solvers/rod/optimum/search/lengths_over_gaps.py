@@ -2,8 +2,8 @@
 
 A path of continuous sizes (``gaps``) leads to thicknesses that are not available. Therefore rows of strips of many
 lengths are checked over a few gaps to both sides: with the best strip's width and thickness, and with neighbouring
-thicknesses around the core's best strip of each. If a row has a minimum about as good as the best strip, sizes near it
-may be better.
+thicknesses around the core's best strip of each; a row is continued as long as the best of its strips lie in its last
+gap. If a row has a minimum about as good as the best strip, sizes near it may be better.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ from solvers.rod.optimum.search.local_search import Iterate, max_excess
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-_GAPS, _PER_GAP = 2, 8
-"""Number of gaps to each side, and of lengths per gap unless the step of lengths is longer."""
+_GAPS, _FURTHER_GAPS, _PER_GAP = 2, 6, 8
+"""Number of gaps to each side at first, of further ones, and of lengths per gap unless their step is longer."""
 _MAX_EXTRA_COST = 0.008
 """Excess in ln objective over the best strip above which minima are not promising."""
 _MODEL_ERROR = 0.03
@@ -32,8 +32,8 @@ _MAX_MINIMA = 4
 def promising_lengths(context: Context, best: Iterate) -> list[Dimensions]:
     """Minima of rows of lengths near the best strip that are about as good, the best first."""
     out = []
-    for row in _rows_of_lengths(context, best):
-        merits = [_merit(context, d) for d in row]
+    for centre in _centres(context, best):
+        merits, row = zip(*_row(context, centre, best), strict=True)
         for k, (merit, d) in enumerate(zip(merits, row, strict=True)):
             if merit == min(merits[max(k - 1, 0) : k + 2]) and merit < best.log_cost + _MAX_EXTRA_COST:
                 out.append((merit, d))
@@ -41,14 +41,12 @@ def promising_lengths(context: Context, best: Iterate) -> list[Dimensions]:
     return [d for _, d in sorted(out, key=lambda minimum: minimum[0])[:_MAX_MINIMA] if d != best_strip]
 
 
-def _rows_of_lengths(context: Context, best: Iterate) -> Iterator[list[Dimensions]]:
-    """Rows of strips with lengths around the best one's and, for each neighbouring thickness, around the optimum of the
-    corrected core."""
-    check, cycle, sizes = best.outcome.value, best.memory.active.base_cycle, context.sizes
+def _centres(context: Context, best: Iterate) -> Iterator[Dimensions]:
+    """The best strip and, for each neighbouring thickness, the optimum of the corrected core."""
+    check, sizes = best.outcome.value, context.sizes
     d, bounds = check.dimensions, context.bounds
     limits = context.corrected_core_limits(d, check, -_MODEL_ERROR)
     correction = context.objective_correction(d)
-    gap = math.exp(-log_frequency_ratio(cycle)) / abs(log_frequency_ratio_gradient(cycle)[2])
     for height in sizes.stock_near(d.h, 1):
         centre = d
         if height != d.h:
@@ -58,12 +56,39 @@ def _rows_of_lengths(context: Context, best: Iterate) -> Iterator[list[Dimension
             if optimum is None or optimum.log_cost + correction > best.log_cost + _MODEL_ERROR:
                 continue
             centre = _available_strip(context, optimum.dimensions, height, optimum.dimensions.l)
-        stride = gap * centre.l / _PER_GAP
-        if sizes.step_l is not None:
-            stride = sizes.step_l * max(round(stride / sizes.step_l), 1)
-        count, (low, high) = math.ceil(_GAPS * gap * centre.l / stride), bounds.l
-        strips = [_available_strip(context, centre, height, centre.l + k * stride) for k in range(-count, count + 1)]
-        yield sorted({d for d in strips if low <= d.l <= high}, key=lambda d: d.l)
+        yield centre
+
+
+def _row(context: Context, centre: Dimensions, best: Iterate) -> list[tuple[float, Dimensions]]:
+    """Merits and strips of a row of lengths around a strip, in the order of length."""
+    cycle, step, (shortest, longest) = best.memory.active.base_cycle, context.sizes.step_l, context.bounds.l
+    gap = centre.l * math.exp(-log_frequency_ratio(cycle)) / abs(log_frequency_ratio_gradient(cycle)[2])
+    stride = gap / _PER_GAP
+    if step is not None:
+        stride = step * max(round(stride / step), 1)
+    per_gap = math.ceil(gap / stride)
+    row: dict[float, tuple[float, Dimensions]] = {}
+
+    def check(numbers: range) -> None:
+        for k in numbers:
+            d = _available_strip(context, centre, centre.h, centre.l + k * stride)
+            if d.l not in row and shortest <= d.l <= longest:
+                row[d.l] = _merit(context, d), d
+
+    low, high = -_GAPS * per_gap, _GAPS * per_gap
+    check(range(low, high + 1))
+    for _ in range(_FURTHER_GAPS):
+        ordered = sorted(row)
+        place = ordered.index(min(row, key=lambda l: row[l][0]))
+        if place < per_gap:
+            check(range(low - per_gap, low))
+            low -= per_gap
+        elif place >= len(ordered) - per_gap:
+            check(range(high + 1, high + per_gap + 1))
+            high += per_gap
+        if len(row) == len(ordered):
+            break
+    return [row[length] for length in sorted(row)]
 
 
 def _available_strip(context: Context, d: Dimensions, height: float, length: float) -> Dimensions:

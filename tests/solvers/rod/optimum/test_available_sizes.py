@@ -107,8 +107,14 @@ def test_fine_steps_cost_little(objective):
         (296, rod.Dimensions(0.009, 0.0005, 0.0156)),
         (832, rod.Dimensions(0.0075, 0.0004, 0.021)),
         (2506, rod.Dimensions(0.007, 0.0003178, 0.02125)),
+        (40048, rod.Dimensions(0.009353400793068463, 0.0004, 0.02499)),
     ],
-    ids=["as stiff in another thickness", "the next length", "lengths with the strip between other resonances"],
+    ids=[
+        "as stiff in another thickness",
+        "the next length",
+        "lengths with the strip between other resonances",
+        "another thickness three gaps away",
+    ],
 )
 def test_sizes_that_rivals_found_are_found(seed, rival):
     asked = realistic(seed)

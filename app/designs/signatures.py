@@ -108,6 +108,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("pin-profile", "check"): (
         ("solvers.pin.closed_form.kernel.evaluate", "solvers.pin.closed_form.kernel.Pins f2 f2 solvers.pin.closed_form.kernel.Results"),
         ("solvers.pin.load.internal_forces._evaluate", "f1 f1 f1 f1 f1 f2 f1 f1 f1"),
+        ("solvers.pin.load.macaulay._shift_and_add", "f2 f1 f1 f2 f1"),
         ("solvers.pin.load.piston_pin.write_deflection_coefficients", "f1 f1 f1 f f f f1 f1 f f f f1 f1"),
         ("solvers.pin.ring.ovalization.ring", "f f f f f f"),
         ("solvers.pin.section.flexibility.densities", "f1 f1 f1 solvers.pin.section.flexibility.Flexibility"),

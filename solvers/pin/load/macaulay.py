@@ -15,9 +15,11 @@ import numpy as np
 
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
+from solvers.numerics.jit import kernel
 
 _CANCELLATION_TOLERANCE = 8.0 * 2.0**-52
 """Relative magnitude below which a sum is pure rounding error."""
+_BINOMIAL = np.array([[float(math.comb(j, order)) for order in range(4)] for j in range(4)])
 ROUNDING = 1e-13
 """Relative rounding error of results."""
 
@@ -75,45 +77,50 @@ class Pieces:
 
 
 def _pieces(terms: list[MacaulayTerm]) -> Pieces:
-    starting: dict[tuple[float, float], list[MacaulayTerm]] = {}
-    for term in terms:
-        starting.setdefault((term.start, term.residual), []).append(term)
-    starts = sorted(starting)
-    shear, moment = [], []
-    coefficients, bending, before = (0.0, 0.0, 0.0, 0.0), 0.0, (0.0, 0.0)
-    for k, place in enumerate(starts):
-        c0, c1, c2, c3 = coefficients
-        parts: list[list[float]] = [[], [], [], []]
-        if k:
-            h = (place[0] - before[0]) + (place[1] - before[1])
-            bending += h * (c0 + h * (c1 / 2.0 + h * (c2 / 3.0 + h * c3 / 4.0)))
-            parts = [
-                [c0, c1 * h, c2 * h * h, c3 * h * h * h], [c1, 2.0 * c2 * h, 3.0 * c3 * h * h], [c2, 3.0 * c3 * h], [c3]
-            ]  # fmt: skip
-        for term in starting[place]:
-            parts[term.order].append(term.coefficient)
-        coefficients = tuple(map(_cancelled_sum, parts))
-        shear.append(coefficients)
-        moment.append(bending)
-        before = place
-    places = np.array(starts).reshape(-1, 2)
-    return Pieces(places[:, 0].copy(), places[:, 1].copy(), np.array(shear).reshape(-1, 4).T.copy(), np.array(moment))
+    start, residual = np.array(sorted({(t.start, t.residual) for t in terms})).reshape(-1, 2).T.copy()
+    shear, moment = np.zeros((4, start.size)), np.zeros(start.size)
+    rows = np.array([(t.start, t.residual, t.order, t.coefficient) for t in terms], dtype=float).reshape(-1, 4)
+    _shift_and_add(rows, start, residual, shear, moment)
+    return Pieces(start, residual, shear, moment)
 
 
-def _cancelled_sum(parts: list[float]) -> float:
-    """Sum the parts, largest first, resetting a partial sum that cancels to rounding level."""
-    parts = [part for part in parts if part]
-    if len(parts) < 2:
-        return parts[0] if parts else 0.0
-    total = size = 0.0
-    for part in sorted(parts, key=abs, reverse=True):
-        total, size = total + part, size + abs(part)
+@kernel
+def _shift_and_add(terms: Array, start: Array, residual: Array, shear: Array, moment: Array) -> None:
+    """Write ``shear`` and ``moment`` of ``Pieces`` for terms (start, residual, order, coefficient), (n, 4)."""
+    parts = np.empty(4 + terms.shape[0])
+    for k in range(start.size):
+        h = (start[k] - start[k - 1]) + (residual[k] - residual[k - 1]) if k > 0 else 0.0
+        for order in range(4):
+            count, power = 0, 1.0
+            for j in range(order, 4 if k > 0 else 0):
+                parts[count] = _BINOMIAL[j, order] * shear[j, k - 1] * power
+                count, power = count + 1, power * h
+                if order == 0:
+                    moment[k] += shear[j, k - 1] * power / (j + 1)
+            for t in range(terms.shape[0]):
+                if terms[t, 0] == start[k] and terms[t, 1] == residual[k] and terms[t, 2] == order:
+                    parts[count] = terms[t, 3]
+                    count += 1
+            shear[order, k] = _cancelled_sum(parts[:count])
+        if k > 0:
+            moment[k] += moment[k - 1]
+
+
+@kernel
+def _cancelled_sum(parts: Array) -> float:
+    """Sum the parts, largest first, resetting a partial sum that cancels to rounding level; ``parts`` is sorted."""
+    total, size = 0.0, 0.0
+    for i in range(parts.size):
+        for j in range(i + 1, parts.size):
+            if abs(parts[j]) > abs(parts[i]):
+                parts[i], parts[j] = parts[j], parts[i]
+        total, size = total + parts[i], size + abs(parts[i])
         if abs(total) <= _CANCELLATION_TOLERANCE * size:
-            total = size = 0.0
+            total, size = 0.0, 0.0
     return total
 
 
-_UNLOADED = _pieces([])
+_UNLOADED = Pieces(np.empty(0), np.empty(0), np.empty((4, 0)), np.empty(0))
 
 
 def breakpoints(cases: Sequence[LoadCase], length: float) -> list[float]:

@@ -84,6 +84,8 @@ class Free:
         else:
             bound = monotone_bound if self.drillable else pointwise_bound
             proof, method = partial(bound, program, low, solution.multiplier, solution.solidity), _DUAL_METHOD
+        # The quadrature error of the lower bounds themselves is known to the caller.
+        is_lower = solution.solidity is program.lower and program.limits.max_slope is None
         evidence = {
             "multiplier": solution.multiplier
             if math.isfinite(solution.multiplier)
@@ -92,7 +94,7 @@ class Free:
         }
         return ShapeResult(
             solution.solidity, program.volume(solution.solidity), proof, method, evidence,
-            error_estimate=_error_estimate(program, solution, self.drillable),
+            error_estimate=None if is_lower else _error_estimate(program, solution, self.drillable),
         )  # fmt: skip
 
 

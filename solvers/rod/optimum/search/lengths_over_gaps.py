@@ -33,8 +33,9 @@ def promising_lengths(context: Context, best: Iterate) -> list[Dimensions]:
     """Minima of rows of lengths near the best strip that are about as good, the best first."""
     out = []
     for centre in _centres(context, best):
-        merits, row = zip(*_row(context, centre, best), strict=True)
-        for k, (merit, d) in enumerate(zip(merits, row, strict=True)):
+        row = _row(context, centre, best)
+        merits = [merit for merit, _ in row]
+        for k, (merit, d) in enumerate(row):
             if merit == min(merits[max(k - 1, 0) : k + 2]) and merit < best.log_cost + _MAX_EXTRA_COST:
                 out.append((merit, d))
     best_strip = best.outcome.value.dimensions
@@ -77,7 +78,8 @@ def _row(context: Context, centre: Dimensions, best: Iterate) -> list[tuple[floa
 
     low, high = -_GAPS * per_gap, _GAPS * per_gap
     check(range(low, high + 1))
-    for _ in range(_FURTHER_GAPS):
+    # No length need be available within the bounds: a multiple of a step may exceed one by rounding.
+    for _ in range(_FURTHER_GAPS if row else 0):
         ordered = sorted(row)
         place = ordered.index(min(row, key=lambda l: row[l][0]))
         if place < per_gap:

@@ -72,7 +72,8 @@ def _row(context: Context, centre: Dimensions, best: Iterate) -> list[tuple[floa
 
     def check(numbers: range) -> None:
         for k in numbers:
-            d = _available_strip(context, centre, centre.h, centre.l + k * stride)
+            length = min(max(centre.l + k * stride, shortest), longest)
+            d = _available_strip(context, centre, centre.h, length)
             if d.l not in row and shortest <= d.l <= longest:
                 row[d.l] = _merit(context, d), d
 

@@ -125,6 +125,15 @@ def test_sizes_that_rivals_found_are_found(seed, rival):
     assert asked.objective.log_cost(best, density) <= asked.objective.log_cost(beside, density) + 1e-6
 
 
+def test_a_row_of_lengths_ends_at_the_bounds():
+    """The step is a third of the only length within the bounds: a row that went on would reach a length of zero."""
+    asked = realistic(40048)
+    asked = replace(asked, step_l=8.3e-3, bounds=replace(asked.bounds, l=(20e-3, 24.9e-3)))
+    best = rod.design(asked).value.check
+    assert best.dimensions.l == pytest.approx(24.9e-3)
+    assert asked.requirements.met_by(best)
+
+
 def campaigns(seed):
     """A random design problem of the campaign."""
     body = DESIGNED["flexible-rod"](np.random.default_rng([seed, 1])).body

@@ -32,6 +32,7 @@ from solvers.rod.optimum.search.feasibility import least_violating, least_violat
 from solvers.rod.optimum.search.full_optimum import (
     MAX_BOXES,
     Context,
+    EffectsChanged,
     Optimum,
     continuous_optimum,
     first_order_conditions,
@@ -103,12 +104,13 @@ def design(
 class _SearchResult:
     """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
     the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required."""
+    required. An incomplete search ended early, at a strip that selects other effects."""
 
     chosen: frozenset[str]
     strip: Dimensions
     excess: float
     compose_answer: Callable[[], Outcome[RodDesign]]
+    complete: bool = True
 
     @property
     def feasible(self) -> bool:
@@ -163,7 +165,7 @@ class _Design:
         at another result's strip with its effects."""
         if start is None:
             chosen, proof, excess, strip = self.core_optimum(frozenset())
-            result = self.result_with_effects(chosen, proof, excess, strip)
+            result = self.result_with_effects(chosen, proof, excess, strip, tentative=True)
         else:
             result = self.result_near(start.chosen, start.strip)
         for _ in range(_MAX_SELECTIONS - 1):
@@ -174,7 +176,13 @@ class _Design:
             if _INERTIA in further or start is not None:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
             result = self.result_with_effects(chosen, proof, excess, strip)
-        return self.without_surplus_effects(result)
+        return self.complete(self.without_surplus_effects(result))
+
+    def complete(self, result: _SearchResult) -> _SearchResult:
+        """The result with the same effects of a search to the end."""
+        if result.complete or self.out_of_time:
+            return result
+        return self.result_near(result.chosen, result.strip)
 
     def result_near(self, chosen: frozenset[str], strip: Dimensions) -> _SearchResult:
         """The result with given effects; the search on the full model starts at a strip."""
@@ -284,10 +292,17 @@ class _Design:
         return context
 
     def result_with_effects(
-        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
+        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions, tentative: bool = False
     ) -> _SearchResult:
-        """The result with given effects."""
+        """The result with given effects; if they are ``tentative``, incomplete if the first optimum selects others."""
         context = self.context(chosen, strip)
+
+        def confirm_effects(local: LocalResult) -> None:
+            if self.chosen_at(local.best.outcome.value.dimensions) != chosen:
+                raise EffectsChanged
+
+        if tentative:
+            context.confirm_effects = confirm_effects
         beyond = _beyond(chosen)
         if not beyond:
             return self.core_result(context, proof, excess, strip)
@@ -299,16 +314,19 @@ class _Design:
         quick = not context.model.has_resonances and not self.sizes.discrete
         design_of, local_search = (partial(of, context.model.effects) for of in (self.other_design, self.local_optimum))
         attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
-        optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
+        try:
+            optimum, complete = self.full_optimum(context, attainable, excess, starts, clearly_infeasible), True
+        except EffectsChanged:
+            optimum, complete = context.best_within_budget(), False
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum), complete)
         if self.out_of_time and optimum is None:
             return _SearchResult(chosen, strip, math.inf, self.answers.failed)
         missed = math.inf if optimum is None else optimum.local.best.excess
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
         compose = partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
-        return _SearchResult(chosen, strip, missed, compose)
+        return _SearchResult(chosen, strip, missed, compose, complete)
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
@@ -396,13 +414,13 @@ class _Design:
         if not clearly_infeasible:
             self.watch()
 
-    def other_design(self, effects: EffectSelection, problem: RodProblem, accuracy: float) -> AttainableBest | None:
+    def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""
         try:
             self.watch()
         except OutOfTime:
             return None
-        other = replace(self, problem=problem, selection=effects, accuracy=accuracy, relaxes=False)
+        other = replace(self, problem=problem, selection=effects, relaxes=False)
         result = other.result_with_selected_effects()
         if not result.feasible:
             return None
@@ -411,11 +429,11 @@ class _Design:
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions, accuracy: float
+        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
     ) -> Outcome[RodCheck] | None:
         """Result of one local search for another problem in the same scene; None if it violates a
         requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=accuracy)
+        other = replace(self, problem=problem, selection=effects)
         other.cycle = self.cycle
         context = other.context(effects.include, strip).exploratory(strip)
         try:

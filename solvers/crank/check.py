@@ -84,8 +84,11 @@ def analyse(
     cycle = situation.cycle(frozenset(effect.name for effect in choice.active))
     phases, shared = np.array(cycle.engine.phases), scene.shares_pins and "engine" in cycle.effects
     found = whole_cycle(cycle.machine, cycle.pieces, phases, shared, _TOLERANCE_FRACTION * accuracy)
-    torque_mean = found.shaft.gas_work / scene.cylinder.period
-    speed_fluctuation = speed_fluctuation_of(cycle, found.shaft)
+    torque_mean = found.gas_work / scene.cylinder.period
+    torque_max, torque_min = float(found.torque.value[-2]), -float(found.torque.value[-1])
+    speed_fluctuation = speed_fluctuation_of(
+        cycle, found.gas_work, found.gas_work_error, found.fluctuation, torque_max, torque_min
+    )
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,

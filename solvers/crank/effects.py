@@ -17,6 +17,7 @@ from solvers.crank.gas.unrolled_pressure import Unrolled, pressure_of
 from solvers.crank.motion.slider_crank import angle_functions
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, Choice, EffectSelection, choose
+from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
@@ -35,22 +36,26 @@ class Situation:
     scene: Scene
 
     @cached_property
-    def _curves(self) -> tuple[Unrolled, Unrolled]:
-        """The pressures in line, and with the offset."""
-        scene, mechanism = self.scene, self.scene.mechanism
-        in_line = scene.pressure.unroll(mechanism.motion_in_line, scene.cylinder)
-        return in_line, scene.pressure.unroll(mechanism.motion, scene.cylinder) if mechanism.offset else in_line
+    def _curve(self) -> Unrolled:
+        """The pressures with the offset."""
+        return self.scene.pressure.unroll(self.scene.mechanism.motion, self.scene.cylinder)
 
     def cycle(self, effects: frozenset[str]) -> Cycle:
-        """The cycle with the effects of these names."""
-        return Cycle(self.scene, effects, self._curves["pin_offset" in effects])
+        """Return the cycle with the effects of these names. Raises InvalidInput for faulty pressures."""
+        scene, curve = self.scene, self._curve
+        if scene.mechanism.offset and "pin_offset" not in effects:
+            curve = scene.pressure.unroll(scene.mechanism.motion_in_line, scene.cylinder)
+        return Cycle(scene, effects, curve)
 
     @cached_property
     def changes(self) -> Array:
         """Maximum relative change of the results if each effect of ``_PHYSICAL`` is left out."""
         with_offset = in_line = self._results(frozenset(_PHYSICAL))
         if self.scene.mechanism.offset:
-            in_line = self._results(frozenset(_PHYSICAL[1:]))
+            try:
+                in_line = self._results(frozenset(_PHYSICAL[1:]))
+            except InvalidInput:  # without the offset the piston does not reach the diagram's volumes
+                in_line = np.full_like(with_offset, np.inf)
         return _SAFETY * _changes(np.concatenate([in_line, with_offset]))
 
     def _results(self, effects: frozenset[str]) -> Array:
@@ -127,7 +132,7 @@ class CrankEffect:
 
     name: str
     summary: str
-    measure: str
+    measure: str = "greatest relative change of loads, mean torque and work between the extremes of the speed"
 
     def influence(self, situation: Situation) -> float:
         if self.name in _PHYSICAL:
@@ -135,13 +140,10 @@ class CrankEffect:
         return 1.0 if len(situation.scene.engine.phases) > 1 else 0.0
 
 
-_SAMPLED = "greatest relative change of the loads, the mean torque and the work between the extremes of the speed"
 EFFECTS = (
-    CrankEffect("pin_offset", "the cylinder axis does not meet the shaft", measure=_SAMPLED),
-    CrankEffect("reciprocating_inertia", "inertia of the piston group and the rod's upper share", measure=_SAMPLED),
-    CrankEffect(
-        "rod_inertia_couple", "the moment of inertia by which the rod differs from its two masses", measure=_SAMPLED
-    ),
+    CrankEffect("pin_offset", "the cylinder axis does not meet the shaft"),
+    CrankEffect("reciprocating_inertia", "inertia of the piston group and the rod's upper share"),
+    CrankEffect("rod_inertia_couple", "the moment of inertia by which the rod differs from its two masses"),
     CrankEffect(
         "engine",
         "several cylinders on one shaft: summed torque, unbalanced forces and couples",

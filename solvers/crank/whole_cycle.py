@@ -13,7 +13,7 @@ from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
 from solvers.crank.cycle.group import cylinder_group
 from solvers.crank.cycle.worst_instants import BRIX, ROWS, TORQUE, Maxima, refined_maxima, sampled_rows
 from solvers.crank.engine.gas_work import work_at_breaks
-from solvers.crank.engine.speed_fluctuation import ShaftWork, work_extremes
+from solvers.crank.engine.speed_fluctuation import work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -31,12 +31,17 @@ class WholeCycle(NamedTuple):
     """Results of a cycle.
 
     The loads of one cylinder (``LOADS``) and the error of Brix's pressure; the loads of crank pin and bearing from the
-    two rods on one pin; the effect on the shaft; the maximum relative error; and the number of pieces.
+    two rods on one pin; of all cylinders together the maxima of the torque and its negative, and the work between the
+    extremes of the speed [J]; one cylinder's gas work and its rounding error [J]; the maximum relative error; and the
+    number of pieces.
     """
 
     loads: Maxima
     shared_pin: Maxima
-    shaft: ShaftWork
+    torque: Maxima
+    fluctuation: float
+    gas_work: float
+    gas_work_error: float
     error: float
     pieces: int
 
@@ -72,8 +77,7 @@ def whole_cycle(machine: Machine, curve: Unrolled, phases: Array, shared: bool, 
         _relative(missed + 2.0 * phases.size * work_error, fluctuation, 0.0),
         _relative(max(torque.error[-2], torque.error[-1]), highest, 0.0),
     )
-    shaft = ShaftWork(work, work_error, torque.value[-2], -torque.value[-1], fluctuation)
-    return WholeCycle(loads, pins, shaft, error, gas.stroke.size)
+    return WholeCycle(loads, pins, torque, fluctuation, work, work_error, error, gas.stroke.size)
 
 
 @kernel

@@ -14,7 +14,6 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,20 +27,6 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
 _MAX_ROUNDS = 60
-
-
-class ShaftWork(NamedTuple):
-    """Effect of a cycle on the shaft.
-
-    The ``gas_work`` of one cylinder with its rounding ``error`` [J]; the extremes of the summed torque [N m]; the work
-    between the extremes of the speed, all cylinders together [J].
-    """
-
-    gas_work: float
-    error: float
-    torque_max: float
-    torque_min: float
-    fluctuation: float
 
 
 @dataclass(frozen=True)
@@ -130,23 +115,26 @@ def _shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_fluctuation_of(cycle: Cycle, found: ShaftWork) -> SpeedFluctuation:
-    """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
-    engine, period, speed = cycle.engine, cycle.scene.cylinder.period, cycle.machine.speed
-    count = len(engine.phases)
-    mean_torque, mean_torque_error = count * found.gas_work / period, count * found.error / period
-    inertia, required_irregularity = _shaft_inertia(cycle), engine.wanted_irregularity
+def speed_fluctuation_of(
+    cycle: Cycle, gas_work: float, gas_work_error: float, work_fluctuation: float, torque_max: float, torque_min: float
+) -> SpeedFluctuation:
+    """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity, from one cylinder's
+    gas work [J] and its error, the work between the extremes of the speed [J] and those of the summed torque [N m]."""
+    engine, speed = cycle.engine, cycle.machine.speed
+    per_work = len(engine.phases) / cycle.scene.cylinder.period
+    mean_torque, inertia, wanted = per_work * gas_work, _shaft_inertia(cycle), engine.wanted_irregularity
+    torque_irregularity = flywheel = None
+    if abs(mean_torque) > per_work * gas_work_error:
+        torque_irregularity = (torque_max - torque_min) / abs(mean_torque)
+    if wanted is not None:
+        flywheel = max(work_fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0)
     return SpeedFluctuation(
-        work_fluctuation=found.fluctuation,
+        work_fluctuation=work_fluctuation,
         inertia=inertia,
-        irregularity=found.fluctuation / (inertia * speed**2) if inertia > 0 else None,
-        torque_max=found.torque_max,
-        torque_min=found.torque_min,
+        irregularity=work_fluctuation / (inertia * speed**2) if inertia > 0 else None,
+        torque_max=torque_max,
+        torque_min=torque_min,
         torque_mean=mean_torque,
-        torque_irregularity=(found.torque_max - found.torque_min) / abs(mean_torque)
-        if abs(mean_torque) > mean_torque_error
-        else None,
-        flywheel_inertia_wanted=None
-        if required_irregularity is None
-        else max(found.fluctuation / (required_irregularity * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
+        torque_irregularity=torque_irregularity,
+        flywheel_inertia_wanted=flywheel,
     )

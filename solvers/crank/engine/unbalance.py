@@ -58,7 +58,7 @@ def balance(cycle: Cycle) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.motion_state(angle).acceleration)
+    harmonics = np.fft.rfft(cycle.motion.acceleration(angle))
     masses, engine = cycle.scene.masses, cycle.scene.engine
     per_harmonic = masses.reciprocating * cycle.machine.speed**2 / (samples / 2)
     middle = 0.5 * (min(engine.positions) + max(engine.positions)) if engine.positions else 0.0

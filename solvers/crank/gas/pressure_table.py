@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
+from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, Repair, repaired, require_finite, require_sound_table
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
@@ -52,3 +52,10 @@ class TablePressure:
         one_stroke = np.zeros(angle.size, np.intp)
         clearance = cylinder.clearance_volume
         return Unrolled(x[1:-1], angle, cubic, one_stroke, False, motion.geometry, cylinder.area, clearance)
+
+
+def repaired_table(table: TablePressure, cylinder: Cylinder) -> tuple[TablePressure, tuple[Repair, ...]]:
+    """Return the repaired table and the repairs. Raises InvalidInput for irreparable data."""
+    given = Points(np.asarray(table.angle), np.asarray(table.pressure), 0.0, cylinder.period)
+    points, repairs = repaired(given, TABLE_FAULTS, "pressure.angle", 3)
+    return TablePressure(tuple(points.x.tolist()), tuple(points.pressure.tolist())), tuple(repairs)

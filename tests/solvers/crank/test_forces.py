@@ -158,7 +158,7 @@ def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
 
     def slowed(a):
         rod = math.sqrt(1.0 - (0.04 / 0.14 * math.sin(a)) ** 2)
-        return CAR.angular_speed**2 * float(CAR.motion.motion_state(a).acceleration) / rod
+        return CAR.angular_speed**2 * float(CAR.motion.acceleration(a)) / rod
 
     pressed = minimize_scalar(slowed, bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12})
     rng = np.random.default_rng(seed)

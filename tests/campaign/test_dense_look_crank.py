@@ -98,6 +98,14 @@ def test_no_extremum_of_a_random_cycle_is_missed(seed):
     no_extreme_is_passed_by(scene)
 
 
+@pytest.mark.parametrize("seed", [3002, 3008, 3038, 3077, 3085])
+def test_the_pressure_at_a_worst_instant_meets_the_accuracy(seed):
+    scene, _ = scene_of("crank-dynamics", seed).request().scene()
+    found, exact = (crank.analyse(scene, ALL, accuracy=a, series_angles=1).value.worst for a in (ACCURACY, 1e-12))
+    side, exact_side = found[3], exact[3]
+    assert side.pressure == pytest.approx(exact_side.pressure, rel=ACCURACY)
+
+
 CLOSE = 380.0 + 0.02 * np.arange(-300, 301)
 SPARSE = np.concatenate([np.arange(5.0, 360.0, 59.0), CLOSE, np.arange(405.0, 719.0, 59.0)])
 

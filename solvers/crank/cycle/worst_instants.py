@@ -177,7 +177,7 @@ def refined_maxima(
         for iteration in range(_MAX_REFINED + 1 if candidates else 0):
             candidate = np.argmax(estimates[:candidates])
             slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
-            if estimates[candidate] <= best + slack or iteration == _MAX_REFINED:
+            if (estimates[candidate] <= best + slack and iteration > 0) or iteration == _MAX_REFINED:
                 upper_bound = max(upper_bound, estimates[candidate])
                 break
             n, j = owner[candidate] // each, owner[candidate] % each
@@ -199,7 +199,9 @@ def refined_maxima(
                     break
             upper_bound = max(upper_bound, value[1] + gain_bound)
             if value[1] > best:
-                best, where, piece = value[1], place[1], n
+                # The pressure depends on the place to first order: the vertex of the last bracket is nearer.
+                trial_points(place, value, points)
+                best, where, piece = value[1], points[1], n
         at = row - first_row
         found[0, at], found[1, at], found[2, at] = best, where, upper_bound - best + _ROUNDING * scale
         found[3, at] = instant_of(where, piece, 0, machine, gas, group).pressure

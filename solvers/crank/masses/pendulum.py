@@ -100,11 +100,12 @@ def swing(pendulum: Pendulum) -> RodMasses:
         derivatives = sensitivities(_pendulum_formulas, values)["rod_cg_from_pin"]
         cg_uncertainty = combined(derivatives, assumed) if np.isfinite(list(results.values())).all() else math.inf
     if not cg_uncertainty <= _MAX_RELATIVE_UNCERTAINTY * length:
+        condition = ""
+        if not given:
+            condition = f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         statement = "is not determined at all"
         if math.isfinite(cg_uncertainty):
-            statement = f"is uncertain by {cg_uncertainty:.3g} m"
-            if not given:
-                statement += f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
+            statement = f"is uncertain by {cg_uncertainty:.3g} m{condition}"
         raise InvalidInput(
             "period_big_end",
             f"the periods fit almost every centre of mass: its distance from the wrist pin {statement}, the rod being "

@@ -15,7 +15,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.batches.fields import numbers
 from app.batches.offline import form_of
-from app.batches.results import MEDIA_TYPES, Format, Wanted, points
+from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import SAMPLED, Combine, Sweep
 from app.batches.view import batch_json
@@ -27,15 +27,19 @@ from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
 from app.web.forms.numbers import number
+from app.web.forms.faults import said
 from app.web.rendering import page
 from app.words.fields import named, plain
 from app.words.languages import gettext
+from app.words.solver_texts import spoken
 
 router = APIRouter(include_in_schema=False)
 _PAGE_SIZE = 50
 _VARIED_FIELDS = 3
 """Number of varied fields in the sweep form; files and the API allow more."""
 _READ_BYTES = 1 << 20
+_MAX_UNANSWERED = 20
+"""Number of items without an answer listed with their reasons; the downloads have all."""
 _MAX_PARALLEL_AXES = 12
 """Maximum number of parallel axes for varied fields."""
 
@@ -206,7 +210,25 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
         batch = await _service(request).get(batch_id)
     except UnknownBatch:
         raise Problem(404, "No such batch", "no batch has this id") from None
-    return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, words=_words())
+    return page(
+        request,
+        "batch.html",
+        batch=batch_json(batch),
+        going=batch.status in ACTIVE,
+        words=_words(),
+        unanswered=[
+            {**item, "faults": _faults(item["problem"])}
+            for item in await unanswered(_service(request).store, batch, _MAX_UNANSWERED)
+        ],
+    )
+
+
+def _faults(problem: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Column and translated message of each error of a problem; its detail without a column if it names none."""
+    if problem is None:
+        return []
+    found = [(entry["pointer"][1:].replace("/", "."), said(entry, {})) for entry in problem.get("errors") or ()]
+    return found or [("", spoken(problem["detail"]))]
 
 
 @router.get("/batches/{batch_id}/map")

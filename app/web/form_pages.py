@@ -82,7 +82,8 @@ async def _shown(
     status: int = 200,
     notice: str = "",
 ) -> Response:
-    form = form_of(kind, mode)
+    service: Service = request.app.state.service
+    form = form_of(kind, mode, service.solve_budget_s)
     spec = form.value(texts)
     svg, caption = drawn(kind, spec)
     return page(
@@ -210,8 +211,10 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
 
 
 def _figures(kind: Kind, mode: Mode, result: Mapping[str, Any]) -> dict[str, float]:
-    """The main numeric results: those by which accuracy is judged, else the first ones of the model."""
+    """The main numeric results: those by which accuracy is judged, else the first ones of the model; where the request
+    is a whole engine, its own instead of those of a cylinder."""
     names = [name for name in kind.main_results if "." not in name] or [*kind.jobs[mode].result.model_fields]
-    found = {name: result.get(name) for name in names if not name.endswith("_u")}
+    shown = {**result, **(result.get(kind.whole) or {})}
+    found = {name: shown.get(name) for name in names if not name.endswith("_u")}
     numbers = {n: v for n, v in found.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
     return dict(list(numbers.items())[:_KEY_FIGURES])

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import re
 import time
 
 import pyarrow
@@ -54,6 +56,26 @@ def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:
     told = client.get(f"{place}/map", params={"x": fields[0], "colour": "holds", "beside": ",".join(fields)}).json()
     assert told["varied"] == fields[:3] and told["fields"][-4:] == ["holds", *fields[1:]]
     assert len(told["points"]) == 8 and all(isinstance(value, float | int) for value in told["points"][0][-3:])
+
+
+def test_items_without_an_answer_say_why(client: TestClient) -> None:
+    """Those whose requirements cannot be met, and those that are no request."""
+    example = KINDS["pin-profile"].example(Mode.DESIGN)
+    lines = [json.dumps({**example, "load": load}) for load in ({"force_n": 1e6}, {"force_n": "much"}, {"force_n": 9e3})]
+    file = {"cases": ("night.ndjson", "\n".join(lines).encode(), "application/x-ndjson")}
+    data = {"kind": "pin-profile", "mode": "design"}
+    answer = client.post("/batches/upload", data=data, files=file, follow_redirects=False)
+    place = answer.headers["location"]
+    text = settled(client, place)
+    rows = re.findall(r"<tr><th scope=\"row\"><a href=\"/runs/[^\"]+\">(\d+)</a></th><td>(\w+)</td>", text)
+    assert rows == [("1", "infeasible"), ("2", "refused")]
+    assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
+    results = f"/api/v1{place}/results"
+    told = [json.loads(line) for line in client.get(results).text.splitlines()]
+    assert told[0]["diagnosis"].startswith("force_n: required 1000000, attainable ") and told[0]["problem"] is None
+    assert [row["diagnosis"] for row in told[1:]] == [None, None] and "/load/force_n" in told[1]["problem"]
+    assert told[0]["diagnosis"] in client.get(results, params={"format": "csv", "status": "infeasible"}).text
+    assert list(told[0])[-2:] == ["diagnosis", "problem"]
 
 
 def test_a_parquet_file_is_accepted(client: TestClient) -> None:

@@ -139,6 +139,21 @@ def test_live_answers_are_not_stored(client):
     assert len(client.get("/api/v1/runs").json()["items"]) == before
 
 
+def test_live_figures_of_an_engine_are_those_of_all_its_cylinders(client):
+    fields = texts_of("crank-dynamics", "analysis")
+    assert int(fields["engine.cylinders"]) == 4
+    run = client.post("/api/v1/analyses/crank-dynamics", json=KINDS["crank-dynamics"].example(Mode.ANALYSIS)).json()
+    shown = client.post("/designs/crank-dynamics/answer?mode=analysis", data=fields).text
+    assert f"{run['result']['engine']['indicated_power_w']:.6g}" in shown
+    assert f"{run['result']['indicated_power_w']:.6g}" not in shown
+
+
+def test_a_form_offers_no_more_time_than_the_service_gives(client):
+    longest = client.app.state.service.solve_budget_s
+    page = client.get("/designs/flexible-rod?mode=design").text
+    assert f"0.001 … {longest:g}; empty: as long as the service allows" in page
+
+
 def test_an_infeasible_design_explains_itself(client):
     fields = texts_of("flexible-rod", "design") | {"requirements.min_fatigue_safety": "5"}
     page = client.post("/designs/flexible-rod?mode=design", data=fields)

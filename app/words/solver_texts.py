@@ -11,6 +11,7 @@ from functools import cache, lru_cache
 
 from app.words.fields import named
 from app.words.languages import LOCALE, gettext, language
+from app.words.units import in_sentence
 
 PATTERNS_FILE = LOCALE / "patterns.txt"
 """One pattern per line, the most specific first, with ``{}`` as placeholder. Written by ``make messages``."""
@@ -20,8 +21,9 @@ _ENGLISH = re.compile(r"[A-Za-z]{2}")
 
 
 def spoken(text: str) -> str:
-    """Translate a solver text, unchanged if the catalogue lacks it; in English, field names in it become words."""
-    return _NAME_INSIDE.sub(_in_words, text) if language() == "en" else _spoken(text, language())
+    """A solver text in the current language and units, untranslated if the catalogue lacks it; in English, field names
+    in it become words."""
+    return in_sentence(_NAME_INSIDE.sub(_in_words, text) if language() == "en" else _spoken(text, language()))
 
 
 def _in_words(name: re.Match[str]) -> str:
@@ -30,7 +32,7 @@ def _in_words(name: re.Match[str]) -> str:
 
 def is_foreign(text: str) -> bool:
     """Whether a text has no translation in the current, non-English language."""
-    return language() != "en" and bool(_ENGLISH.search(text)) and spoken(text) == text
+    return language() != "en" and bool(_ENGLISH.search(text)) and _spoken(text, language()) == text
 
 
 @lru_cache(4096)

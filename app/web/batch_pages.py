@@ -26,8 +26,8 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
-from app.web.forms.numbers import number
 from app.web.forms.faults import said
+from app.web.forms.numbers import number
 from app.web.rendering import page
 from app.words.fields import named, plain
 from app.words.languages import gettext

@@ -77,9 +77,10 @@ def quantity(value: float, unit: str, digits: int = 6) -> str:
 
 _NUMBER = r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
 _IN_SENTENCE = re.compile(
-    rf"(?:(?P<other>{_NUMBER})(?P<between> (?:and|и|і|…|< x <) ))?(?P<figure>{_NUMBER}) (?P<unit>{'|'.join(_INCH)})(?!\w)"
+    rf"(?:(?P<other>{_NUMBER})(?P<between> (?:and|и|і|…|< x <) ))?"
+    rf"(?P<figure>{_NUMBER}) (?P<unit>{'|'.join(_INCH)})(?!\w)"
 )
-"""A figure with its unit, and one before it that shares the unit: "at 3 mm", "between 3 and 4 mm", "for 3 < x < 4 mm"."""
+"""A figure with its unit, and one before it that shares the unit: "3 mm", "between 3 and 4 mm", "3 < x < 4 mm"."""
 
 
 def in_sentence(text: str) -> str:

@@ -61,7 +61,9 @@ def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:
 def test_items_without_an_answer_say_why(client: TestClient) -> None:
     """Those whose requirements cannot be met, and those that are no request."""
     example = KINDS["pin-profile"].example(Mode.DESIGN)
-    lines = [json.dumps({**example, "load": load}) for load in ({"force_n": 1e6}, {"force_n": "much"}, {"force_n": 9e3})]
+    lines = [
+        json.dumps({**example, "load": load}) for load in ({"force_n": 1e6}, {"force_n": "much"}, {"force_n": 9e3})
+    ]
     file = {"cases": ("night.ndjson", "\n".join(lines).encode(), "application/x-ndjson")}
     data = {"kind": "pin-profile", "mode": "design"}
     answer = client.post("/batches/upload", data=data, files=file, follow_redirects=False)

@@ -286,6 +286,9 @@ def _header(row: Row | None) -> tuple[tuple[str, ...], str]:
         if row is None or row.unfit:
             raise ValueError
         return header_of(row)
+    except UnicodeDecodeError:
+        wrong = entry("", "is no UTF-8", "a table saved as CSV in UTF-8")
+        raise Problem(422, INVALID, "the header cannot be read", [wrong]) from None
     except (ValueError, csv.Error):
         raise Problem(422, INVALID, "the header cannot be read", [entry("", "has no header", allowed)]) from None
 

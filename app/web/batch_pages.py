@@ -85,6 +85,7 @@ async def _list(
         varied=range(_VARIED_FIELDS),
         ways=_ways(),
         problem=problem,
+        faults=_faults(problem) if problem and problem.get("errors") else [],
         given=given or {},
     )
 
@@ -227,8 +228,11 @@ def _faults(problem: dict[str, Any] | None) -> list[tuple[str, str]]:
     """Column and translated message of each error of a problem; its detail without a column if it names none."""
     if problem is None:
         return []
-    found = [(entry["pointer"][1:].replace("/", "."), said(entry, {})) for entry in problem.get("errors") or ()]
-    return found or [("", spoken(problem["detail"]))]
+    found = [
+        (entry["pointer"][1:].replace("/", "."), said(entry, {}, keep_names=True))
+        for entry in problem.get("errors") or ()
+    ]
+    return found or [("", spoken(problem["detail"], keep_names=True))]
 
 
 @router.get("/batches/{batch_id}/map")

@@ -80,6 +80,23 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     assert list(told[0])[-2:] == ["diagnosis", "problem"]
 
 
+@pytest.mark.parametrize("code", ["en", "ru"])
+def test_columns_keep_their_names_in_messages(client: TestClient, code: str) -> None:
+    """A file's author has to write them."""
+    file = {"cases": ("a.csv", b"load.forc_n,geometry.gap_mm\n1,2\n", "text/csv")}
+    data = {"kind": "pin-profile", "mode": "check"}
+    answer = client.post("/batches/upload", data=data, files=file, headers={"accept-language": code})
+    assert answer.status_code == 422
+    assert "<code>load.forc_n</code>" in answer.text
+    assert "load.force_n?" in answer.text and "geometry.outer_diameter_mm" in answer.text
+
+
+def test_a_table_in_another_encoding_is_told_so(client: TestClient) -> None:
+    file = {"cases": ("a.csv", "load.force_n\n1\n".encode("utf-16"), "text/csv")}
+    answer = client.post("/batches/upload", data={"kind": "pin-profile", "mode": "check"}, files=file)
+    assert answer.status_code == 422 and "a table saved as CSV in UTF-8" in answer.text
+
+
 def test_a_parquet_file_is_accepted(client: TestClient) -> None:
     example = KINDS["crank-masses"].example(Mode.ANALYSIS)
     cells = {name: [value] * 3 for name, value in example.items() if not isinstance(value, dict)}

@@ -165,7 +165,8 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
     """An evenly spaced sample of finished items, at most ``MOST_POINTS``, for the explorer.
 
     Each point has index, run, status, verdict and the requested fields. Also returns the numeric fields of the first
-    succeeded item, the varied ones separately.
+    succeeded item, the varied ones separately; the columns of a table all count as varied, but those whose values are
+    all alike come last.
     """
     step = max(1, -(-batch.total // MOST_POINTS))
     varied = await varied_of(store, batch)
@@ -173,13 +174,18 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
     def look(connection: Any) -> dict[str, Any]:
         found: list[list[Any]] = []
         names: dict[str, None] = {}
+        values: dict[str, set[Any]] = {name: set() for name in varied}
         for item in items_spread(connection, batch.number, step, MOST_POINTS):
             row = row_of(batch, (*varied, *wanted.fields), item)
+            for name, known in values.items():
+                if len(known) < 2:
+                    known.add(row[name])
             if item.status == ItemStatus.SUCCEEDED and not names:
                 names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
             found.append([*(row[name] for name in _POINT_FIELDS), *(row.get(name) for name in wanted.fields)])
-        first = [name for name in varied if name in names]
-        rest = [name for name in names if name not in first]
+        given = [name for name in varied if name in names]
+        first = [name for name in given if len(values[name]) > 1] or given
+        rest = [name for name in names if name not in given] + [name for name in given if name not in first]
         return {"fields": [*_POINT_FIELDS, *wanted.fields], "points": found, "varied": first, "results": rest}
 
     return await store.query(look)
@@ -194,18 +200,19 @@ async def unanswered(store: RunStore, batch: BatchRecord, most: int) -> list[dic
     statuses = (ItemStatus.INFEASIBLE, ItemStatus.REFUSED, ItemStatus.FAILED)
 
     def look(connection: Any) -> list[dict[str, Any]]:
-        return [
-            {
-                "index": item.index,
-                "line": item.line,
-                "run_id": item_id(batch.id, item.index),
-                "status": item.status,
-                "diagnosis": (parts.get("result") or {}).get("diagnosis") or [],
-                "problem": parts.get("problem"),
-            }
-            for item in items_after(connection, batch.number, -1, most, statuses)
-            for parts in [unpacked(item.content, batch.dictionary)]
-        ]
+        found = []
+        for item in items_after(connection, batch.number, -1, most, statuses):
+            parts = unpacked(item.content, batch.dictionary)
+            found.append(
+                {
+                    "line": item.line or item.index + 1,
+                    "run_id": item_id(batch.id, item.index),
+                    "status": item.status,
+                    "diagnosis": (parts.get("result") or {}).get("diagnosis") or [],
+                    "problem": parts.get("problem"),
+                }
+            )
+        return found
 
     return await store.query(look)
 

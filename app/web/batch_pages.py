@@ -38,8 +38,9 @@ _PAGE_SIZE = 50
 _VARIED_FIELDS = 3
 """Number of varied fields in the sweep form; files and the API allow more."""
 _READ_BYTES = 1 << 20
-_MAX_UNANSWERED = 20
-"""Number of items without an answer listed with their reasons; the downloads have all."""
+_MAX_UNANSWERED, _MAX_REASONS = 200, 20
+"""Number of items without an answer that are looked at for their reasons, and of reasons shown; the downloads have
+all."""
 _MAX_PARALLEL_AXES = 12
 """Maximum number of parallel axes for varied fields."""
 
@@ -217,11 +218,18 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
         batch=batch_json(batch),
         going=batch.status in ACTIVE,
         words=_words(),
-        unanswered=[
-            {**item, "faults": _faults(item["problem"])}
-            for item in await unanswered(_service(request).store, batch, _MAX_UNANSWERED)
-        ],
+        reasons=_reasons(await unanswered(_service(request).store, batch, _MAX_UNANSWERED)),
     )
+
+
+def _reasons(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Why items have no answer: each reason once, with its items, the first of which are linked."""
+    found: dict[str, dict[str, Any]] = {}
+    for item in items:
+        why = {"status": item["status"], "diagnosis": item["diagnosis"], "faults": _faults(item["problem"])}
+        reason = found.setdefault(json.dumps(why, sort_keys=True), {**why, "items": []})
+        reason["items"].append(item)
+    return list(found.values())[:_MAX_REASONS]
 
 
 def _faults(problem: dict[str, Any] | None) -> list[tuple[str, str]]:

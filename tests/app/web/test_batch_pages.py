@@ -69,8 +69,9 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     answer = client.post("/batches/upload", data=data, files=file, follow_redirects=False)
     place = answer.headers["location"]
     text = settled(client, place)
-    rows = re.findall(r"<tr><th scope=\"row\"><a href=\"/runs/[^\"]+\">(\d+)</a></th><td>(\w+)</td>", text)
-    assert rows == [("1", "infeasible"), ("2", "refused")]
+    rows = re.findall(r"</td><td>(\w+)</td><td><a href=\"(/runs/[^\"]+)\">(\d+)</a></td>", text)
+    assert [(row[0], row[2]) for row in rows] == [("infeasible", "1"), ("refused", "2")]
+    assert [client.get(row[1]).status_code for row in rows] == [200, 200]
     assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
     results = f"/api/v1{place}/results"
     told = [json.loads(line) for line in client.get(results).text.splitlines()]
@@ -78,6 +79,18 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     assert [row["diagnosis"] for row in told[1:]] == [None, None] and "/load/force_n" in told[1]["problem"]
     assert told[0]["diagnosis"] in client.get(results, params={"format": "csv", "status": "infeasible"}).text
     assert list(told[0])[-2:] == ["diagnosis", "problem"]
+
+
+def test_a_map_begins_with_what_differs(client: TestClient) -> None:
+    """The template of a table has a column for every field, most of which are left alone."""
+    header, first = client.get("/batches/table?kind=pin-profile&mode=check").text.splitlines()
+    table = "\n".join([header, *(first.replace("15000", str(force)) for force in (9000, 9000, 12000))])
+    data = {"kind": "pin-profile", "mode": "check"}
+    file = {"cases": ("cases.csv", table.encode(), "text/csv")}
+    place = client.post("/batches/upload", data=data, files=file, follow_redirects=False).headers["location"]
+    settled(client, place)
+    told = client.get(f"{place}/map").json()
+    assert told["varied"] == ["load.force_n"] and "geometry.gap_mm" in told["results"]
 
 
 @pytest.mark.parametrize("code", ["en", "ru"])

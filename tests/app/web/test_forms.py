@@ -38,6 +38,8 @@ def test_each_form_starts_with_its_example_and_a_drawing(client, slug, mode):
     assert "<svg" in page.text
     assert len(page.content) < 100_000
     assert "style=" not in page.text
+    described = " ".join(re.findall(r'aria-describedby="([^"]+)"', page.text)).split()
+    assert set(described) <= set(re.findall(r' id="([^"]+)"', page.text))
 
 
 def test_a_submitted_form_is_a_run_under_its_name(client):

@@ -25,7 +25,7 @@ from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
-from app.web.rendering import page, templates
+from app.web.rendering import add_filter, page, templates
 from app.words.drawings import drawn
 from app.words.languages import gettext as _
 
@@ -36,7 +36,7 @@ _MAX_RUNS_OFFERED = 50
 _KEY_FIGURES = 6
 
 templates.env.globals["applies"] = applies
-templates.env.filters["other_units"] = others
+add_filter("other_units", others)
 templates.env.globals["script_words"] = script_words
 
 

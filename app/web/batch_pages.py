@@ -26,7 +26,7 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
-from app.web.forms.faults import said
+from app.web.forms.faults import faults_of
 from app.web.forms.numbers import number
 from app.web.rendering import page
 from app.words.fields import named, plain
@@ -86,7 +86,7 @@ async def _list(
         varied=range(_VARIED_FIELDS),
         ways=_ways(),
         problem=problem,
-        faults=_faults(problem) if problem and problem.get("errors") else [],
+        faults=faults_of(problem),
         given=given or {},
     )
 
@@ -226,21 +226,15 @@ def _reasons(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
     """Why items have no answer: each reason once, with its items, the first of which are linked."""
     found: dict[str, dict[str, Any]] = {}
     for item in items:
-        why = {"status": item["status"], "diagnosis": item["diagnosis"], "faults": _faults(item["problem"])}
+        why = {"status": item["status"], "diagnosis": item["diagnosis"], "faults": _told(item["problem"])}
         reason = found.setdefault(json.dumps(why, sort_keys=True), {**why, "items": []})
         reason["items"].append(item)
     return list(found.values())[:_MAX_REASONS]
 
 
-def _faults(problem: dict[str, Any] | None) -> list[tuple[str, str]]:
-    """Column and translated message of each error of a problem; its detail without a column if it names none."""
-    if problem is None:
-        return []
-    found = [
-        (entry["pointer"][1:].replace("/", "."), said(entry, {}, keep_names=True))
-        for entry in problem.get("errors") or ()
-    ]
-    return found or [("", spoken(problem["detail"], keep_names=True))]
+def _told(problem: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Field and message of each error of an item, or its detail alone."""
+    return faults_of(problem) or ([("", spoken(problem["detail"], keep_names=True))] if problem else [])
 
 
 @router.get("/batches/{batch_id}/map")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
@@ -60,6 +61,12 @@ def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "", kee
     if detail == "is out of range":
         return f"{words}: {limits}"
     return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": limits}
+
+
+def faults_of(problem: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Dotted field and translated message of each error of a problem, for who writes files."""
+    errors = (problem or {}).get("errors") or ()
+    return [(entry["pointer"][1:].replace("/", "."), said(entry, {}, keep_names=True)) for entry in errors]
 
 
 def _limits(allowed: str, unit: str, keep_names: bool) -> str:

@@ -72,6 +72,7 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     rows = re.findall(r"</td><td>(\w+)</td><td><a href=\"(/runs/[^\"]+)\">(\d+)</a></td>", text)
     assert [(row[0], row[2]) for row in rows] == [("infeasible", "1"), ("refused", "2")]
     assert [client.get(row[1]).status_code for row in rows] == [200, 200]
+    assert "<li><code>load.force_n</code>" in client.get(rows[1][1]).text
     assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
     results = f"/api/v1{place}/results"
     told = [json.loads(line) for line in client.get(results).text.splitlines()]

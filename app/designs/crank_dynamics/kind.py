@@ -296,6 +296,7 @@ CRANK_DYNAMICS = Kind(
     plots=PLOTS,
     figure=lambda _mode, result: ("indicated_power_w", (result["engine"] or result)["indicated_power_w"]),
     main_results=MAIN_RESULTS,
+    whole="engine",
     form=FORM,
     drawing=drawing,
     calculation=calculation,

@@ -22,11 +22,11 @@ from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.conic import slope_limited_optimum
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.optimum.dual_bound import pointwise_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import NODES, Stations
 
 STATIONS = 1_000

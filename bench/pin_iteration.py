@@ -14,7 +14,7 @@ from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.section.criteria import ShearLaw
 from solvers.pin.section.least_wall import least_wall
 from solvers.pin.section.strength import StrengthConstraint
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"
 FORCES = (15e3, 17.12e3, 18.98e3)

@@ -14,14 +14,12 @@ from solvers.pin.bulk.table import PinTable, check_bores
 from solvers.pin.check import Case, check
 from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
-from solvers.pin.limits import Limits
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
 from solvers.pin.materials import CATALOGUE, PinSteel
-from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.optimum.infeasibility import Diagnosis
+from solvers.pin.optimum.capacity import Diagnosis, force_limit
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck, Stress
-from solvers.pin.scene import BushingGeometry, Geometry, PinMaterial, Scene
+from solvers.pin.scene import BushingGeometry, Geometry, Limits, PinMaterial, Scene
 from solvers.pin.section.criteria import CRITERIA
 from solvers.pin.shapes.cone import Cone
 from solvers.pin.shapes.constant import Constant

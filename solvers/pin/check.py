@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -19,22 +18,21 @@ from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
 from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
 from solvers.pin.effects import Physics, PinEffect, choose_for, compose
-from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.capacity import force_limit_of
+from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.program import Program, refined
+from solvers.pin.optimum.program import Program, assemble
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.strength import where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.between_nodes import maximum_excess
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.warnings import warnings_of, where_over
+from solvers.pin.stations.lobatto_panels import initial_stations
+from solvers.pin.warnings import warnings_of
 
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
@@ -78,7 +76,7 @@ class Case(NamedTuple):
         choice = choose_for(scene, limits, self.effects, self.effect_tolerance)
         whole = profile.along(scene.geometry.length)
         if not halves_alike(scene, whole):
-            scene = replace(scene, mirrored=False)
+            scene = replace(scene, symmetric=False)
         physics = compose(choice)
         pin = stepped(scene, profile, self.criterion, limits, physics)
         return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
@@ -118,7 +116,7 @@ class Prepared:
         program, walls, error_estimate = self._on_profile()
         value = assess(
             program, walls, self.limits, variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
-            partial(lightest_constant_mass, program, self.accuracy), whole.places,
+            self.accuracy, whole.places,
         )  # fmt: skip
         settings = {"stations": int(walls.size)}
         return self._outcome(
@@ -164,14 +162,14 @@ def on_profile(
     points = design_variable_of(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations)
-        walls = whole.between(points, stations.x, stations.panel_start) / program.variable.unit_diameter
+        walls = whole.between(points, stations.x, stations.side) / program.variable.unit_diameter
         error_estimate = deflection_error(program, program.variable.solidity_of(walls))
         coarse = error_estimate.sum() > 0.1 * accuracy
         peak_excess = maximum_excess(stations, program.utilisations(walls))
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
         excess = error_estimate * (stations.left.size / (0.05 * accuracy)) if coarse else np.zeros_like(error_estimate)
-        stations = refined(program, np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
+        stations = stations.refined(np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
     return program, walls, max(float(error_estimate.sum()), float(peak_excess.max()))
 
 
@@ -185,18 +183,16 @@ def deflection_error(program: Program, solidity: Array) -> Array:
 
 
 def assess(
-    program: Program, walls: Array, limits: Limits, mass: float, constant: Callable[[], float | None],
-    places: tuple[float, ...] = (),
-) -> PinCheck:  # fmt: skip
-    """Return all results for walls at a program's stations; ``mass`` [kg], ``constant`` returns that of the lightest
-    uniform diameter."""
+    program: Program, walls: Array, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = ()
+) -> PinCheck:
+    """Return all results for walls at a program's stations; ``mass`` [kg], ``places``: the shape's breaks [m]."""
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
-    is_pin, x, forces = not isinstance(scene.geometry, BushingGeometry), stations.x, program.forces
+    is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
     utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
     bore, outer = variable.diameters(walls)
-    found = Extremes(*_extremes(utilisations, bore, outer, walls, forces.moment_total, forces.shear_total))
+    found = Extremes(*_extremes(utilisations, bore, outer, walls, program.moment, program.shear_force))
     utilisation, least_wall = max(found.criterion, found.shear), 0.5 * variable.unit_diameter * found.wall
-    middle = x.size - 1 if scene.symmetric else program.middle_index
+    middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
     deflection = program.deflection(variable.solidity_of(walls))
     found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
 
@@ -207,8 +203,8 @@ def assess(
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
-        lightest_constant=constant,
-        capacity=partial(force_limit_of, program) if is_pin else _no_capacity,
+        lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
+        capacity=partial(force_limit, scene, program.criterion) if is_pin else _no_capacity,
         sections=partial(sections_of, program, walls, places),
         messages=messages,
         min_bore=found.min_bore,
@@ -264,8 +260,8 @@ def _no_capacity() -> None:
 
 def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
     """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
-    scene, forces = program.scene, program.forces
+    scene = program.scene
     equivalent = scene.material.allowable_stress * program.utilisations(walls)[0]
     bore, outer = program.variable.diameters(walls)
-    table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
+    table = np.stack([program.stations.x, bore, outer, program.moment, program.shear_force, equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)

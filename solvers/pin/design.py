@@ -17,20 +17,16 @@ from solvers.outcome import Accuracy, Certificate, Outcome, Status
 from solvers.pin.check import assess, deflection_error, on_profile
 from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.optimum.capacity import Diagnosis, diagnose
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
-from solvers.pin.optimum.program import Program, refined
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.program import Program, ShapeResult, assemble
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
-from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
 from solvers.pin.stations.between_nodes import maximum_excess
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.stations.lobatto_panels import Stations
+from solvers.pin.stations.lobatto_panels import Stations, initial_stations
 from solvers.verdict import per_cent
 
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
@@ -99,9 +95,7 @@ def design(
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
     unit = program.mass_unit
     value = PinDesign(
-        check=assess(
-            checked, walls, limits, unit * best.volume, partial(lightest_constant_mass, relaxed, accuracy), places
-        ),
+        check=assess(checked, walls, limits, unit * best.volume, accuracy, places),
         form=problem.form.name,
         free_mass=unit * free.volume,
         corners=best.corners,
@@ -200,7 +194,7 @@ def _on_refined_stations(
         if stations.x.size > most:
             break
         excess = error_estimate * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
-        stations = refined(program, excess, refinement_values)
+        stations = stations.refined(excess, refinement_values)
     if result is None:
         best = problem.form.find(program, accuracy)
         result = None if best is None else (program, best, float(error_estimate.sum()) / max(volume, 1e-300))

@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solvers.effects import Choice, Demand, EffectSelection, choose
-from solvers.pin.limits import Limits
 from solvers.pin.load.piston_pin import deflection_integrals
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.flexibility import cowper
 
 

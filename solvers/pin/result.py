@@ -30,7 +30,8 @@ class Stress:
 
 @dataclass(frozen=True)
 class Sections:
-    """The rows of ``Stress`` at a program's stations, (6, n), with the shape breaks ``places`` [m] and the symmetry."""
+    """The rows of ``Stress`` at a program's stations, (6, n), the shear without its sign, with the shape breaks
+    ``places`` [m] and the symmetry."""
 
     table: Array
     places: tuple[float, ...]
@@ -46,8 +47,8 @@ class Sections:
         if self.symmetric:
             mirrored = table[:, ::-1].copy()
             mirrored[0] = g.length - mirrored[0]
-            mirrored[4] = -mirrored[4]
             table = np.concatenate([table, mirrored[:, 1:]], axis=1)
+        table[4] = np.copysign(table[4], 0.5 * g.length - table[0])
         return Stress(*table)
 
 

@@ -9,10 +9,9 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, EffectReport
-from solvers.pin.limits import Limits
 from solvers.pin.result import PinCheck
 from solvers.pin.ring.along_the_part import RingResult
-from solvers.pin.scene import PinMaterial, Scene
+from solvers.pin.scene import Limits, PinMaterial, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
 

@@ -1,11 +1,5 @@
 """Closed-form check of stepped-bore pins under the rod force: one compiled loop over any number of pins.
 
-Half the pin has three pieces, t measured from the start of each:
-
-    boss        0 <= t <= a        Q = P t^2/(2 a^2)      M = P t^3/(6 a^2)
-    gap         0 <= t <= delta    Q = P/2                M = P a/6 + P t/2
-    small end   0 <= t <= b/2      Q = P (b/2 - t)/b      M = P a/6 + P delta/2 + P t (b - t)/(2 b)
-
 The wall is constant within a step, so the utilisation is greatest at an end of the step or of a piece: before the
 small end neither M nor Q decreases; within it d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor increases
 with M, so that there is no interior maximum. The deflection of the middle relative to the inner edges of the bosses,
@@ -14,7 +8,7 @@ with M, so that there is no interior maximum. The deflection of the middle relat
 
 has cubic integrands, which two-point Gauss quadrature integrates exactly.
 
-Source: the paper's equations (4) to (8), and ``solvers.pin`` for v, phi and the criteria.
+The forces are those of ``solvers.pin.load.piston_pin``. Source: the paper's equations (4) to (8).
 """
 
 from __future__ import annotations
@@ -27,6 +21,7 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.parallel import in_slices
+from solvers.pin.load.piston_pin import forces_in_piece
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
 
@@ -75,17 +70,6 @@ class Results(NamedTuple):
 
 
 @kernel
-def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> tuple[float, float]:
-    """Return moment and shear force at position t in a piece."""
-    if piece == 0:
-        s = t / a
-        return p * a * s * s * s / 6.0, 0.5 * p * s * s
-    if piece == 1:
-        return p * (a / 6.0 + 0.5 * t), 0.5 * p
-    return p * (a / 6.0 + 0.5 * gap + 0.5 * t * (b - t) / b), p * (0.5 * b - t) / b
-
-
-@kernel
 def _utilisations(
     moment: float, force: float, wall: float, d: float, constraints: Array, law: Array
 ) -> tuple[float, float]:
@@ -111,7 +95,7 @@ def _max_utilisation(
     law: Array,
 ) -> float:  # fmt: skip
     """Return the larger of the two utilisations at a position of a piece."""
-    moment, force = _forces(piece, t, a, b, gap, p)
+    moment, force = forces_in_piece(piece, t, a, b, gap, p)
     one, other = _utilisations(moment, force, wall, d, constraints, law)
     return max(one, other)
 
@@ -130,8 +114,6 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         bend_unit = 1.0 / (modulus * math.pi * d**4 / 64.0)
         shear_unit = 1.0 / (shear_modulus * 0.25 * math.pi * d * d)
         rod = a + gap
-        # Rounding error of the small end's start, significant if the boss is long and the small end short.
-        residual = (a - (rod - (rod - a))) + (gap - (rod - a))
         half = rod + 0.5 * b
         volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
         criterion, shear, worst = 0.0, 0.0, 0.0
@@ -146,20 +128,19 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
             for piece in range(3):
                 start = 0.0 if piece == 0 else (a if piece == 1 else rod)
                 length = a if piece == 0 else (gap if piece == 1 else 0.5 * b)
-                less = residual if piece == 2 else 0.0
-                low = min(max((begin - start) - less, 0.0), length)
-                high = length if final else min(max((end - start) - less, 0.0), length)
+                low = min(max(begin - start, 0.0), length)
+                high = length if final else min(max(end - start, 0.0), length)
                 if high <= low:
                     continue
                 over_low, over_high = False, False
                 for side in range(2):
                     t = low if side == 0 else high
-                    moment, force = _forces(piece, t, a, b, gap, p)
+                    moment, force = forces_in_piece(piece, t, a, b, gap, p)
                     one, other = _utilisations(moment, force, wall, d, constraints, law)
                     full, full_shear = _utilisations(moment, force, 1.0, d, constraints, law)
                     solid, shear = max(solid, full, full_shear), max(shear, other)
                     if one > criterion * _TIE_TOLERANCE:
-                        criterion, worst = one, start + less + t
+                        criterion, worst = one, start + t
                     over = max(one, other) > _EXCEEDED
                     if side == 0:
                         over_low = over
@@ -177,14 +158,14 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                                 good = middle
                         head, tail = (bad, high) if over_high else (low, bad)
                     if math.isnan(first):
-                        first = start + less + head
-                    last = start + less + tail
+                        first = start + head
+                    last = start + tail
                 if piece > 0:
                     arm = 0.0 if piece == 1 else gap
                     middle, width = 0.5 * (low + high), high - low
                     for side in range(2):
                         t = middle + (_GAUSS if side == 1 else -_GAUSS) * width
-                        moment, force = _forces(piece, t, a, b, gap, p)
+                        moment, force = forces_in_piece(piece, t, a, b, gap, p)
                         bending_integral += 0.5 * width * moment * 0.5 * (arm + t)
                         shear_integral += 0.5 * width * force * 0.5
             if bending_integral > 0.0:
@@ -198,7 +179,7 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         out.volume[i], out.criterion[i], out.shear[i], out.worst[i] = volume, criterion, shear, worst
         out.deflection[i] = 2.0 * (bent * bend_unit + sheared * shear_unit)
         out.first_over[i], out.last_over[i] = first, last
-        out.moment[i], out.force[i] = _forces(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
+        out.moment[i], out.force[i] = forces_in_piece(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
         out.solid[i] = solid
 
 

@@ -10,17 +10,16 @@ from itertools import pairwise
 
 import numpy as np
 
-from solvers.pin.closed_form.constant import lightest_relative_volume
 from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated, law_row
 from solvers.pin.effects import Physics
-from solvers.pin.limits import Limits
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
+from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
 
@@ -60,7 +59,7 @@ class Stepped:
 
 def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics) -> Stepped | None:
     """Return the pin if the kernel applies (symmetric, rod force alone, stepped bore); else None."""
-    if not scene.symmetric or isinstance(scene.geometry, BushingGeometry):
+    if not scene.symmetric or scene.further_cases or isinstance(scene.geometry, BushingGeometry):
         return None
     steps = steps_of(profile, scene.geometry.length)
     return None if steps is None else Stepped(scene, *steps, criterion, limits, physics)
@@ -102,7 +101,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     return PinCheck(
         mass=solid_mass * found.volume,
         solid_mass=solid_mass,
-        lightest_constant=partial(_constant_mass, pin),
+        lightest_constant=partial(lightest_constant_mass, scene, pin.limits, pin.criterion, pin.physics, 1.0),
         capacity=partial(_capacity, pin, found.solid),
         sections=sections,
         messages=messages,
@@ -121,12 +120,6 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
     )
-
-
-def _constant_mass(pin: Stepped) -> float | None:
-    scene, g = pin.scene, pin.scene.geometry
-    relative_volume = lightest_relative_volume(scene, pin.limits, pin.criterion, pin.physics.shear_deflection)
-    return None if relative_volume is None else scene.material.density * g.area * g.length * relative_volume
 
 
 def _capacity(pin: Stepped, solid: float) -> float:

@@ -23,8 +23,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import Program, monotone_majorant
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.program import Program, ShapeResult
 from solvers.pin.optimum.slope_limit import slope_limited
 from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
 
@@ -83,9 +82,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
         own = variable.sign * u
         cones.append(((own, np.full(n, square + 1.0)), (2.0 * r, np.zeros(n)), (own, np.full(n, square - 1.0))))
     if drillable:
-        toward = np.where(np.arange(n - 1) < program.middle_index, 1.0, -1.0)
-        toward[program.middle_index - 1 : program.middle_index] = 0.0
-        linear.append((sparse.diags(toward) @ step, none))
+        linear.append((step, none))
     linear.append((u, -low))
     if variable.kappa < 0.0:
         linear.append((-u, np.ones(n)))
@@ -114,7 +111,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
         rise, fall = z[1 : 2 * n - 1].reshape(2, n - 1)
     if drillable:
         first = 1 + (2 * n - 2 if limited else 0)
-        order = -toward * z[first : first + n - 1]
+        order = -z[first : first + n - 1]
     return _Solution(x[:n], float(z[0]), NeighbourMultipliers(rise, fall, slope_step, order), str(answer.status))
 
 
@@ -155,7 +152,7 @@ def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: fl
 
     def feasible(u: Array) -> Array:
         shaped = np.maximum(u, low)
-        shaped = monotone_majorant(shaped, program.middle_index) if drillable else shaped
+        shaped = np.maximum.accumulate(shaped) if drillable else shaped
         return thickened(program, slope_limited(program, shaped))
 
     at = found = feasible(at)

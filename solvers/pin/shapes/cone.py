@@ -15,9 +15,7 @@ from functools import partial
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.optimum.discretised import assemble, least_walls_at
-from solvers.pin.optimum.program import Program, folded, unfolded
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.program import Program, ShapeResult, assemble, least_walls_at
 from solvers.pin.shapes.cone_bounds import branch_and_bound
 from solvers.pin.shapes.cone_sizes import corner_table, half_bar, pattern_search, size_of, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume
@@ -61,8 +59,8 @@ class Cone:
         boxes_left = dict.fromkeys(bounds, _MAX_BOXES[program.limit is not None])
         ends: tuple[float, ...] = ()
         for _ in range(_MAX_REFINEMENTS):
-            corners = corner_table(folded(program), _CORNER_ERROR * target_gap, ends) if self.cylinder else None
-            bars = {NARROWING: half_bar(folded(refined_program)), WIDENING: half_bar(folded(refined_program), corners)}
+            corners = corner_table(program, _CORNER_ERROR * target_gap, ends) if self.cylinder else None
+            bars = {NARROWING: half_bar(refined_program), WIDENING: half_bar(refined_program, corners)}
             found = {
                 direction: pattern_search(bar, direction, *grid, c_low, target_gap, workspace(bar))
                 for direction, bar in bars.items()
@@ -81,22 +79,19 @@ class Cone:
             gain, r, c = found[direction]
             # The bound ignores positions between stations, and interpolation ignores the corner where a cone ends.
             refined_program = _refined_at_contacts(refined_program, direction, r, c, target_gap)
-            bar = half_bar(folded(refined_program))
+            bar = half_bar(refined_program)
             size = size_of(bar, direction, r, c, 0.0, workspace(bar))
             if size * size * unit_volume(direction, r, c) >= gain * (1.0 - 0.2 * target_gap):
                 break
             ends = (*ends, c)
         most = max(bounds.values())
 
-        def solidity_at(half: Program) -> Array:
-            return half.variable.solidity_of(1.0 - size * relative_bores(direction, r, c, half_bar(half).x))
-
         evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
         evidence["narrowing" if direction == NARROWING else "widening"] = r
         bores = size * g.outer_diameter, r * size * g.outer_diameter
         (end, middle), cone = bores[::direction], c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
-        solidity = unfolded(program, solidity_at(folded(program)))
+        solidity = program.variable.solidity_of(1.0 - size * relative_bores(direction, r, c, half_bar(program).x))
         return ShapeResult(
             solidity, 1.0 - size * size * unit_volume(direction, r, c), partial(float, 1.0 - most),
             "branch and bound over the cone's shape, narrowing and widening", evidence, corners=tuple(corners),
@@ -108,11 +103,10 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
     scene, length = program.scene, program.scene.geometry.length
 
     def cut(old: Program, places: tuple[float, ...]) -> Program:
-        stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
-        return assemble(scene, old.limits, old.criterion, old.physics, stations)
+        return assemble(scene, old.limits, old.criterion, old.physics, old.stations.cut(places))
 
     finer = cut(program, (c * 0.5 * length,))
-    contacts = _contacts(folded(finer), direction, r, c, 0.01 * gap)
+    contacts = _contacts(finer, direction, r, c, 0.01 * gap)
     return cut(finer, contacts) if contacts else finer
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.program import constraints_at
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 
 GEOMETRY = pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3)
 STEEL = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)

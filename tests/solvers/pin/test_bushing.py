@@ -15,14 +15,14 @@ from solvers.errors import InvalidInput
 from solvers.pin.effects import Physics
 from solvers.pin.load.internal_forces import InternalForces
 from solvers.pin.load.macaulay import MacaulayTerm
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.optimum.dual_bound import monotone_bound, pointwise_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
 from solvers.pin.section.least_wall import least_bushing_wall
 from solvers.pin.section.strength import strength_constraints, utilisations
 from solvers.pin.shapes.free import Free
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 from tests.solvers.pin.pins import PAPER, STEEL
 
 GEOMETRY = pin.BushingGeometry(14e-3, 24e-3, 30e-3, 1e-3)

@@ -11,9 +11,9 @@ import pytest
 from solvers import pin
 from solvers.errors import EffectConflict
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.ring import ovalization
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 from tests.solvers.pin.pins import BENDING_ONLY, GEOMETRY, STEEL, VAZ
 
 CORE = pin.EffectSelection(exclude=frozenset(effect.name for effect in pin.EFFECTS))

@@ -9,7 +9,7 @@ from solvers import pin
 from solvers.errors import InvalidInput
 from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.load.macaulay import breakpoints
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 from solvers.pin.stations.lobatto_panels import Stations
 from tests.solvers.pin.pins import VAZ, exact_forces, relative
 

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import pin
 from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.program import constraints_at
 
 PAPER = "tresca_paper"
 

@@ -12,12 +12,11 @@ from functools import cached_property
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.optimum.discretised import least_walls_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
-from solvers.pin.optimum.program import Program, folded
+from solvers.pin.optimum.program import Program, least_walls_at
 from solvers.pin.section.flexibility import Flexibility
 from solvers.pin.shapes.break_points.sums import Sums
-from solvers.pin.stations.initial_panels import kinks
+from solvers.pin.stations.lobatto_panels import kinks
 
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""
@@ -38,7 +37,7 @@ class Walls:
 
 @dataclass(frozen=True)
 class Half:
-    """One half, subject to the constraints of both halves; solid beyond the position ``solid_from`` [m]."""
+    """One half; solid beyond the position ``solid_from`` [m]."""
 
     program: Program
     solid_from: float = math.inf
@@ -49,15 +48,10 @@ class Half:
         return self.program.law
 
     def _least_at(self, x: Array) -> Array:
-        """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
+        """Return the lower bound of u at positions x [m]."""
         p = self.program
         least = p.variable.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
         return np.where(x > self.solid_from, 1.0, least)
-
-    @cached_property
-    def folded(self) -> Program:
-        """The program of the half alone."""
-        return folded(self.program)
 
     @property
     def middle(self) -> float:
@@ -66,12 +60,12 @@ class Half:
 
     @cached_property
     def _peaks(self) -> Array:
-        return np.maximum.accumulate(self.folded.lower)
+        return np.maximum.accumulate(self.program.lower)
 
     @cached_property
     def sums(self) -> Sums | None:
         """The cumulative deflection coefficients; None without a limit."""
-        half = self.folded
+        half = self.program
         if half.limit is None:
             return None
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
@@ -80,7 +74,7 @@ class Half:
         """Return the running maximum of the lower bound of u from the end to positions in any order."""
         order = np.argsort(t, kind="stable")
         x = t[order] * self.middle
-        before = np.clip(np.searchsorted(self.folded.stations.x, x, side="right") - 1, 0, None)
+        before = np.clip(np.searchsorted(self.program.stations.x, x, side="right") - 1, 0, None)
         found = np.empty_like(t)
         found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
         return found
@@ -94,7 +88,7 @@ class Half:
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
         bending, shear = np.maximum(mean, 0.0)
-        steps = Segments(weight, bending, shear, 1.0, self.law, places.size)
+        steps = Segments(weight, bending, shear, self.law)
         found = minimum_segment_volume(steps, least, True)
         return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
 
@@ -140,8 +134,6 @@ def step_vertices(places: Array, sizes: Array, length: float) -> tuple[tuple[flo
 
 
 def at_stations(program: Program, places: Array, walls: Array) -> Array:
-    """Return u at a program's stations; a panel belongs to the step that contains its midpoint."""
-    length, s = program.scene.geometry.length, program.stations
-    centre = 0.5 * (s.left + s.right)
-    step = np.searchsorted(places[:-1], np.minimum(centre, length - centre), side="right")
-    return np.repeat(walls[np.minimum(step, walls.size - 1)], s.x.size // s.left.size)
+    """Return u at a program's stations."""
+    step = np.searchsorted(places[:-1] * program.stations.span, program.stations.side, side="right")
+    return walls[step]

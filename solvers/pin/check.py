@@ -23,7 +23,7 @@ from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Program, assemble
 from solvers.pin.result import PinCheck, Sections, finite
-from solvers.pin.ring.along_the_part import ring_of
+from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
@@ -183,65 +183,54 @@ def deflection_error(program: Program, solidity: Array) -> Array:
 
 
 def assess(
-    program: Program, walls: Array, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = ()
-) -> PinCheck:
-    """Return all results for walls at a program's stations; ``mass`` [kg], ``places``: the shape's breaks [m]."""
+    program: Program, walls: Array, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = (),
+    cautions: tuple[str, ...] = (),
+) -> PinCheck:  # fmt: skip
+    """Return all results for walls at a program's stations; ``mass`` [kg], ``places``: the shape's breaks [m],
+    ``cautions``: further warnings."""
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
     is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
     utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
     bore, outer = variable.diameters(walls)
-    found = Extremes(*_extremes(utilisations, bore, outer, walls, program.moment, program.shear_force))
-    utilisation, least_wall = max(found.criterion, found.shear), 0.5 * variable.unit_diameter * found.wall
+    criterion, shear, worst, min_bore, max_outer, wall, max_moment, max_shear = _extremes(
+        utilisations, bore, outer, walls, program.moment, program.shear_force
+    )
+    utilisation, least_wall = max(criterion, shear), 0.5 * variable.unit_diameter * wall
     middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
     deflection = program.deflection(variable.solidity_of(walls))
-    found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
-
-    messages = partial(
-        warnings_of, scene, limits, where_over(x, utilisations, utilisation), utilisation, x, walls, least_wall,
-        deflection, found_ring,
-    )  # fmt: skip
+    ring = ring_of(scene, bore, outer, middle) if physics.ovalization else None
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
         capacity=partial(force_limit, scene, program.criterion) if is_pin else _no_capacity,
         sections=partial(sections_of, program, walls, places),
-        messages=messages,
-        min_bore=found.min_bore,
+        messages=partial(
+            _warnings, scene, limits, utilisations, utilisation, x, walls, least_wall, deflection, ring, cautions
+        ),
+        min_bore=min_bore,
         bore_mid=float(bore[middle]),
-        max_outer=found.max_outer,
+        max_outer=max_outer,
         outer_mid=float(outer[middle]),
         least_wall=least_wall,
-        max_moment=found.moment,
-        max_shear=found.force,
-        equivalent_stress_max=finite(scene.material.allowable_stress * found.criterion),
-        worst_section=float(x[found.worst]),
-        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * found.shear),
+        max_moment=max_moment,
+        max_shear=max_shear,
+        equivalent_stress_max=finite(scene.material.allowable_stress * criterion),
+        worst_section=float(x[worst]),
+        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * shear),
         strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
-        ring=found_ring,
+        ring=ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
     )
-
-
-class Extremes(NamedTuple):
-    """Extremes over the stations: utilisations of the criterion and of the shear allowable, the station that governs
-    the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
-
-    criterion: float
-    shear: float
-    worst: int
-    min_bore: float
-    max_outer: float
-    wall: float
-    moment: float
-    force: float
 
 
 @kernel
 def _extremes(
     utilisations: Array, bore: Array, outer: Array, walls: Array, moment: Array, shear: Array
 ) -> tuple[float, float, int, float, float, float, float, float]:
+    """Return extremes over the stations: utilisations of the criterion and of the shear allowable, the station that
+    governs the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
     criterion, shearing, min_bore, max_outer, wall, most_moment, most_shear = 0.0, 0.0, np.inf, 0.0, np.inf, 0.0, 0.0
     for i in range(walls.size):
         criterion, shearing = max(criterion, utilisations[0, i]), max(shearing, utilisations[1, i])
@@ -252,6 +241,14 @@ def _extremes(
     while not utilisations[0, worst] >= (1.0 - _EQUAL) * criterion:
         worst -= 1
     return criterion, shearing, worst, min_bore, max_outer, wall, most_moment, most_shear
+
+
+def _warnings(
+    scene: Scene, limits: Limits, utilisations: Array, utilisation: float, x: Array, walls: Array, least_wall: float,
+    deflection: float, ring: RingResult | None, cautions: tuple[str, ...],
+) -> tuple[str, ...]:  # fmt: skip
+    over = where_over(x, utilisations)
+    return *warnings_of(scene, limits, over, utilisation, x, walls, least_wall, deflection, ring), *cautions
 
 
 def _no_capacity() -> None:

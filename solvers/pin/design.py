@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
@@ -93,9 +92,14 @@ def design(
     checked, walls, places, evaluation = _evaluated(problem, physics, program, best, accuracy)
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    unit = program.mass_unit
+    unit, bound = program.mass_unit, max(best.bound, 0.0)
+    gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
+    cautions: tuple[str, ...] = ()
+    if gap > max(accuracy, _NEGLIGIBLE_GAP):
+        # The gap is not an error of the reported values.
+        cautions = (f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass",)
     value = PinDesign(
-        check=assess(checked, walls, limits, unit * best.volume, accuracy, places),
+        check=assess(checked, walls, limits, unit * best.volume, accuracy, places, cautions),
         form=problem.form.name,
         free_mass=unit * free.volume,
         corners=best.corners,
@@ -103,28 +107,14 @@ def design(
         sizes=checked.variable.sizes(walls),
         length=scene.geometry.length,
     )
-    bound = max(best.bound, 0.0)
-    gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        _with_gap_warning(value, gap, accuracy),
+        value,
         choice.manifest,
         Accuracy(accuracy, max(error_estimate, evaluation) + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * bound, gap, best.evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
-    """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
-    if gap <= max(accuracy, _NEGLIGIBLE_GAP):
-        return value
-    message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
-    return replace(value, check=replace(value.check, messages=partial(_joined, value.check.messages, message)))
-
-
-def _joined(messages: Callable[[], tuple[str, ...]], further: str) -> tuple[str, ...]:
-    return (*messages(), further)
 
 
 def _evaluated(

@@ -26,12 +26,9 @@ from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
 
 _MAX_CONSTRAINTS = 3
-_BISECTIONS = 60
 _GAUSS = 0.5 / math.sqrt(3.0)
 _TIE_TOLERANCE = 1.0 + 1e-14
 """Relative tie tolerance: of equally utilised positions the first one is reported."""
-_EXCEEDED = 1.0 + 1e-9
-"""Utilisation above which strength is reported as exceeded; the same as for a single check."""
 
 
 class Pins(NamedTuple):
@@ -53,8 +50,8 @@ class Results(NamedTuple):
     """Results of n pins, (n,) each.
 
     Volume relative to the solid pin, deflection [m], maximum utilisation of the criterion and of the shear
-    allowable, position of the former [m], first and last position where either is exceeded [m] (NaN: nowhere),
-    maximum moment [N m] and shear [N], and the maximum utilisation of the solid pin.
+    allowable, position of the former [m], maximum moment [N m] and shear [N], and the maximum utilisation of the solid
+    pin.
     """
 
     volume: Array
@@ -62,8 +59,6 @@ class Results(NamedTuple):
     criterion: Array
     shear: Array
     worst: Array
-    first_over: Array
-    last_over: Array
     moment: Array
     force: Array
     solid: Array
@@ -90,17 +85,6 @@ def _utilisations(
 
 
 @kernel
-def _max_utilisation(
-    piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, constraints: Array,
-    law: Array,
-) -> float:  # fmt: skip
-    """Return the larger of the two utilisations at a position of a piece."""
-    moment, force = forces_in_piece(piece, t, a, b, gap, p)
-    one, other = _utilisations(moment, force, wall, d, constraints, law)
-    return max(one, other)
-
-
-@kernel
 def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
     """Evaluate stepped-bore pins; write the results into ``out``.
 
@@ -116,8 +100,7 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         rod = a + gap
         half = rod + 0.5 * b
         volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
-        criterion, shear, worst = 0.0, 0.0, 0.0
-        first, last, solid = math.nan, math.nan, 0.0
+        criterion, shear, worst, solid = 0.0, 0.0, 0.0, 0.0
         for j in range(walls.shape[1]):
             final = j == walls.shape[1] - 1 or ends[i, j] >= half
             end = half if final else ends[i, j]
@@ -132,7 +115,6 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                 high = length if final else min(max(end - start, 0.0), length)
                 if high <= low:
                     continue
-                over_low, over_high = False, False
                 for side in range(2):
                     t = low if side == 0 else high
                     moment, force = forces_in_piece(piece, t, a, b, gap, p)
@@ -141,25 +123,6 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                     solid, shear = max(solid, full, full_shear), max(shear, other)
                     if one > criterion * _TIE_TOLERANCE:
                         criterion, worst = one, start + t
-                    over = max(one, other) > _EXCEEDED
-                    if side == 0:
-                        over_low = over
-                    else:
-                        over_high = over
-                if over_low or over_high:
-                    head, tail = low, high
-                    if over_low != over_high and wall > 0.0:
-                        good, bad = (low, high) if over_high else (high, low)
-                        for _ in range(_BISECTIONS):
-                            middle = 0.5 * (good + bad)
-                            if _max_utilisation(piece, middle, wall, d, a, b, gap, p, constraints, law) > _EXCEEDED:
-                                bad = middle
-                            else:
-                                good = middle
-                        head, tail = (bad, high) if over_high else (low, bad)
-                    if math.isnan(first):
-                        first = start + head
-                    last = start + tail
                 if piece > 0:
                     arm = 0.0 if piece == 1 else gap
                     middle, width = 0.5 * (low + high), high - low
@@ -178,7 +141,6 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                 break
         out.volume[i], out.criterion[i], out.shear[i], out.worst[i] = volume, criterion, shear, worst
         out.deflection[i] = 2.0 * (bent * bend_unit + sheared * shear_unit)
-        out.first_over[i], out.last_over[i] = first, last
         out.moment[i], out.force[i] = forces_in_piece(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
         out.solid[i] = solid
 
@@ -191,12 +153,6 @@ def constraint_rows(criterion: Criterion, material: PinMaterial) -> Array:
     if material.allowable_shear is not None:
         rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
     return rows
-
-
-def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
-    """Return the coefficients c0, c1, c2 of a tube's maximum shear stress under the criterion."""
-    law = criterion.law(material)
-    return law.c0, law.c1, law.c2
 
 
 def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:

@@ -74,13 +74,28 @@ def greatest_along(scene: Scene, values: Callable[[Array, Array], Array], tolera
     return float(found.max())
 
 
-def _solid_utilisations(scene: Scene, criterion: Criterion, x: Array, side: Array) -> Array:
-    return utilisations(constraints_at(scene, criterion, x, side), np.zeros_like(x), np.ones_like(x))
-
-
 def greatest_utilisation(scene: Scene, criterion: Criterion) -> float:
     """Return the maximum utilisation of the solid pin; feasible if it is at most 1."""
-    return greatest_along(scene, lambda x, side: _solid_utilisations(scene, criterion, x, side).max(axis=0))
+
+    def of_solid(x: Array, side: Array) -> Array:
+        return utilisations(constraints_at(scene, criterion, x, side), np.zeros_like(x), np.ones_like(x)).max(axis=0)
+
+    return greatest_along(scene, of_solid)
+
+
+def span_over(
+    scene: Scene, criterion: Criterion, wall_at: Callable[[Array], Array], places: tuple[float, ...] = ()
+) -> tuple[float, float] | None:
+    """Return the first and last position [m] of the first half where the walls are too weak; None: nowhere.
+
+    ``wall_at`` evaluates the walls, which may jump at ``places``; the strength is sampled in 2,001 positions.
+    """
+    g = scene.geometry
+    ends = g.boss_length, g.boss_length + g.gap, *places
+    edges = np.unique(np.append(np.linspace(0.0, 0.5 * g.length, _PLACES), ends))
+    x, side = np.repeat(edges, 2)[1:-1], np.repeat(0.5 * (edges[:-1] + edges[1:]), 2)
+    found = design_variable_of(scene).utilisations(constraints_at(scene, criterion, x, side), wall_at(side))
+    return where_over(x, found)
 
 
 def force_limit(scene: Scene, criterion: Criterion) -> float:
@@ -94,10 +109,7 @@ def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
     worst, g = greatest_utilisation(scene, criterion), scene.geometry
     if worst <= 1.0:
         return None
-    ends = g.boss_length, g.boss_length + g.gap, 0.5 * g.length
-    x = np.sort(np.append(np.linspace(0.0, 0.5 * g.length, _PLACES), ends))
-    span = where_over(x, _solid_utilisations(scene, criterion, x, x), worst)
-    begin = 0.5 * g.length if span is None else span[0]
+    begin, _ = span_over(scene, criterion, np.ones_like) or (0.5 * g.length, None)
     return WeakSpan(begin, g.length - begin, worst)
 
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 from solvers.pin.scene import PinMaterial
 
 
-@dataclass(frozen=True)
-class ShearLaw:
+class ShearLaw(NamedTuple):
     """Maximum shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
 
     c0: float

@@ -123,13 +123,13 @@ def utilisations(constraints: Sequence[StrengthConstraint], bore: Array, thickne
     return out
 
 
-def where_over(x: Array, utilisations: Array, greatest: float) -> tuple[float, float] | None:
+def where_over(x: Array, utilisations: Array) -> tuple[float, float] | None:
     """Return the first and last position [m] at which the larger of the utilisations (2, n), interpolated linearly
-    between stations, exceeds 1; None: nowhere. Their maximum is ``greatest``."""
-    if greatest <= 1.0 + SLACK:
-        return None
+    between stations, exceeds 1; None: nowhere."""
     utilisation, ends = utilisations.max(axis=0), []
     over = np.flatnonzero(utilisation > 1.0 + SLACK)
+    if not over.size:
+        return None
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
         place = float(x[inner])
         if 0 <= outer < x.size and math.isfinite(utilisation[inner]):

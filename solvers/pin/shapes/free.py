@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.optimum.conic import slope_limited_optimum
+from solvers.pin.optimum.conic import slope_limit_error, slope_limited, slope_limited_optimum
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
 from solvers.pin.optimum.lagrangian import DualSolution, minimum_volume
-from solvers.pin.optimum.program import Program, ShapeResult
-from solvers.pin.optimum.slope_limit import slope_limit_error, slope_limited
+from solvers.pin.optimum.program import Program, ShapeResult, least_walls_at
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.between_nodes import running_maximum_error
 
 _STRENGTH_METHOD, _DUAL_METHOD = (
@@ -84,3 +86,10 @@ class Free:
 
 
 FREE = Free()
+
+
+def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
+    """Return the maximum bore of a pin or the minimum outer diameter of a bushing [m] at positions ``x`` for a force
+    [N]: the paper's figure 5. No limits on wall and deflection; NaN where infeasible."""
+    loaded = scene if force == scene.force else replace(scene, force=force)
+    return design_variable_of(scene).sizes(least_walls_at(loaded, criterion, 0.0, x))

@@ -103,7 +103,7 @@ class Pin(_Sought):
         whole, variable = profile.along(g.length), design_variable_of(scene)
         sizes = np.array(whole.bore)
         if not halves_alike(scene, whole):
-            scene = replace(scene, mirrored=False)
+            scene = replace(scene, symmetric=False)
         program, wall, _ = on_profile(scene, whole, self.problem.criterion, self.physics, ACCURACY)
         oval = stress = None
         if (self.limits.max_ovalization or self.limits.max_ring_stress) is not None and wall.min() > 0.0:

@@ -57,7 +57,8 @@ def _kept(table: Array, places: Array, step: float) -> Array:
     x, sizes = table[0], table[1:3]
     new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
     places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))
-    return new & (np.isin(x, places) | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
+    at_place = (np.abs(x[:, None] - places) <= 1e-12 * x[-1]).any(axis=1)
+    return new & (at_place | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
 
 
 @dataclass(frozen=True)

@@ -64,4 +64,4 @@ def forces_of(case: LoadCase, x: Array, side: Array) -> InternalForces:
         acts = term.coefficient * (side >= term.start)
         shear[term.plane] += acts * along**n
         moment[term.plane] += acts * along ** (n + 1) / (n + 1)
-    return InternalForces(np.hypot(*moment), np.hypot(*shear), abs(case.axial_force), abs(case.torque))
+    return InternalForces(np.hypot(*moment), np.hypot(*shear), case.axial_force, case.torque)

@@ -72,8 +72,8 @@ def strength_constraints(
                 StrengthConstraint(
                     (factors.bending * 32.0 / cube) * forces.moment,
                     (factors.shear / area) * forces.shear,
-                    factors.axial * 4.0 * forces.axial_force / (math.pi * area),
-                    factors.torsion * 16.0 * forces.torque / cube,
+                    factors.axial * 4.0 * abs(forces.axial_force) / (math.pi * area),
+                    factors.torsion * 16.0 * abs(forces.torque) / cube,
                     law,
                     separate,
                 )

@@ -102,7 +102,9 @@ def _refined_at_contacts(program: Program, direction: int, r: float, c: float, g
     for _ in range(_MAX_HALVINGS):
         half = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
         bar = half_bar(half)
-        closer = maximum_excess(stations, (relative_bores(direction, r, c, bar.x) / bar.bore)[None]) > gap
+        f = relative_bores(direction, r, c, bar.x)
+        nearness = np.divide(f, bar.bore, out=np.full_like(f, math.inf), where=bar.bore > 0.0)
+        closer = maximum_excess(stations, nearness[None]) > gap
         if not closer.any():
             break
         stations = stations.halved(closer)

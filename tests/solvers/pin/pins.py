@@ -86,6 +86,15 @@ def exact_forces(scene, x, digits=50):
         return p / 2 - p * t / b, moment_at_edge + p / 2 * (x - a) - p * t**2 / (2 * b)
 
 
+def macaulay_terms(scene):
+    """The pin's own load as the paper's Macaulay terms: coefficient, start, order."""
+    g, force = scene.geometry, scene.force
+    a, b, rod = g.boss_length, g.small_end_length, g.boss_length + g.gap
+    ramp, boss, end, far = force / (2.0 * a * a), force / a, rod + b, g.length - a
+    rods = (-force / b, rod, 1), (force / b, end, 1)
+    return (ramp, 0.0, 2), (-ramp, a, 2), (-boss, a, 1), *rods, (boss, far, 1), (-ramp, far, 2)
+
+
 def numbers(scene, x, digits=50):
     """m and q of the section equation."""
     with mp.workdps(digits):

@@ -69,7 +69,7 @@ def test_a_step_stays_a_step():
     """Two values at one place, on either side of a panel's end."""
     panels = stations(HALF)
     step = HALF[4]
-    values = np.where(panels.panel_start >= step, 0.010, 0.014)
+    values = np.where(panels.side >= step, 0.010, 0.014)
     pieces = contour(panels, values, LENGTH)
     values = [value for p in pieces for value in (p.first, p.last)]
     assert values == pytest.approx([0.014, 0.014, 0.010, 0.010, 0.010, 0.010, 0.014, 0.014])

@@ -16,8 +16,7 @@ from solvers.pin.shapes.break_points.cells import cells, points
 from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import BENDING, FLOOR, SHEAR
 from solvers.pin.shapes.break_points.search import lightest_steps
-from solvers.pin.stations.lobatto_panels import initial_stations, kinks
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.lobatto_panels import NODES, initial_stations, kinks
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from dataclasses import dataclass, replace
 from functools import partial
@@ -21,7 +20,7 @@ from solvers.pin.effects import Physics, PinEffect, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.program import Program, assemble
+from solvers.pin.optimum.program import Evaluation, assemble
 from solvers.pin.result import PinCheck, Sections, finite
 from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
@@ -30,7 +29,6 @@ from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.strength import where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
-from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.lobatto_panels import initial_stations
 from solvers.pin.warnings import warnings_of
 
@@ -113,12 +111,10 @@ class Prepared:
         """Evaluate the check by quadrature on stations."""
         started = time.perf_counter()
         variable, whole = design_variable_of(self.scene), self.whole
-        program, walls, error_estimate = self._on_profile()
-        value = assess(
-            program, walls, self.limits, variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
-            self.accuracy, whole.places,
-        )  # fmt: skip
-        settings = {"stations": int(walls.size)}
+        found, error_estimate = self._on_profile()
+        mass = variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore))
+        value = assess(found, self.limits, mass, self.accuracy, whole.places)
+        settings = {"stations": int(found.walls.size)}
         return self._outcome(
             value,
             max(error_estimate, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING,
@@ -126,12 +122,11 @@ class Prepared:
             time.perf_counter() - started,
         )
 
-    def _on_profile(self) -> tuple[Program, Array, float]:
+    def _on_profile(self) -> tuple[Evaluation, float]:
         return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
 
     def _sections(self) -> Sections:
-        program, walls, _ = self._on_profile()
-        return sections_of(program, walls, self.whole.places)
+        return sections_of(self._on_profile()[0], self.whole.places)
 
     def _outcome(
         self, value: PinCheck, estimated: float, settings: dict[str, int], seconds: float
@@ -152,8 +147,8 @@ def on_profile(
     physics: Physics,
     accuracy: float,
     limits: Limits = NO_LIMITS,
-) -> tuple[Program, Array, float]:
-    """Return a program on stations adapted to this profile, its walls at the stations, and an error estimate.
+) -> tuple[Evaluation, float]:
+    """Return the evaluation of a profile on stations adapted to it, and an error estimate.
 
     The estimate is the larger of the relative errors of the deflection and the maximum strength utilisation. Panels
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
@@ -163,51 +158,43 @@ def on_profile(
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations)
         walls = whole.between(points, stations.x, stations.side) / program.variable.unit_diameter
-        error_estimate = deflection_error(program, program.variable.solidity_of(walls))
+        found = Evaluation(program, walls)
+        error_estimate, peak_excess = found.errors()
         coarse = error_estimate.sum() > 0.1 * accuracy
-        peak_excess = maximum_excess(stations, program.utilisations(walls))
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
         excess = error_estimate * (stations.left.size / (0.05 * accuracy)) if coarse else np.zeros_like(error_estimate)
         stations = stations.refined(np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
-    return program, walls, max(float(error_estimate.sum()), float(peak_excess.max()))
-
-
-def deflection_error(program: Program, solidity: Array) -> Array:
-    """Return the relative quadrature error estimate of the deflection, per panel."""
-    density = program.densities(solidity)
-    total = float(program.weight @ density)
-    if not math.isfinite(total) or total == 0.0:
-        return np.zeros(program.stations.left.size)
-    return program.stations.error_estimate(density) / total
+    return found, max(float(error_estimate.sum()), float(peak_excess.max()))
 
 
 def assess(
-    program: Program, walls: Array, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = (),
+    found: Evaluation, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = (),
     cautions: tuple[str, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Return all results for walls at a program's stations; ``mass`` [kg], ``places``: the shape's breaks [m],
-    ``cautions``: further warnings."""
+    """Return all results of a part; ``mass`` [kg], ``places``: the shape's breaks [m], ``cautions``: further
+    warnings."""
+    program, walls, deflection = found.program, found.walls, found.deflection
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
-    is_pin, x = not isinstance(scene.geometry, BushingGeometry), stations.x
-    utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
+    is_pin, x, allowable_shear = (
+        not isinstance(scene.geometry, BushingGeometry),
+        stations.x,
+        scene.material.allowable_shear,
+    )
     bore, outer = variable.diameters(walls)
     criterion, shear, worst, min_bore, max_outer, wall, max_moment, max_shear = _extremes(
-        utilisations, bore, outer, walls, program.moment, program.shear_force
+        found.utilisations, bore, outer, walls, program.moment, program.shear_force
     )
     utilisation, least_wall = max(criterion, shear), 0.5 * variable.unit_diameter * wall
     middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
-    deflection = program.deflection(variable.solidity_of(walls))
-    ring = ring_of(scene, bore, outer, middle) if physics.ovalization else None
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
         capacity=partial(force_limit, scene, program.criterion) if is_pin else _no_capacity,
-        sections=partial(sections_of, program, walls, places),
-        messages=partial(
-            _warnings, scene, limits, utilisations, utilisation, x, walls, least_wall, deflection, ring, cautions
-        ),
+        sections=partial(sections_of, found, places),
+        messages=partial(_warnings, found, limits, utilisation, least_wall, cautions),
+        rings=partial(ring_of, scene, bore, outer, middle) if physics.ovalization else None,
         min_bore=min_bore,
         bore_mid=float(bore[middle]),
         max_outer=max_outer,
@@ -220,7 +207,6 @@ def assess(
         shear_stress_max=None if allowable_shear is None else finite(allowable_shear * shear),
         strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
-        ring=ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
     )
 
@@ -244,21 +230,23 @@ def _extremes(
 
 
 def _warnings(
-    scene: Scene, limits: Limits, utilisations: Array, utilisation: float, x: Array, walls: Array, least_wall: float,
-    deflection: float, ring: RingResult | None, cautions: tuple[str, ...],
+    found: Evaluation, limits: Limits, utilisation: float, least_wall: float, cautions: tuple[str, ...],
+    ring: RingResult | None,
 ) -> tuple[str, ...]:  # fmt: skip
-    over = where_over(x, utilisations)
-    return *warnings_of(scene, limits, over, utilisation, x, walls, least_wall, deflection, ring), *cautions
+    x, deflection = found.program.stations.x, found.deflection
+    over = where_over(x, found.utilisations)
+    own = warnings_of(found.program.scene, limits, over, utilisation, x, found.walls, least_wall, deflection, ring)
+    return *own, *cautions
 
 
 def _no_capacity() -> None:
     """Return None, the capacity of a bushing: undefined, since its outer diameter is the unknown."""
 
 
-def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
+def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Sections:
     """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
-    scene = program.scene
-    equivalent = scene.material.allowable_stress * program.utilisations(walls)[0]
-    bore, outer = program.variable.diameters(walls)
+    program, scene = found.program, found.program.scene
+    equivalent = scene.material.allowable_stress * found.utilisations[0]
+    bore, outer = program.variable.diameters(found.walls)
     table = np.stack([program.stations.x, bore, outer, program.moment, program.shear_force, equivalent])
     return Sections(table, places, scene.geometry, scene.symmetric)

@@ -72,4 +72,5 @@ def choose_for(scene: Scene, limits: Limits, selection: EffectSelection, toleran
 
 def compose(choice: Choice[PinEffect]) -> Physics:
     """Return the physics of the selected effects, in addition to strength and bending."""
-    return Physics(**{effect.name: choice.has(effect.name) for effect in EFFECTS})
+    active = {effect.name for effect in choice.active}
+    return Physics(*(effect.name in active for effect in EFFECTS))

@@ -67,7 +67,8 @@ class PinCheck:
     only).
 
     ``lightest_constant`` and ``capacity`` are functions that compute ``constant_mass`` and ``force_limit``,
-    ``sections`` the table for ``along``, ``messages`` the ``warnings``; each is called on first access.
+    ``sections`` the table for ``along``, ``messages`` the ``warnings``, ``rings`` the ``ring``; each is called on first
+    access.
     """
 
     mass: float
@@ -75,7 +76,8 @@ class PinCheck:
     lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
     capacity: Callable[[], float | None] = field(compare=False, repr=False)
     sections: Callable[[], Sections] = field(compare=False, repr=False)
-    messages: Callable[[], tuple[str, ...]] = field(compare=False, repr=False)
+    messages: Callable[[RingResult | None], tuple[str, ...]] = field(compare=False, repr=False)
+    rings: Callable[[], RingResult] | None = field(compare=False, repr=False)
     min_bore: float
     bore_mid: float
     max_outer: float
@@ -88,8 +90,12 @@ class PinCheck:
     shear_stress_max: float | None
     strength_utilisation: float | None
     deflection: float | None
-    ring: RingResult | None
     pressures: Pressures | None
+
+    @cached_property
+    def ring(self) -> RingResult | None:
+        """The part as a ring; None if the effect is inactive."""
+        return self.rings and self.rings()
 
     @cached_property
     def constant_mass(self) -> float | None:
@@ -104,7 +110,7 @@ class PinCheck:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """One message per violated limit."""
-        return self.messages()
+        return self.messages(self.ring)
 
     @cached_property
     def along(self) -> Stress:

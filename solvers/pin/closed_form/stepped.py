@@ -91,7 +91,7 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
     utilisation, deflection = max(found.criterion, found.shear), found.deflection
     walls = np.maximum(g.outer_diameter - np.array(bores), 0.0)
     least_wall = 0.5 * float(walls.min())
-    ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
+    outer = np.full(len(bores), g.outer_diameter)
     solid_mass = m.density * g.area * g.length
     return PinCheck(
         mass=solid_mass * found.volume,
@@ -99,7 +99,8 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         lightest_constant=partial(lightest_constant_mass, scene, pin.limits, pin.criterion, pin.physics, 1.0),
         capacity=partial(_capacity, pin, found.solid),
         sections=sections,
-        messages=partial(_warnings, pin, utilisation, walls / g.outer_diameter, least_wall, deflection, ring),
+        messages=partial(_warnings, pin, utilisation, walls / g.outer_diameter, least_wall, deflection),
+        rings=partial(ring_of, scene, np.array(bores), outer) if pin.physics.ovalization else None,
         min_bore=min(bores),
         bore_mid=bores[-1],
         max_outer=g.outer_diameter,
@@ -112,7 +113,6 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         shear_stress_max=None if m.allowable_shear is None else finite(m.allowable_shear * found.shear),
         strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
-        ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
     )
 

@@ -89,22 +89,17 @@ def _max_u(program: Program, multiplier: float, u: Array) -> float:
 
 def least_walls_bound(program: Program, low: Array) -> float:
     """Return the volume of walls thinner than ``low`` by 1e-12 (relative; more if required by rounding), after
-    verifying that they violate the strength constraints.
+    verifying that they violate the strength constraints wherever the floor does not set them.
 
-    Where ``low`` is determined by another station (monotone, slope-limited or uniform bore), that station's wall is
-    binding, so the whole profile is reduced in proportion.
+    Where ``low`` is determined by another station (monotone or slope-limited bore), that station's wall is binding, so
+    the whole profile is reduced in proportion; u decreases at most as the wall.
     """
     wall = program.variable.wall_of(program.lower)
-    loss = np.full_like(wall, 1e-12)
-    bound_by_strength = program.lower > program.variable.solidity_of(program.floor)
+    by_floor = program.lower <= program.variable.solidity_of(program.floor)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        holds = bound_by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
-        if not holds.any():
-            break
-        loss[holds] = 100.0 * margin
-    if low is not program.lower and not np.array_equal(low, program.lower):
-        loss = float(loss.max())
-    return program.volume(low * (1.0 - 2.0 * loss))
+        if (by_floor | (program.utilisations(wall * (1.0 - margin)).max(axis=0) > 1.0)).all():
+            return program.volume(low) * (1.0 - 2.0 * margin)
+    return 0.0
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:

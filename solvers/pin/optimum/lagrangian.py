@@ -149,14 +149,16 @@ def _deflection(segments: Segments, u: Array) -> float:
 
 @kernel
 def _find_multiplier(
-    segments: Segments, low: Array, monotone: bool, best: Array, soft: Array
-) -> tuple[float, int, float]:
+    weight: Array, bending: Array, shearing: Array, kappa: float, a: float, b: float, low: Array, monotone: bool,
+    best: Array, soft: Array,
+) -> tuple[float, int, float]:  # fmt: skip
     """Return (multiplier, iterations, deflection relative to its limit) of the minimum-volume solution.
 
     ``best`` receives its u, ``soft`` the u of the greatest multiplier found too small. The multiplier is NaN if even
     solid sections are too soft, and inf if only they are stiff enough; a bushing is always feasible.
     """
-    law = segments.law
+    law = Flexibility(kappa, a, b)
+    segments = Segments(weight, bending, shearing, law)
     _copy_to(low, best)
     _copy_to(low, soft)
     total = _deflection(segments, low)
@@ -228,7 +230,7 @@ def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> Du
     MAX_SLACK.
     """
     best, soft = np.empty((2, low.size))
-    multiplier, iterations, total = _find_multiplier(segments, low, monotone, best, soft)
+    multiplier, iterations, total = _find_multiplier(*segments[:3], *segments.law, low, monotone, best, soft)
     if math.isnan(multiplier):
         return None
     if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:

@@ -17,6 +17,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import numpy as np
+
 from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
 from solvers.pin.load.macaulay import InternalForces
@@ -25,6 +27,7 @@ from solvers.pin.scene import Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import Flexibility, cowper, densities
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints
+from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.lobatto_panels import Stations
 
 
@@ -117,6 +120,36 @@ def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array) ->
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
     """Return the minimum walls at positions x."""
     return design_variable_of(scene).least_walls(constraints_at(scene, criterion, x, x), floor, x.size)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Walls at a program's stations with their strength utilisations, (2, n), and deflection."""
+
+    program: Program
+    walls: Array
+
+    @cached_property
+    def utilisations(self) -> Array:
+        return self.program.utilisations(self.walls)
+
+    @cached_property
+    def _density(self) -> Array:
+        return self.program.densities(self.program.variable.solidity_of(self.walls))
+
+    @cached_property
+    def deflection(self) -> float:
+        """Deflection of the middle [m]; inf where a loaded section has no wall."""
+        return float(self.program.weight @ self._density)
+
+    def errors(self, most: float = np.inf) -> tuple[Array, Array]:
+        """Return error estimates per panel, of the deflection's quadrature (relative) and of the maximum utilisation
+        between stations; ``most`` is an upper bound of the utilisations."""
+        stations, total = self.program.stations, self.deflection
+        peaks = maximum_excess(stations, self.utilisations, most)
+        if not 0.0 < total < np.inf:
+            return np.zeros_like(peaks), peaks
+        return stations.error_estimate(self._density) / total, peaks
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 from solvers.pin.scene import PinMaterial
@@ -17,6 +18,7 @@ class ShearLaw(NamedTuple):
     c2: float
 
 
+@cache
 def zhuravsky() -> ShearLaw:
     """tau = 16 Q (D^2 + D d + d^2)/(3 pi (D^4 - d^4)): the mean over the neutral axis (Zhuravsky, Jourawski)."""
     k = 16.0 / (3.0 * math.pi)

@@ -22,7 +22,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,8 +36,7 @@ SLACK = 1e-9
 """Relative excess up to which a violation is not reported."""
 
 
-@dataclass(frozen=True)
-class StrengthConstraint:
+class StrengthConstraint(NamedTuple):
     """F(w) at every station, over the allowable stress.
 
     ``bending`` m and ``shear`` q have shape (n,); ``axial`` n and ``torsion`` t are constant along the pin.

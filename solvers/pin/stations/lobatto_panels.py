@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -192,8 +193,9 @@ def initial_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
         places, length = {min(place, length - place) for place in places}, 0.5 * length
     else:
         places.add(0.5 * length)
-    edges = np.array(separated([0.0, *places, length], LEAST_PANEL * length))
-    return Stations(np.insert(edges, slice(1, None), 0.5 * (edges[:-1] + edges[1:])))
+    edges = separated([0.0, *places, length], LEAST_PANEL * length)
+    middles = [0.5 * (begin + end) for begin, end in pairwise(edges)]
+    return Stations(np.array(sorted(edges + middles)))
 
 
 def separated(places: list[float], tolerance: float) -> list[float]:

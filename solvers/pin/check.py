@@ -26,7 +26,7 @@ from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.section.strength import where_over
+from solvers.pin.section.strength import SLACK, where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.lobatto_panels import initial_stations
@@ -234,7 +234,7 @@ def _warnings(
     ring: RingResult | None,
 ) -> tuple[str, ...]:  # fmt: skip
     x, deflection = found.program.stations.x, found.deflection
-    over = where_over(x, found.utilisations)
+    over = where_over(x, found.utilisations) if utilisation > 1.0 + SLACK else None
     own = warnings_of(found.program.scene, limits, over, utilisation, x, found.walls, least_wall, deflection, ring)
     return *own, *cautions
 

@@ -19,6 +19,7 @@ from solvers.pin.ring.bearing_pressure import pressures_of_pin
 from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.strength import SLACK
 from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
@@ -123,7 +124,7 @@ def _warnings(
     def wall_at(side: Array) -> Array:
         return walls[np.searchsorted(pin.ends[:-1], side)]
 
-    over = span_over(pin.scene, pin.criterion, wall_at, pin.ends) if utilisation > 1.0 else None
+    over = span_over(pin.scene, pin.criterion, wall_at, pin.ends) if utilisation > 1.0 + SLACK else None
     x = np.repeat((0.0, *pin.ends), 2)[1:-1]
     return warnings_of(pin.scene, pin.limits, over, utilisation, x, np.repeat(walls, 2), least_wall, deflection, ring)
 

@@ -95,11 +95,13 @@ def least_walls_bound(program: Program, low: Array) -> float:
     the whole profile is reduced in proportion; u decreases at most as the wall.
     """
     wall = program.variable.wall_of(program.lower)
-    by_floor = program.lower <= program.variable.solidity_of(program.floor)
+    loss, by_strength = np.full_like(wall, 1e-12), program.lower > program.variable.solidity_of(program.floor)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        if (by_floor | (program.utilisations(wall * (1.0 - margin)).max(axis=0) > 1.0)).all():
-            return program.volume(low) * (1.0 - 2.0 * margin)
-    return 0.0
+        holds = by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
+        if not holds.any():
+            break
+        loss[holds] = 100.0 * margin
+    return program.volume(low * (1.0 - 2.0 * (loss if low is program.lower else loss.max())))
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:

@@ -126,7 +126,7 @@ def where_over(x: Array, utilisations: Array) -> tuple[float, float] | None:
     """Return the first and last position [m] at which the larger of the utilisations (2, n), interpolated linearly
     between stations, exceeds 1; None: nowhere."""
     utilisation, ends = utilisations.max(axis=0), []
-    over = np.flatnonzero(utilisation > 1.0 + SLACK)
+    over = np.flatnonzero(utilisation > 1.0)
     if not over.size:
         return None
     for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):

@@ -90,5 +90,6 @@ def test_about_kinks_there_are_no_waves(slope, form):
     for piece in found.contour:
         x = np.linspace(piece.start, piece.end, 41)
         diameters = piece.at(x)
-        assert diameters.max() <= found.sizes.max() * (1 + 1e-9)
+        sizes = found.evaluation.program.variable.sizes(found.evaluation.walls)
+        assert diameters.max() <= sizes.max() * (1 + 1e-9)
         assert np.abs(np.diff(diameters) / np.diff(x)).max() <= slope * (1 + 1e-6)

@@ -21,7 +21,7 @@ from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Evaluation, assemble
-from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.result import PinCheck, Stress, along_the_part, finite
 from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
@@ -125,7 +125,7 @@ class Prepared:
     def _on_profile(self) -> tuple[Evaluation, float]:
         return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
 
-    def _sections(self) -> Sections:
+    def _sections(self) -> Stress:
         return sections_of(self._on_profile()[0], self.whole.places)
 
     def _outcome(
@@ -191,7 +191,7 @@ def assess(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
         lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
-        capacity=partial(force_limit, scene, program.criterion) if is_pin else _no_capacity,
+        capacity=partial(force_limit, scene, program.criterion) if is_pin else None,
         sections=partial(sections_of, found, places),
         messages=partial(_warnings, found, limits, utilisation, least_wall, cautions),
         rings=partial(ring_of, scene, bore, outer, middle) if physics.ovalization else None,
@@ -239,14 +239,10 @@ def _warnings(
     return *own, *cautions
 
 
-def _no_capacity() -> None:
-    """Return None, the capacity of a bushing: undefined, since its outer diameter is the unknown."""
-
-
-def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Sections:
-    """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
+def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Stress:
+    """Return the distributions along the part, keeping the shape's breaks ``places`` [m]."""
     program, scene = found.program, found.program.scene
     equivalent = scene.material.allowable_stress * found.utilisations[0]
     bore, outer = program.variable.diameters(found.walls)
     table = np.stack([program.stations.x, bore, outer, program.moment, program.shear_force, equivalent])
-    return Sections(table, places, scene.geometry, scene.symmetric)
+    return along_the_part(table, places, scene)

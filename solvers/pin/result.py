@@ -12,7 +12,7 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.ring.bearing_pressure import Pressures
-from solvers.pin.scene import BushingGeometry, Geometry
+from solvers.pin.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -28,28 +28,20 @@ class Stress:
     equivalent: Array
 
 
-@dataclass(frozen=True)
-class Sections:
-    """The rows of ``Stress`` at a program's stations, (6, n), the shear without its sign, with the shape breaks
-    ``places`` [m] and the symmetry."""
+def along_the_part(table: Array, places: tuple[float, ...], scene: Scene) -> Stress:
+    """Return about 400 stations of the whole part, including load boundaries, the shape's breaks ``places`` [m] and the
+    station of maximum stress.
 
-    table: Array
-    places: tuple[float, ...]
-    geometry: Geometry | BushingGeometry
-    symmetric: bool
-
-    def along(self) -> Stress:
-        """Return about 400 stations of the whole part, including load and shape breaks and the station of maximum
-        stress."""
-        g = self.geometry
-        places = np.array([0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places])
-        table = self.table[:, _kept(self.table, places, g.length / 400.0)]
-        if self.symmetric:
-            mirrored = table[:, ::-1].copy()
-            mirrored[0] = g.length - mirrored[0]
-            table = np.concatenate([table, mirrored[:, 1:]], axis=1)
-        table[4] = np.copysign(table[4], 0.5 * g.length - table[0])
-        return Stress(*table)
+    ``table``: the rows of ``Stress`` at a program's stations, (6, n), the shear without its sign.
+    """
+    g = scene.geometry
+    table = table[:, _kept(table, np.array([0.0, 0.5 * g.length, *scene.breakpoints, *places]), g.length / 400.0)]
+    if scene.symmetric:
+        mirrored = table[:, ::-1].copy()
+        mirrored[0] = g.length - mirrored[0]
+        table = np.concatenate([table, mirrored[:, 1:]], axis=1)
+    table[4] = np.copysign(table[4], 0.5 * g.length - table[0])
+    return Stress(*table)
 
 
 def _kept(table: Array, places: Array, step: float) -> Array:
@@ -67,15 +59,15 @@ class PinCheck:
     only).
 
     ``lightest_constant`` and ``capacity`` are functions that compute ``constant_mass`` and ``force_limit``,
-    ``sections`` the table for ``along``, ``messages`` the ``warnings``, ``rings`` the ``ring``; each is called on first
-    access.
+    ``sections`` the distributions ``along`` the part, ``messages`` the ``warnings``, ``rings`` the ``ring``; each is
+    called on first access.
     """
 
     mass: float
     solid_mass: float | None
     lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
-    capacity: Callable[[], float | None] = field(compare=False, repr=False)
-    sections: Callable[[], Sections] = field(compare=False, repr=False)
+    capacity: Callable[[], float] | None = field(compare=False, repr=False)
+    sections: Callable[[], Stress] = field(compare=False, repr=False)
     messages: Callable[[RingResult | None], tuple[str, ...]] = field(compare=False, repr=False)
     rings: Callable[[], RingResult] | None = field(compare=False, repr=False)
     min_bore: float
@@ -104,8 +96,8 @@ class PinCheck:
 
     @cached_property
     def force_limit(self) -> float | None:
-        """Maximum force [N] that the solid pin carries; None for a bushing."""
-        return self.capacity()
+        """Maximum force [N] that the solid pin carries; None for a bushing, whose outer diameter is the unknown."""
+        return self.capacity and self.capacity()
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
@@ -115,7 +107,7 @@ class PinCheck:
     @cached_property
     def along(self) -> Stress:
         """About 400 stations from end to end, computed on first access."""
-        return self.sections().along()
+        return self.sections()
 
 
 def finite(value: float) -> float | None:

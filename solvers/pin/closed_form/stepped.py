@@ -13,7 +13,7 @@ from solvers.numerics.arrays import Array
 from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.capacity import force_limit, span_over
-from solvers.pin.result import PinCheck, Sections, finite
+from solvers.pin.result import PinCheck, Stress, finite
 from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
 from solvers.pin.scene import BushingGeometry, Limits, Scene
@@ -84,8 +84,8 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
     )
 
 
-def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
-    """Return one row as a check; ``sections`` builds the table along the pin on first access."""
+def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Stress]) -> PinCheck:
+    """Return one row as a check; ``sections`` computes the distributions along the pin on first access."""
     scene, bores = pin.scene, pin.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))

@@ -13,7 +13,7 @@ intermediate value; panels are refined around them as around any kink.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -22,7 +22,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.station_minimum import STEP_TOLERANCE, minimiser, solid_threshold, stationary
-from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
+from solvers.pin.section.flexibility import Flexibility, curvatures, densities, flexibilities, slopes
 
 _EPS = float(np.finfo(float).eps)
 _MAX_ITERATIONS = 200
@@ -220,7 +220,11 @@ def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualS
     p, low = program, program.lower if low is None else low
     if p.limit is None:
         return DualSolution(low, 0.0, 0)
-    return minimum_segment_volume(Segments(p.weight, p.bending / p.limit, p.shear / p.limit, p.law), low, monotone)
+    # Stations in the boss, the first ones, do not contribute to the deflection: they keep their lower bounds.
+    rest = slice(np.searchsorted(p.stations.side, p.scene.geometry.boss_length), None)
+    segments = Segments(p.weight[rest], p.bending[rest] / p.limit, p.shear[rest] / p.limit, p.law)
+    found = minimum_segment_volume(segments, low[rest], monotone)
+    return found and replace(found, solidity=np.concatenate([low[: rest.start], found.solidity]))
 
 
 def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> DualSolution | None:
@@ -243,7 +247,8 @@ def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:
     from scipy.optimize import brentq
 
     def slack(fraction: float) -> float:
-        return 1.0 / _deflection(segments, soft + fraction * (stiff - soft)) - 1.0 - 0.4 * MAX_SLACK
+        found = densities(soft + fraction * (stiff - soft), segments.bending, segments.shear, segments.law)
+        return 1.0 / float(segments.weight @ found) - 1.0 - 0.4 * MAX_SLACK
 
     least, most = slack(0.0), slack(1.0)
     if not least < 0.0 < most:

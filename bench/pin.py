@@ -22,12 +22,10 @@ from app.designs.pictures.chart import BLUE, RED, Chart, decades_around
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.conic import slope_limited_optimum
-from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.dual_bound import pointwise_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import Program
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.stations.lobatto_panels import NODES, Stations
+from solvers.pin.optimum.program import Program, assemble
+from solvers.pin.stations.lobatto_panels import NODES, Stations, initial_stations
 
 STATIONS = 1_000
 FORCE, BENDING_LIMIT, LIMIT = 15e3, 6.785153977e-6, 11.22302193e-6
@@ -220,8 +218,8 @@ class Midpoints(Stations):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self.x = self.panel_start = 0.5 * (self.left + self.right)
-        self.residual, self.weight = np.zeros_like(self.x), self.width / self.span
+        self.x = self.side = 0.5 * (self.left + self.right)
+        self.weight = self.width / self.span
 
     def error_estimate(self, values: np.ndarray) -> np.ndarray:
         return np.zeros_like(values)
@@ -231,8 +229,7 @@ def even(stations: int) -> Program:
     """The program on midpoints of equal panels."""
     edges = np.linspace(0.0, 0.04, stations + 1)
     limits = pin.Limits(max_deflection=LIMIT)
-    found = assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges))
-    return replace(found, middle_index=stations)
+    return assemble(SCENE, limits, CRITERION, Physics(), Midpoints(edges))
 
 
 def draw(rows: list[Row]) -> None:

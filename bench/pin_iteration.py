@@ -10,11 +10,10 @@ import numpy as np
 from app.designs.pictures.chart import BLUE, GREEN, RED, Chart, Linear
 from oracles.textbook.pin_bore_iteration import factor
 from solvers import pin
-from solvers.pin.load.internal_forces import forces_at
 from solvers.pin.section.criteria import ShearLaw
 from solvers.pin.section.least_wall import least_wall
 from solvers.pin.section.strength import StrengthConstraint
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 
 PICTURE = Path(__file__).parents[1] / "docs" / "pin-iteration.svg"
 FORCES = (15e3, 17.12e3, 18.98e3)
@@ -54,9 +53,9 @@ def paths(force: float) -> tuple[list[float], list[float]]:
     material = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)
     scene = pin.Scene(pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3), force, material)
     stations = initial_stations(scene)
-    forces = forces_at(scene.cases[0], stations.x, stations.panel_start)
-    m = 32.0 * forces.moment_total / (math.pi * 150e6 * 21.99e-3**3)
-    return list(m), list(32.0 * forces.shear_total / (3.0 * math.pi * 150e6 * 21.99e-3**2))
+    moment, shear = scene.own_forces(stations.x, stations.side)[:2]
+    m = 32.0 * moment / (math.pi * 150e6 * 21.99e-3**3)
+    return list(m), list(32.0 * shear / (3.0 * math.pi * 150e6 * 21.99e-3**2))
 
 
 def main() -> None:

@@ -115,7 +115,7 @@ ROOMS = {
         "motion", "masses", "gas", "scene", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
     ),
     "solvers/pin": (
-        "load", "scene", "materials", "limits", "stations", "section", "ring", "effects", "optimum",
+        "load", "scene", "materials", "stations", "section", "ring", "effects", "optimum",
         "shapes", "problem", "result", "warnings", "closed_form", "check", "bulk", "verdict", "design",
     ),
 }  # fmt: skip

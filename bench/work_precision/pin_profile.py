@@ -26,9 +26,8 @@ from bench.work_precision.curves import Method, Results
 from solvers import pin
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.conic import slope_limited_optimum
-from solvers.pin.optimum.discretised import assemble
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import Program
+from solvers.pin.optimum.program import Program, assemble
 
 TITLE = "The free bore of a piston pin"
 CASES = 200

@@ -103,8 +103,9 @@ class Pin(_Sought):
         whole, variable = profile.along(g.length), design_variable_of(scene)
         sizes = np.array(whole.bore)
         if not halves_alike(scene, whole):
-            scene = replace(scene, mirrored=False)
-        program, wall, _ = on_profile(scene, whole, self.problem.criterion, self.physics, ACCURACY)
+            scene = replace(scene, symmetric=False)
+        found, _ = on_profile(scene, whole, self.problem.criterion, self.physics, ACCURACY)
+        wall = found.walls
         oval = stress = None
         if (self.limits.max_ovalization or self.limits.max_ring_stress) is not None and wall.min() > 0.0:
             widest, middle = (
@@ -112,8 +113,8 @@ class Pin(_Sought):
                 for w in (float(wall.min()), float(wall[-1 if scene.symmetric else wall.size // 2]))
             )
             oval, stress = widest.ovalization, max(widest.greatest, middle.greatest)
-        mass, use = variable.mass_of(scene, np.array(whole.x), sizes), float(program.utilisations(wall).max())
-        return Figures(mass, use, program.deflection(program.variable.solidity_of(wall)), oval, stress)
+        mass = variable.mass_of(scene, np.array(whole.x), sizes)
+        return Figures(mass, float(found.utilisations.max()), found.deflection, oval, stress)
 
 
 @dataclass(frozen=True)

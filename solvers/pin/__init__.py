@@ -9,25 +9,21 @@ A bushing uses the same interface with a ``pin.BushingGeometry``.
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.pin.bulk.many import check_many
-from solvers.pin.bulk.table import PinTable, check_bores
+from solvers.pin.bulk import PinTable, check_bores, check_many
 from solvers.pin.check import Case, check
 from solvers.pin.design import PinDesign, design, explain
 from solvers.pin.effects import EFFECTS
-from solvers.pin.limits import Limits
 from solvers.pin.load.macaulay import LoadCase, MacaulayTerm
 from solvers.pin.materials import CATALOGUE, PinSteel
-from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.optimum.infeasibility import Diagnosis
+from solvers.pin.optimum.capacity import Diagnosis, force_limit
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck, Stress
-from solvers.pin.scene import BushingGeometry, Geometry, PinMaterial, Scene
+from solvers.pin.scene import BushingGeometry, Geometry, Limits, PinMaterial, Scene
 from solvers.pin.section.criteria import CRITERIA
 from solvers.pin.shapes.cone import Cone
 from solvers.pin.shapes.constant import Constant
-from solvers.pin.shapes.free import Free
+from solvers.pin.shapes.free import Free, free_sizes
 from solvers.pin.shapes.given import Profile
-from solvers.pin.shapes.load_family import LoadProfile, free_sizes, load_sweep
 from solvers.pin.shapes.stepped import Stepped
 from solvers.pin.verdict import judge
 
@@ -47,7 +43,6 @@ __all__ = [
     "Geometry",
     "Limits",
     "LoadCase",
-    "LoadProfile",
     "MacaulayTerm",
     "PinCheck",
     "PinDesign",
@@ -67,5 +62,4 @@ __all__ = [
     "force_limit",
     "free_sizes",
     "judge",
-    "load_sweep",
 ]

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import NamedTuple
@@ -19,22 +17,20 @@ from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
 from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
 from solvers.pin.effects import Physics, PinEffect, choose_for, compose
-from solvers.pin.limits import NO_LIMITS, Limits
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.capacity import force_limit_of
+from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.program import Program, refined
-from solvers.pin.result import PinCheck, Sections, finite
-from solvers.pin.ring.along_the_part import ring_of
+from solvers.pin.optimum.program import Evaluation, assemble
+from solvers.pin.result import PinCheck, Stress, along_the_part, finite
+from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
+from solvers.pin.section.strength import SLACK, where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
-from solvers.pin.stations.between_nodes import maximum_excess
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.warnings import warnings_of, where_over
+from solvers.pin.stations.lobatto_panels import initial_stations
+from solvers.pin.warnings import warnings_of
 
 _MAX_STATIONS = 20_000
 _MAX_PASSES = 40
@@ -78,7 +74,7 @@ class Case(NamedTuple):
         choice = choose_for(scene, limits, self.effects, self.effect_tolerance)
         whole = profile.along(scene.geometry.length)
         if not halves_alike(scene, whole):
-            scene = replace(scene, mirrored=False)
+            scene = replace(scene, symmetric=False)
         physics = compose(choice)
         pin = stepped(scene, profile, self.criterion, limits, physics)
         return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
@@ -115,12 +111,10 @@ class Prepared:
         """Evaluate the check by quadrature on stations."""
         started = time.perf_counter()
         variable, whole = design_variable_of(self.scene), self.whole
-        program, walls, error_estimate = self._on_profile()
-        value = assess(
-            program, walls, self.limits, variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore)),
-            partial(lightest_constant_mass, program, self.accuracy), whole.places,
-        )  # fmt: skip
-        settings = {"stations": int(walls.size)}
+        found, error_estimate = self._on_profile()
+        mass = variable.mass_of(self.scene, np.array(whole.x), np.array(whole.bore))
+        value = assess(found, self.limits, mass, self.accuracy, whole.places)
+        settings = {"stations": int(found.walls.size)}
         return self._outcome(
             value,
             max(error_estimate, CONSTANT_TOLERANCE * self.accuracy) + ROUNDING,
@@ -128,12 +122,11 @@ class Prepared:
             time.perf_counter() - started,
         )
 
-    def _on_profile(self) -> tuple[Program, Array, float]:
+    def _on_profile(self) -> tuple[Evaluation, float]:
         return on_profile(self.scene, self.whole, self.criterion, self.physics, self.accuracy, self.limits)
 
-    def _sections(self) -> Sections:
-        program, walls, _ = self._on_profile()
-        return sections_of(program, walls, self.whole.places)
+    def _sections(self) -> Stress:
+        return sections_of(self._on_profile()[0], self.whole.places)
 
     def _outcome(
         self, value: PinCheck, estimated: float, settings: dict[str, int], seconds: float
@@ -154,8 +147,8 @@ def on_profile(
     physics: Physics,
     accuracy: float,
     limits: Limits = NO_LIMITS,
-) -> tuple[Program, Array, float]:
-    """Return a program on stations adapted to this profile, its walls at the stations, and an error estimate.
+) -> tuple[Evaluation, float]:
+    """Return the evaluation of a profile on stations adapted to it, and an error estimate.
 
     The estimate is the larger of the relative errors of the deflection and the maximum strength utilisation. Panels
     are refined where the deflection quadrature or a utilisation maximum between stations requires it.
@@ -164,88 +157,66 @@ def on_profile(
     points = design_variable_of(scene).thickness(np.array(whole.bore))
     for _ in range(_MAX_PASSES):
         program = assemble(scene, limits, criterion, physics, stations)
-        walls = whole.between(points, stations.x, stations.panel_start) / program.variable.unit_diameter
-        error_estimate = deflection_error(program, program.variable.solidity_of(walls))
+        walls = whole.between(points, stations.x, stations.side) / program.variable.unit_diameter
+        found = Evaluation(program, walls)
+        error_estimate, peak_excess = found.errors()
         coarse = error_estimate.sum() > 0.1 * accuracy
-        peak_excess = maximum_excess(stations, program.utilisations(walls))
         if not (coarse or peak_excess.max() > 0.1 * accuracy) or stations.x.size > _MAX_STATIONS:
             break
         excess = error_estimate * (stations.left.size / (0.05 * accuracy)) if coarse else np.zeros_like(error_estimate)
-        stations = refined(program, np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
-    return program, walls, max(float(error_estimate.sum()), float(peak_excess.max()))
-
-
-def deflection_error(program: Program, solidity: Array) -> Array:
-    """Return the relative quadrature error estimate of the deflection, per panel."""
-    density = program.densities(solidity)
-    total = float(program.weight @ density)
-    if not math.isfinite(total) or total == 0.0:
-        return np.zeros(program.stations.left.size)
-    return program.stations.error_estimate(density) / total
+        stations = stations.refined(np.maximum(excess, peak_excess / (0.1 * accuracy)), walls)
+    return found, max(float(error_estimate.sum()), float(peak_excess.max()))
 
 
 def assess(
-    program: Program, walls: Array, limits: Limits, mass: float, constant: Callable[[], float | None],
-    places: tuple[float, ...] = (),
+    found: Evaluation, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = (),
+    cautions: tuple[str, ...] = (),
 ) -> PinCheck:  # fmt: skip
-    """Return all results for walls at a program's stations; ``mass`` [kg], ``constant`` returns that of the lightest
-    uniform diameter."""
+    """Return all results of a part; ``mass`` [kg], ``places``: the shape's breaks [m], ``cautions``: further
+    warnings."""
+    program, walls, deflection = found.program, found.walls, found.deflection
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
-    is_pin, x, forces = not isinstance(scene.geometry, BushingGeometry), stations.x, program.forces
-    utilisations, allowable_shear = program.utilisations(walls), scene.material.allowable_shear
+    is_pin, x, allowable_shear = (
+        not isinstance(scene.geometry, BushingGeometry),
+        stations.x,
+        scene.material.allowable_shear,
+    )
     bore, outer = variable.diameters(walls)
-    found = Extremes(*_extremes(utilisations, bore, outer, walls, forces.moment_total, forces.shear_total))
-    utilisation, least_wall = max(found.criterion, found.shear), 0.5 * variable.unit_diameter * found.wall
-    middle = x.size - 1 if scene.symmetric else program.middle_index
-    deflection = program.deflection(variable.solidity_of(walls))
-    found_ring = ring_of(scene, bore, outer) if physics.ovalization else None
-
-    messages = partial(
-        warnings_of, scene, limits, where_over(x, utilisations, utilisation), utilisation, x, walls, least_wall,
-        deflection, found_ring,
-    )  # fmt: skip
+    criterion, shear, worst, min_bore, max_outer, wall, max_moment, max_shear = _extremes(
+        found.utilisations, bore, outer, walls, program.moment, program.shear_force
+    )
+    utilisation, least_wall = max(criterion, shear), 0.5 * variable.unit_diameter * wall
+    middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
     return PinCheck(
         mass=mass,
         solid_mass=program.mass_unit if is_pin else None,
-        lightest_constant=constant,
-        capacity=partial(force_limit_of, program) if is_pin else _no_capacity,
-        sections=partial(sections_of, program, walls, places),
-        messages=messages,
-        min_bore=found.min_bore,
+        lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
+        capacity=partial(force_limit, scene, program.criterion) if is_pin else None,
+        sections=partial(sections_of, found, places),
+        messages=partial(_warnings, found, limits, utilisation, least_wall, cautions),
+        rings=partial(ring_of, scene, bore, outer, middle) if physics.ovalization else None,
+        min_bore=min_bore,
         bore_mid=float(bore[middle]),
-        max_outer=found.max_outer,
+        max_outer=max_outer,
         outer_mid=float(outer[middle]),
         least_wall=least_wall,
-        max_moment=found.moment,
-        max_shear=found.force,
-        equivalent_stress_max=finite(scene.material.allowable_stress * found.criterion),
-        worst_section=float(x[found.worst]),
-        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * found.shear),
+        max_moment=max_moment,
+        max_shear=max_shear,
+        equivalent_stress_max=finite(scene.material.allowable_stress * criterion),
+        worst_section=float(x[worst]),
+        shear_stress_max=None if allowable_shear is None else finite(allowable_shear * shear),
         strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
-        ring=found_ring,
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
     )
-
-
-class Extremes(NamedTuple):
-    """Extremes over the stations: utilisations of the criterion and of the shear allowable, the station that governs
-    the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
-
-    criterion: float
-    shear: float
-    worst: int
-    min_bore: float
-    max_outer: float
-    wall: float
-    moment: float
-    force: float
 
 
 @kernel
 def _extremes(
     utilisations: Array, bore: Array, outer: Array, walls: Array, moment: Array, shear: Array
 ) -> tuple[float, float, int, float, float, float, float, float]:
+    """Return extremes over the stations: utilisations of the criterion and of the shear allowable, the station that
+    governs the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
     criterion, shearing, min_bore, max_outer, wall, most_moment, most_shear = 0.0, 0.0, np.inf, 0.0, np.inf, 0.0, 0.0
     for i in range(walls.size):
         criterion, shearing = max(criterion, utilisations[0, i]), max(shearing, utilisations[1, i])
@@ -258,14 +229,20 @@ def _extremes(
     return criterion, shearing, worst, min_bore, max_outer, wall, most_moment, most_shear
 
 
-def _no_capacity() -> None:
-    """Return None, the capacity of a bushing: undefined, since its outer diameter is the unknown."""
+def _warnings(
+    found: Evaluation, limits: Limits, utilisation: float, least_wall: float, cautions: tuple[str, ...],
+    ring: RingResult | None,
+) -> tuple[str, ...]:  # fmt: skip
+    x, deflection = found.program.stations.x, found.deflection
+    over = where_over(x, found.utilisations) if utilisation > 1.0 + SLACK else None
+    own = warnings_of(found.program.scene, limits, over, utilisation, x, found.walls, least_wall, deflection, ring)
+    return *own, *cautions
 
 
-def sections_of(program: Program, walls: Array, places: tuple[float, ...] = ()) -> Sections:
-    """Return the section table at a program's stations, keeping the stations at the shape breaks ``places`` [m]."""
-    scene, forces = program.scene, program.forces
-    equivalent = scene.material.allowable_stress * program.utilisations(walls)[0]
-    bore, outer = program.variable.diameters(walls)
-    table = np.stack([program.stations.x, bore, outer, forces.moment_total, forces.shear[0], equivalent])
-    return Sections(table, places, scene.geometry, scene.symmetric)
+def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Stress:
+    """Return the distributions along the part, keeping the shape's breaks ``places`` [m]."""
+    program, scene = found.program, found.program.scene
+    equivalent = scene.material.allowable_stress * found.utilisations[0]
+    bore, outer = program.variable.diameters(found.walls)
+    table = np.stack([program.stations.x, bore, outer, program.moment, program.shear_force, equivalent])
+    return along_the_part(table, places, scene)

@@ -4,33 +4,25 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
-from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, Certificate, Outcome, Status
-from solvers.pin.check import assess, deflection_error, on_profile
+from solvers.pin.check import assess, on_profile
 from solvers.pin.effects import Physics, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
-from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.infeasibility import Diagnosis, diagnose
-from solvers.pin.optimum.program import Program, refined
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.capacity import Diagnosis, diagnose
+from solvers.pin.optimum.program import Evaluation, Program, ShapeResult, assemble
 from solvers.pin.problem import PinProblem
 from solvers.pin.result import PinCheck
-from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.contour import Cubic, contour
 from solvers.pin.shapes.free import FREE
 from solvers.pin.shapes.given import Profile
-from solvers.pin.stations.between_nodes import maximum_excess
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.stations.lobatto_panels import Stations
+from solvers.pin.stations.lobatto_panels import Stations, initial_stations
 from solvers.verdict import per_cent
 
 _MAX_STATIONS, _MAX_COUPLED_STATIONS = 4000, 1000
@@ -47,22 +39,23 @@ _NEGLIGIBLE_GAP = 1e-6
 class PinDesign:
     """Optimum, its check, and the mass of the free form under the same limits [kg].
 
-    ``corners``: vertices of the designed diameter if it is piecewise linear, else None; ``sizes``: that diameter [m] at
-    ``stations``; ``length`` [m] of the part.
+    ``corners``: vertices of the designed diameter if it is piecewise linear, else None; ``evaluation``: its walls.
     """
 
     check: PinCheck
     form: str
     free_mass: float
     corners: tuple[tuple[float, float], ...] | None
-    stations: Stations
-    sizes: Array
-    length: float
+    evaluation: Evaluation
 
     @cached_property
     def contour(self) -> tuple[Cubic, ...] | None:
         """The designed diameter as cubics over the whole part; None if it is piecewise linear."""
-        return None if self.corners else contour(self.stations, self.sizes, self.length)
+        if self.corners:
+            return None
+        program = self.evaluation.program
+        sizes = program.variable.sizes(self.evaluation.walls)
+        return contour(program.stations, sizes, program.scene.geometry.length)
 
 
 def design(
@@ -80,9 +73,7 @@ def design(
     scene, limits = problem.scene, problem.limits
     choice = choose_for(scene, limits, effects, effect_tolerance)
     physics = compose(choice)
-    found = None
-    if math.isfinite(design_variable_of(scene).floor(scene, limits)):
-        found = _on_refined_stations(problem, physics, accuracy)
+    found = _on_refined_stations(problem, physics, accuracy)
     if found is None:
         return Outcome(
             Status.INFEASIBLE,
@@ -93,56 +84,36 @@ def design(
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )
-    program, best, error_estimate = found
-    checked, walls, places, evaluation = _evaluated(problem, physics, program, best, accuracy)
+    program, best, evaluation, error_estimate = found
+    places: tuple[float, ...] = ()
+    if best.corners is not None:
+        # As ``check`` does, on stations that include its corners.
+        given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True))).along(scene.geometry.length)
+        evaluation, further = on_profile(scene, given, problem.criterion, physics, accuracy)
+        places, error_estimate = given.places, max(error_estimate, further)
     relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
     free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
-    unit = program.mass_unit
+    unit, bound = program.mass_unit, max(best.bound, 0.0)
+    gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
+    cautions: tuple[str, ...] = ()
+    if gap > max(accuracy, _NEGLIGIBLE_GAP):
+        # The gap is not an error of the reported values.
+        cautions = (f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass",)
     value = PinDesign(
-        check=assess(
-            checked, walls, limits, unit * best.volume, partial(lightest_constant_mass, relaxed, accuracy), places
-        ),
+        check=assess(evaluation, limits, unit * best.volume, accuracy, places, cautions),
         form=problem.form.name,
         free_mass=unit * free.volume,
         corners=best.corners,
-        stations=checked.stations,
-        sizes=checked.variable.sizes(walls),
-        length=scene.geometry.length,
+        evaluation=evaluation,
     )
-    bound = max(best.bound, 0.0)
-    gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     return Outcome(
         Status.SUCCEEDED,
-        _with_gap_warning(value, gap, accuracy),
+        value,
         choice.manifest,
-        Accuracy(accuracy, max(error_estimate, evaluation) + ROUNDING, {"stations": int(best.solidity.size)}),
+        Accuracy(accuracy, error_estimate + ROUNDING, {"stations": int(best.solidity.size)}),
         certificate=Certificate(best.method, unit * bound, gap, best.evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-def _with_gap_warning(value: PinDesign, gap: float, accuracy: float) -> PinDesign:
-    """Add a warning for an optimality gap above the accuracy; the gap is not an error of the reported values."""
-    if gap <= max(accuracy, _NEGLIGIBLE_GAP):
-        return value
-    message = f"a lighter pin of this form is excluded only to {per_cent(gap)} % of the mass"
-    return replace(value, check=replace(value.check, messages=partial(_joined, value.check.messages, message)))
-
-
-def _joined(messages: Callable[[], tuple[str, ...]], further: str) -> tuple[str, ...]:
-    return (*messages(), further)
-
-
-def _evaluated(
-    problem: PinProblem, physics: Physics, program: Program, best: ShapeResult, accuracy: float
-) -> tuple[Program, Array, tuple[float, ...], float]:
-    """Evaluate the shape as ``check`` does, on stations that include its corners; the last item is the error."""
-    if best.corners is None:
-        return program, program.variable.wall_of(best.solidity), (), 0.0
-    given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True)))
-    whole = given.along(problem.scene.geometry.length)
-    checked, walls, error_estimate = on_profile(problem.scene, whole, problem.criterion, physics, accuracy)
-    return checked, walls, whole.places, error_estimate
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:
@@ -151,20 +122,11 @@ def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_toleran
     return diagnose(problem.scene, problem.limits, problem.criterion, compose(choice))
 
 
-def _result_error(program: Program, best: ShapeResult) -> Array:
-    """Relative error of deflection and utilisation per panel; 0 with corners, which have stations of their own."""
-    if best.corners is not None:
-        return np.zeros(program.stations.left.size)
-    error_estimate = deflection_error(program, best.solidity)
-    utilisations = program.utilisations(program.variable.wall_of(best.solidity))
-    # The design's utilisation is at most 1.
-    return np.maximum(error_estimate, maximum_excess(program.stations, utilisations, most=1.0))
-
-
 def _on_refined_stations(
     problem: PinProblem, physics: Physics, accuracy: float
-) -> tuple[Program, ShapeResult, float] | None:
-    """Return (program, best profile, error estimate); panels are refined where quadrature or kinks require it."""
+) -> tuple[Program, ShapeResult, Evaluation, float] | None:
+    """Return (program, best profile, its evaluation, error estimate); panels are refined where quadrature or kinks
+    require it."""
     scene = problem.scene
     stations: Stations = initial_stations(scene)
     coupled = problem.limits.max_slope is not None and problem.limits.max_deflection is not None
@@ -174,13 +136,13 @@ def _on_refined_stations(
     for _ in range(_MAX_PASSES):
         program = assemble(scene, problem.limits, problem.criterion, physics, stations)
         volume = program.volume(program.lower)
-        if math.isnan(volume):
+        if not math.isfinite(volume):
             return None
         error_estimate, refinement_values = program.stations.error_estimate(program.lower), program.lower
         coarse = error_estimate.sum() > mass_tolerance * volume
         if not coarse:
             if coupled and result is not None:
-                former, answer, _ = result
+                former, answer, *_ = result
                 program = replace(program, initial=np.interp(stations.x, former.stations.x, answer.solidity))
             best = problem.form.find(program, accuracy)
             if best is None:
@@ -189,19 +151,25 @@ def _on_refined_stations(
             if best.error_estimate is not None:
                 error_estimate = np.maximum(error_estimate, best.error_estimate)
             mass_error = float(error_estimate.sum()) / volume if volume > 0 else 0.0
-            result = (program, best, mass_error)
+            evaluation = Evaluation(program, program.variable.wall_of(best.solidity))
+            result = (program, best, evaluation, mass_error)
             if mass_error <= mass_tolerance:
-                result_errors = _result_error(program, best)
+                if best.corners is not None:
+                    break
+                # The design's utilisation is at most 1.
+                result_errors = np.maximum(*evaluation.errors(most=1.0))
                 result_error = float(result_errors.sum())
-                result = (program, best, max(mass_error, result_error))
+                result = (program, best, evaluation, max(mass_error, result_error))
                 if result_error <= 0.5 * accuracy:
                     break
                 error_estimate = volume * result_errors
         if stations.x.size > most:
             break
         excess = error_estimate * (stations.left.size / (0.5 * mass_tolerance * max(volume, 1e-300)))
-        stations = refined(program, excess, refinement_values)
+        stations = stations.refined(excess, refinement_values)
     if result is None:
         best = problem.form.find(program, accuracy)
-        result = None if best is None else (program, best, float(error_estimate.sum()) / max(volume, 1e-300))
+        if best is not None:
+            evaluation = Evaluation(program, program.variable.wall_of(best.solidity))
+            result = (program, best, evaluation, float(error_estimate.sum()) / max(volume, 1e-300))
     return result

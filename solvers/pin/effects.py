@@ -6,9 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solvers.effects import Choice, Demand, EffectSelection, choose
-from solvers.pin.limits import Limits
 from solvers.pin.load.piston_pin import deflection_integrals
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.flexibility import cowper
 
 
@@ -73,4 +72,5 @@ def choose_for(scene: Scene, limits: Limits, selection: EffectSelection, toleran
 
 def compose(choice: Choice[PinEffect]) -> Physics:
     """Return the physics of the selected effects, in addition to strength and bending."""
-    return Physics(**{effect.name: choice.has(effect.name) for effect in EFFECTS})
+    active = {effect.name for effect in choice.active}
+    return Physics(*(effect.name in active for effect in EFFECTS))

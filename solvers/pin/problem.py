@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from solvers.pin.limits import NO_LIMITS, Limits
-from solvers.pin.scene import Scene
+from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.shapes.cone import Cone
 from solvers.pin.shapes.constant import Constant

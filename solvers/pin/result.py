@@ -12,7 +12,7 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.pin.ring.along_the_part import RingResult
 from solvers.pin.ring.bearing_pressure import Pressures
-from solvers.pin.scene import BushingGeometry, Geometry
+from solvers.pin.scene import Scene
 
 
 @dataclass(frozen=True)
@@ -28,27 +28,20 @@ class Stress:
     equivalent: Array
 
 
-@dataclass(frozen=True)
-class Sections:
-    """The rows of ``Stress`` at a program's stations, (6, n), with the shape breaks ``places`` [m] and the symmetry."""
+def along_the_part(table: Array, places: tuple[float, ...], scene: Scene) -> Stress:
+    """Return about 400 stations of the whole part, including load boundaries, the shape's breaks ``places`` [m] and the
+    station of maximum stress.
 
-    table: Array
-    places: tuple[float, ...]
-    geometry: Geometry | BushingGeometry
-    symmetric: bool
-
-    def along(self) -> Stress:
-        """Return about 400 stations of the whole part, including load and shape breaks and the station of maximum
-        stress."""
-        g = self.geometry
-        places = np.array([0.0, g.boss_length, g.boss_length + g.gap, 0.5 * g.length, *self.places])
-        table = self.table[:, _kept(self.table, places, g.length / 400.0)]
-        if self.symmetric:
-            mirrored = table[:, ::-1].copy()
-            mirrored[0] = g.length - mirrored[0]
-            mirrored[4] = -mirrored[4]
-            table = np.concatenate([table, mirrored[:, 1:]], axis=1)
-        return Stress(*table)
+    ``table``: the rows of ``Stress`` at a program's stations, (6, n), the shear without its sign.
+    """
+    g = scene.geometry
+    table = table[:, _kept(table, np.array([0.0, 0.5 * g.length, *scene.breakpoints, *places]), g.length / 400.0)]
+    if scene.symmetric:
+        mirrored = table[:, ::-1].copy()
+        mirrored[0] = g.length - mirrored[0]
+        table = np.concatenate([table, mirrored[:, 1:]], axis=1)
+    table[4] = np.copysign(table[4], 0.5 * g.length - table[0])
+    return Stress(*table)
 
 
 def _kept(table: Array, places: Array, step: float) -> Array:
@@ -56,7 +49,8 @@ def _kept(table: Array, places: Array, step: float) -> Array:
     x, sizes = table[0], table[1:3]
     new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
     places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))
-    return new & (np.isin(x, places) | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
+    at_place = (np.abs(x[:, None] - places) <= 1e-12 * x[-1]).any(axis=1)
+    return new & (at_place | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
 
 
 @dataclass(frozen=True)
@@ -65,15 +59,17 @@ class PinCheck:
     only).
 
     ``lightest_constant`` and ``capacity`` are functions that compute ``constant_mass`` and ``force_limit``,
-    ``sections`` the table for ``along``, ``messages`` the ``warnings``; each is called on first access.
+    ``sections`` the distributions ``along`` the part, ``messages`` the ``warnings``, ``rings`` the ``ring``; each is
+    called on first access.
     """
 
     mass: float
     solid_mass: float | None
     lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
-    capacity: Callable[[], float | None] = field(compare=False, repr=False)
-    sections: Callable[[], Sections] = field(compare=False, repr=False)
-    messages: Callable[[], tuple[str, ...]] = field(compare=False, repr=False)
+    capacity: Callable[[], float] | None = field(compare=False, repr=False)
+    sections: Callable[[], Stress] = field(compare=False, repr=False)
+    messages: Callable[[RingResult | None], tuple[str, ...]] = field(compare=False, repr=False)
+    rings: Callable[[], RingResult] | None = field(compare=False, repr=False)
     min_bore: float
     bore_mid: float
     max_outer: float
@@ -86,8 +82,12 @@ class PinCheck:
     shear_stress_max: float | None
     strength_utilisation: float | None
     deflection: float | None
-    ring: RingResult | None
     pressures: Pressures | None
+
+    @cached_property
+    def ring(self) -> RingResult | None:
+        """The part as a ring; None if the effect is inactive."""
+        return self.rings and self.rings()
 
     @cached_property
     def constant_mass(self) -> float | None:
@@ -96,18 +96,18 @@ class PinCheck:
 
     @cached_property
     def force_limit(self) -> float | None:
-        """Maximum force [N] that the solid pin carries; None for a bushing."""
-        return self.capacity()
+        """Maximum force [N] that the solid pin carries; None for a bushing, whose outer diameter is the unknown."""
+        return self.capacity and self.capacity()
 
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """One message per violated limit."""
-        return self.messages()
+        return self.messages(self.ring)
 
     @cached_property
     def along(self) -> Stress:
         """About 400 stations from end to end, computed on first access."""
-        return self.sections().along()
+        return self.sections()
 
 
 def finite(value: float) -> float | None:

@@ -1,4 +1,4 @@
-"""Inputs: geometry of the pin or the bushing, loads, material. SI units throughout.
+"""Inputs: geometry of the pin or the bushing, loads, material, design limits. SI units throughout.
 
 Every dataclass raises ``InvalidInput`` for values outside the model's domain.
 """
@@ -7,11 +7,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 
 from solvers.errors import require, require_not_negative, require_positive
-from solvers.pin.load.macaulay import LoadCase
-from solvers.pin.load.piston_pin import DeflectionReference, pin_places, piston_pin_case
+from solvers.numerics.arrays import Array
+from solvers.pin.load.macaulay import InternalForces, LoadCase, forces_of
+from solvers.pin.load.piston_pin import own_forces
 
 
 class _Lengths:
@@ -21,15 +21,10 @@ class _Lengths:
     small_end_length: float
     gap: float
 
-    @cached_property
+    @property
     def length(self) -> float:
         """Total length [m]."""
-        return self.places[-1][0]
-
-    @cached_property
-    def places(self) -> tuple[tuple[float, float], ...]:
-        """Axial positions; see ``piston_pin.pin_places``."""
-        return pin_places(self.boss_length, self.small_end_length, self.gap)
+        return 2.0 * (self.boss_length + self.gap) + self.small_end_length
 
     def _require_lengths(self) -> None:
         require_positive(self, "geometry", "boss_length", "small_end_length")
@@ -103,10 +98,8 @@ class PinMaterial:
     allowable_shear: float | None = None
 
     def __post_init__(self) -> None:
-        require_positive(self, "material", "allowable_stress", "elastic_modulus", "density")
+        require_positive(self, "material", "allowable_stress", "elastic_modulus", "density", "allowable_shear")
         require(0 <= self.poisson < 0.5, "material.poisson", "lies outside what a solid can have", "[0, 0.5)")
-        if self.allowable_shear is not None:
-            require_positive(self, "material", "allowable_shear")
 
     @property
     def shear_modulus(self) -> float:
@@ -114,37 +107,64 @@ class PinMaterial:
 
 
 @dataclass(frozen=True)
+class Limits:
+    """Design limits besides strength; None: no limit.
+
+    min_wall         minimum wall thickness [m]
+    max_deflection   maximum deflection of the middle relative to the bosses' inner edges [m]
+    max_ovalization  maximum growth of a diameter [m]
+    max_slope        maximum slope of the bore's diameter, |dd/dx|
+    max_ring_stress  maximum hoop stress of the section as a ring [Pa]
+    """
+
+    min_wall: float = 0.0
+    max_deflection: float | None = None
+    max_ovalization: float | None = None
+    max_slope: float | None = None
+    max_ring_stress: float | None = None
+
+    def __post_init__(self) -> None:
+        require_not_negative(self, "limits", "min_wall")
+        require_positive(self, "limits", "max_deflection", "max_ovalization", "max_slope", "max_ring_stress")
+
+
+NO_LIMITS = Limits()
+
+
+@dataclass(frozen=True)
 class Scene:
     """A loaded pin with given outer diameter, or a loaded bushing with given bore.
 
     ``force`` [N] is the piston's maximum force: the rod force in the middle, half of it on each boss.
-    ``further_cases`` are additional load cases on the same part (see ``solvers.pin.load.macaulay``). ``mirrored``:
-    the sought diameter may be assumed symmetric about the middle.
+    ``further_cases`` are additional load cases on the same part (see ``solvers.pin.load.macaulay``). ``symmetric``: the
+    sought diameter is symmetric about the middle, as all designs are. Such a part may be fitted either way round, so
+    further cases count together with their mirror images; one half represents both.
     """
 
     geometry: Geometry | BushingGeometry
     force: float
     material: PinMaterial
     further_cases: tuple[LoadCase, ...] = ()
-    mirrored: bool = True
+    symmetric: bool = True
 
     def __post_init__(self) -> None:
         require_not_negative(self, "load", "force")
 
-    @cached_property
-    def cases(self) -> tuple[LoadCase, ...]:
-        g = self.geometry
-        own = piston_pin_case(self.force, g.boss_length, g.small_end_length, g.gap)
-        return (own, *self.further_cases)
-
     @property
-    def symmetric(self) -> bool:
-        """Whether one half represents both: true for the pin's own load, not assumed for further cases."""
-        return self.mirrored and not self.further_cases
+    def breakpoints(self) -> set[float]:
+        """Positions inside the part where a load begins or ends, [m]."""
+        length, a, rod = self.geometry.length, self.geometry.boss_length, self.geometry.boss_length + self.geometry.gap
+        starts = {term.start for case in self.further_cases for term in case.terms if 0.0 < term.start < length}
+        return {a, rod, length - rod, length - a} | starts
 
-    @property
-    def reference(self) -> DeflectionReference:
-        """The middle relative to the inner edges of the bosses."""
+    def own_forces(self, x: Array, side: Array) -> Array:
+        """Return the resultants of the part's own load at stations; see ``solvers.pin.load.piston_pin``."""
         g = self.geometry
-        right, residual = g.places[4]
-        return DeflectionReference(g.boss_length, right, residual)
+        return own_forces(x, side, g.boss_length, g.small_end_length, g.gap, self.force)
+
+    def further_forces(self, x: Array, side: Array) -> list[InternalForces]:
+        """Return the resultants of the further cases at stations; of a symmetric part also of their mirror images."""
+        found, length = [forces_of(case, x, side) for case in self.further_cases], self.geometry.length
+        if self.symmetric:
+            found += [forces_of(case, length - x, length - side) for case in self.further_cases]
+        return found

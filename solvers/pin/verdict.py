@@ -9,10 +9,9 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.outcome import Accuracy, EffectReport
-from solvers.pin.limits import Limits
 from solvers.pin.result import PinCheck
 from solvers.pin.ring.along_the_part import RingResult
-from solvers.pin.scene import PinMaterial, Scene
+from solvers.pin.scene import Limits, Scene
 from solvers.verdict import Criterion, Sense, Verdict, at_least, at_most, doubt, left_out, slack_of, unknown
 
 
@@ -29,70 +28,48 @@ def judge(
     Without ``max_ring_stress`` the ring's hoop stress is compared with the allowable stress. If the ovalization effect
     is inactive, the ring is not judged and a caution states this.
     """
-    slack = slack_of(accuracy)
+    slack, material = slack_of(accuracy), scene.material
     unjudged = () if check.ring else ("the ring's hoop stress is not judged: the effect ovalization is left out",)
     with_deflection = () if limits.max_deflection is None else ("shear_deflection",)
-    slope = None
+    found = [_at_most("equivalent_stress", material.allowable_stress, check.equivalent_stress_max, slack, asked=False)]
+    if material.allowable_shear is not None:
+        found.append(_at_most("shear_stress", material.allowable_shear, check.shear_stress_max, slack, asked=False))
+    if check.least_wall > 0.0:
+        found.append(at_least("min_wall", limits.min_wall, check.least_wall, slack, limits.min_wall > 0.0))
+    else:
+        # Without a limit the wall must still be positive.
+        asked = limits.min_wall > 0.0
+        found.append(Criterion("min_wall", Sense.AT_LEAST, limits.min_wall, 0.0, -1.0, False, asked))
+    found += _of_ring(check.ring, scene, limits, slack)
+    if limits.max_deflection is not None:
+        found.append(_at_most("max_deflection", limits.max_deflection, check.deflection, slack))
     if limits.max_slope is not None:
         along = check.along
         slope = max(steepest(along.x, along.bore), steepest(along.x, along.outer))
-    return Verdict(
-        (
-            *_of_stresses(check.equivalent_stress_max, check.shear_stress_max, scene.material, slack),
-            _of_wall(check.least_wall, limits, slack),
-            *_of_ring(check.ring, scene.force, scene.material, limits, slack),
-            *_of_shape(check.deflection, slope, limits, slack),
-        ),
-        (*check.warnings, *unjudged, *left_out(effects, with_deflection)),
-        doubt(accuracy, designed),
-    )
-
-
-def _of_stresses(
-    equivalent: float | None, shear: float | None, material: PinMaterial, slack: float
-) -> tuple[Criterion, ...]:
-    """Compare the maximum stresses [Pa] with their allowable values; None: there is no wall."""
-    found = [at_most("equivalent_stress", material.allowable_stress, _bounded(equivalent), slack, asked=False)]
-    if material.allowable_shear is not None:
-        found.append(at_most("shear_stress", material.allowable_shear, _bounded(shear), slack, asked=False))
-    return tuple(found)
-
-
-def _of_ring(
-    ring: RingResult | None, force: float, material: PinMaterial, limits: Limits, slack: float
-) -> tuple[Criterion, ...]:
-    """Judge hoop stress and ovalization at the thinnest wall."""
-    asked = limits.max_ring_stress is not None
-    required = limits.max_ring_stress if asked else material.allowable_stress
-    name, found = "max_ring_stress" if asked else "ring_stress", []
-    if ring is not None:
-        found.append(at_most(name, required, _bounded(ring.stress_max) if force > 0.0 else 0.0, slack, asked))
-    elif asked:
-        found.append(unknown(name, Sense.AT_MOST, required))
-    if limits.max_ovalization is not None and ring is not None:
-        grown = _bounded(ring.ovalization_max) if force > 0.0 else 0.0
-        found.append(at_most("max_ovalization", limits.max_ovalization, grown, slack))
-    elif limits.max_ovalization is not None:
-        found.append(unknown("max_ovalization", Sense.AT_MOST, limits.max_ovalization))
-    return tuple(found)
-
-
-def _of_wall(wall: float, limits: Limits, slack: float) -> Criterion:
-    """Judge the minimum wall; without a limit it must still be positive."""
-    asked = limits.min_wall > 0.0
-    if wall > 0.0:
-        return at_least("min_wall", limits.min_wall, wall, slack, asked)
-    return Criterion("min_wall", Sense.AT_LEAST, limits.min_wall, 0.0, -1.0, False, asked)
-
-
-def _of_shape(deflection: float | None, slope: float | None, limits: Limits, slack: float) -> tuple[Criterion, ...]:
-    """Judge deflection [m] (None: a loaded section has no wall) and slope against their limits."""
-    found = []
-    if limits.max_deflection is not None:
-        found.append(at_most("max_deflection", limits.max_deflection, _bounded(deflection), slack))
-    if limits.max_slope is not None:
         found.append(at_most("max_slope", limits.max_slope, slope, slack))
-    return tuple(found)
+    cautions = *check.warnings, *unjudged, *left_out(effects, with_deflection)
+    return Verdict(tuple(found), cautions, doubt(accuracy, designed))
+
+
+def _of_ring(ring: RingResult | None, scene: Scene, limits: Limits, slack: float) -> list[Criterion]:
+    """Judge hoop stress and ovalization at the thinnest wall; a limit on what is not judged does not hold."""
+    asked = limits.max_ring_stress is not None
+    allowable = limits.max_ring_stress if asked else scene.material.allowable_stress
+    if ring is None:
+        limited = ("max_ring_stress", limits.max_ring_stress), ("max_ovalization", limits.max_ovalization)
+        return [unknown(name, Sense.AT_MOST, limit) for name, limit in limited if limit is not None]
+    loaded = scene.force > 0.0
+    name, stress = "max_ring_stress" if asked else "ring_stress", ring.stress_max if loaded else 0.0
+    found = [_at_most(name, allowable, stress, slack, asked)]
+    if limits.max_ovalization is not None:
+        grown = ring.ovalization_max if loaded else 0.0
+        found.append(_at_most("max_ovalization", limits.max_ovalization, grown, slack))
+    return found
+
+
+def _at_most(name: str, required: float, reached: float | None, slack: float, asked: bool = True) -> Criterion:
+    """As ``at_most``; None: infinite, since a loaded section has no wall."""
+    return at_most(name, required, math.inf if reached is None else reached, slack, asked)
 
 
 def steepest(x: Array, diameter: Array) -> float:
@@ -103,7 +80,3 @@ def steepest(x: Array, diameter: Array) -> float:
     if np.any(rise[~apart] > 1e-7 * diameter.max()):
         return math.inf
     return float(np.max(rise[apart] / run[apart], initial=0.0))
-
-
-def _bounded(value: float | None) -> float:
-    return math.inf if value is None else value

@@ -7,31 +7,11 @@ import math
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.limits import Limits
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.ring.along_the_part import RingResult
-from solvers.pin.scene import Scene
+from solvers.pin.scene import Limits, Scene
+from solvers.pin.section.strength import SLACK
 from solvers.verdict import per_cent
-
-_SLACK = 1e-9
-"""Relative excess up to which a violation is not reported."""
-
-
-def where_over(x: Array, utilisations: Array, greatest: float) -> tuple[float, float] | None:
-    """Return the first and last position [m] at which the larger of the utilisations (2, n), interpolated linearly
-    between stations, exceeds 1; None: nowhere. Their maximum is ``greatest``."""
-    if greatest <= 1.0 + _SLACK:
-        return None
-    utilisation, ends = utilisations.max(axis=0), []
-    over = np.flatnonzero(utilisation > 1.0 + _SLACK)
-    for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
-        place = float(x[inner])
-        if 0 <= outer < x.size and math.isfinite(utilisation[inner]):
-            place += float(
-                (x[outer] - x[inner]) * (utilisation[inner] - 1.0) / (utilisation[inner] - utilisation[outer])
-            )
-        ends.append(place)
-    return ends[0], ends[1]
 
 
 def warnings_of(
@@ -48,11 +28,11 @@ def warnings_of(
     if over is not None:
         by = f"by {per_cent(utilisation - 1.0)} %" if math.isfinite(utilisation) else "where there is no wall"
         messages.append(f"the strength is exceeded {_place(scene, *over)}, {by}")
-    if least_wall < limits.min_wall * (1.0 - _SLACK):
+    if least_wall < limits.min_wall * (1.0 - SLACK):
         messages.append(
             f"the wall is {least_wall * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} mm asked"
         )
-    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + _SLACK):
+    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + SLACK):
         messages.append(f"the deflection of {deflection * 1e6:.4g} µm exceeds its limit")
     if ring is None or scene.force == 0.0:
         return tuple(messages)
@@ -70,7 +50,7 @@ def warnings_of(
 
 def _within(value: float | None, limit: float) -> bool:
     """Return whether a result does not exceed a limit; None represents infinity."""
-    return value is not None and value <= limit * (1.0 + _SLACK)
+    return value is not None and value <= limit * (1.0 + SLACK)
 
 
 def _place(scene: Scene, first: float, last: float) -> str:

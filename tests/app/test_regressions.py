@@ -14,6 +14,7 @@ from http import HTTPStatus
 from pathlib import Path
 
 import pytest
+from solvers.pin.optimum.infeasibility import _where
 
 from app.api.contract import PATHS
 from app.designs.kind import Mode
@@ -22,7 +23,6 @@ from app.designs.registry import KINDS
 from app.errors import _BUSY
 from app.web.forms.tree import form_of
 from solvers.pin.optimum.capacity import WeakSpan
-from solvers.pin.optimum.infeasibility import _where
 
 ROOT = Path(__file__).parents[2]
 PHRASES = {status.phrase for status in HTTPStatus}

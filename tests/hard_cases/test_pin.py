@@ -15,7 +15,7 @@ import pytest
 
 from solvers import pin
 from solvers.effects import ALL
-from solvers.pin.optimum.discretised import least_walls_at
+from solvers.pin.optimum.program import least_walls_at
 from solvers.pin.ring import ovalization
 from tests.hard_cases.make_pin_references import PLACES, load_cases
 

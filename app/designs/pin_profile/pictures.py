@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from app.designs.drawing import worded
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, around, opening, stacked
 from app.designs.pictures.drawing_svg import drawing_alone
@@ -12,11 +14,10 @@ from app.designs.pin_profile.drawing import in_machine
 from app.designs.pin_profile.request import DesignRequest, material_of
 from app.designs.units import MEGA, figures
 from solvers import pin
-from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.shapes.load_family import load_sweep
 
 _WIDTH = 520.0
 _LOADS = (0.25, 0.5, 0.75, 0.9, 0.99)
+_PLACES = 121
 _OUTSIDE_LOADS = (0.25, 0.5, 1.0, 2.0)
 
 
@@ -133,24 +134,22 @@ def load_family(run: dict[str, Any], say: Say = str) -> str:
     if run["spec"]["variable"] == "bore":
         spec["bore_mm"] = None
     request = DesignRequest.model_validate({**spec, "form": {"kind": "free"}})
-    sought = "outer_diameter_mm" if request.seeks_outside else "bore_mm"
+    scene, force, criterion = request.scene(), request.load.force, pin.CRITERIA[request.criterion]
     if request.seeks_outside:
-        scene, force = request.scene(), request.load.force
-        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * force for share in _OUTSIDE_LOADS])
+        sought, forces = "outer_diameter_mm", [share * force for share in _OUTSIDE_LOADS]
         title, words = say("Outsides over the load"), say("outer diameter, mm")
     else:
-        scene, force = request.scene(), request.load.force
-        greatest = force_limit(scene, pin.CRITERIA[request.criterion])
-        profiles = load_sweep(scene, pin.CRITERIA[request.criterion], [share * greatest for share in _LOADS])
+        sought, forces = "bore_mm", [share * pin.force_limit(scene, criterion) for share in _LOADS]
         title, words = say("Profiles over the load"), say("bore, mm")
-    half = 0.5e3 * scene.geometry.length
+    half, g = 0.5e3 * scene.geometry.length, scene.geometry
+    x = np.unique([*np.linspace(0.0, 0.5 * g.length, _PLACES), g.boss_length, g.boss_length + g.gap])
+    profiles = [1e3 * pin.free_sizes(scene, criterion, own_force, x) for own_force in forces]
     places, own = _columns(run, "x_mm", sought)
-    top = max(max(own), *(float(profile.diameter.max()) * 1e3 for profile in profiles))
+    top = max(max(own), *(float(diameter.max()) for diameter in profiles))
     chart = Chart(title, Linear(0.0, half), Linear(0.0, 1.05 * top), say("x, mm"), words)
-    for profile in profiles:
-        diameter = profile.diameter * 1e3
-        chart.line(list(profile.x * 1e3), list(diameter), GREY)
-        chart.words(0.8 * half, float(diameter[-1]), say("{} kN").format(figures(profile.force / 1e3, 3)), GREY)
+    for own_force, diameter in zip(forces, profiles, strict=True):
+        chart.line(list(1e3 * x), list(diameter), GREY)
+        chart.words(0.8 * half, float(diameter[-1]), say("{} kN").format(figures(own_force / 1e3, 3)), GREY)
     mine = [(p, d) for p, d in zip(places, own, strict=True) if p <= half * (1.0 + 1e-9)]
     chart.line([p for p, _ in mine], [d for _, d in mine], GREEN)
     chart.words(0.02 * half, 0.0, say("green: this one, {} kN").format(figures(force / 1e3)), GREEN)

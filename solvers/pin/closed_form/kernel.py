@@ -1,11 +1,5 @@
 """Closed-form check of stepped-bore pins under the rod force: one compiled loop over any number of pins.
 
-Half the pin has three pieces, t measured from the start of each:
-
-    boss        0 <= t <= a        Q = P t^2/(2 a^2)      M = P t^3/(6 a^2)
-    gap         0 <= t <= delta    Q = P/2                M = P a/6 + P t/2
-    small end   0 <= t <= b/2      Q = P (b/2 - t)/b      M = P a/6 + P delta/2 + P t (b - t)/(2 b)
-
 The wall is constant within a step, so the utilisation is greatest at an end of the step or of a piece: before the
 small end neither M nor Q decreases; within it d/dt (A M^2 + B Q^2) = 2 Q (A M - B P/b), whose second factor increases
 with M, so that there is no interior maximum. The deflection of the middle relative to the inner edges of the bosses,
@@ -14,7 +8,7 @@ with M, so that there is no interior maximum. The deflection of the middle relat
 
 has cubic integrands, which two-point Gauss quadrature integrates exactly.
 
-Source: the paper's equations (4) to (8), and ``solvers.pin`` for v, phi and the criteria.
+The forces are those of ``solvers.pin.load.piston_pin``. Source: the paper's equations (4) to (8).
 """
 
 from __future__ import annotations
@@ -27,16 +21,14 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.numerics.parallel import in_slices
+from solvers.pin.load.piston_pin import forces_in_piece
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
 
 _MAX_CONSTRAINTS = 3
-_BISECTIONS = 60
 _GAUSS = 0.5 / math.sqrt(3.0)
 _TIE_TOLERANCE = 1.0 + 1e-14
 """Relative tie tolerance: of equally utilised positions the first one is reported."""
-_EXCEEDED = 1.0 + 1e-9
-"""Utilisation above which strength is reported as exceeded; the same as for a single check."""
 
 
 class Pins(NamedTuple):
@@ -58,8 +50,8 @@ class Results(NamedTuple):
     """Results of n pins, (n,) each.
 
     Volume relative to the solid pin, deflection [m], maximum utilisation of the criterion and of the shear
-    allowable, position of the former [m], first and last position where either is exceeded [m] (NaN: nowhere),
-    maximum moment [N m] and shear [N], and the maximum utilisation of the solid pin.
+    allowable, position of the former [m], maximum moment [N m] and shear [N], and the maximum utilisation of the solid
+    pin.
     """
 
     volume: Array
@@ -67,22 +59,9 @@ class Results(NamedTuple):
     criterion: Array
     shear: Array
     worst: Array
-    first_over: Array
-    last_over: Array
     moment: Array
     force: Array
     solid: Array
-
-
-@kernel
-def _forces(piece: int, t: float, a: float, b: float, gap: float, p: float) -> tuple[float, float]:
-    """Return moment and shear force at position t in a piece."""
-    if piece == 0:
-        s = t / a
-        return p * a * s * s * s / 6.0, 0.5 * p * s * s
-    if piece == 1:
-        return p * (a / 6.0 + 0.5 * t), 0.5 * p
-    return p * (a / 6.0 + 0.5 * gap + 0.5 * t * (b - t) / b), p * (0.5 * b - t) / b
 
 
 @kernel
@@ -106,17 +85,6 @@ def _utilisations(
 
 
 @kernel
-def _max_utilisation(
-    piece: int, t: float, wall: float, d: float, a: float, b: float, gap: float, p: float, constraints: Array,
-    law: Array,
-) -> float:  # fmt: skip
-    """Return the larger of the two utilisations at a position of a piece."""
-    moment, force = _forces(piece, t, a, b, gap, p)
-    one, other = _utilisations(moment, force, wall, d, constraints, law)
-    return max(one, other)
-
-
-@kernel
 def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
     """Evaluate stepped-bore pins; write the results into ``out``.
 
@@ -130,12 +98,9 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         bend_unit = 1.0 / (modulus * math.pi * d**4 / 64.0)
         shear_unit = 1.0 / (shear_modulus * 0.25 * math.pi * d * d)
         rod = a + gap
-        # Rounding error of the small end's start, significant if the boss is long and the small end short.
-        residual = (a - (rod - (rod - a))) + (gap - (rod - a))
         half = rod + 0.5 * b
         volume, bent, sheared, begin = 0.0, 0.0, 0.0, 0.0
-        criterion, shear, worst = 0.0, 0.0, 0.0
-        first, last, solid = math.nan, math.nan, 0.0
+        criterion, shear, worst, solid = 0.0, 0.0, 0.0, 0.0
         for j in range(walls.shape[1]):
             final = j == walls.shape[1] - 1 or ends[i, j] >= half
             end = half if final else ends[i, j]
@@ -146,45 +111,24 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
             for piece in range(3):
                 start = 0.0 if piece == 0 else (a if piece == 1 else rod)
                 length = a if piece == 0 else (gap if piece == 1 else 0.5 * b)
-                less = residual if piece == 2 else 0.0
-                low = min(max((begin - start) - less, 0.0), length)
-                high = length if final else min(max((end - start) - less, 0.0), length)
+                low = min(max(begin - start, 0.0), length)
+                high = length if final else min(max(end - start, 0.0), length)
                 if high <= low:
                     continue
-                over_low, over_high = False, False
                 for side in range(2):
                     t = low if side == 0 else high
-                    moment, force = _forces(piece, t, a, b, gap, p)
+                    moment, force = forces_in_piece(piece, t, a, b, gap, p)
                     one, other = _utilisations(moment, force, wall, d, constraints, law)
                     full, full_shear = _utilisations(moment, force, 1.0, d, constraints, law)
                     solid, shear = max(solid, full, full_shear), max(shear, other)
                     if one > criterion * _TIE_TOLERANCE:
-                        criterion, worst = one, start + less + t
-                    over = max(one, other) > _EXCEEDED
-                    if side == 0:
-                        over_low = over
-                    else:
-                        over_high = over
-                if over_low or over_high:
-                    head, tail = low, high
-                    if over_low != over_high and wall > 0.0:
-                        good, bad = (low, high) if over_high else (high, low)
-                        for _ in range(_BISECTIONS):
-                            middle = 0.5 * (good + bad)
-                            if _max_utilisation(piece, middle, wall, d, a, b, gap, p, constraints, law) > _EXCEEDED:
-                                bad = middle
-                            else:
-                                good = middle
-                        head, tail = (bad, high) if over_high else (low, bad)
-                    if math.isnan(first):
-                        first = start + less + head
-                    last = start + less + tail
+                        criterion, worst = one, start + t
                 if piece > 0:
                     arm = 0.0 if piece == 1 else gap
                     middle, width = 0.5 * (low + high), high - low
                     for side in range(2):
                         t = middle + (_GAUSS if side == 1 else -_GAUSS) * width
-                        moment, force = _forces(piece, t, a, b, gap, p)
+                        moment, force = forces_in_piece(piece, t, a, b, gap, p)
                         bending_integral += 0.5 * width * moment * 0.5 * (arm + t)
                         shear_integral += 0.5 * width * force * 0.5
             if bending_integral > 0.0:
@@ -197,8 +141,7 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
                 break
         out.volume[i], out.criterion[i], out.shear[i], out.worst[i] = volume, criterion, shear, worst
         out.deflection[i] = 2.0 * (bent * bend_unit + sheared * shear_unit)
-        out.first_over[i], out.last_over[i] = first, last
-        out.moment[i], out.force[i] = _forces(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
+        out.moment[i], out.force[i] = forces_in_piece(2, 0.5 * b, a, b, gap, p)[0], 0.5 * p
         out.solid[i] = solid
 
 
@@ -210,12 +153,6 @@ def constraint_rows(criterion: Criterion, material: PinMaterial) -> Array:
     if material.allowable_shear is not None:
         rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
     return rows
-
-
-def law_row(criterion: Criterion, material: PinMaterial) -> tuple[float, float, float]:
-    """Return the coefficients c0, c1, c2 of a tube's maximum shear stress under the criterion."""
-    law = criterion.law(material)
-    return law.c0, law.c1, law.c2
 
 
 def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:

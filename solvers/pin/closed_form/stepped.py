@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -10,17 +9,18 @@ from itertools import pairwise
 
 import numpy as np
 
-from solvers.pin.closed_form.constant import lightest_relative_volume
-from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated, law_row
+from solvers.numerics.arrays import Array
+from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated
 from solvers.pin.effects import Physics
-from solvers.pin.limits import Limits
-from solvers.pin.optimum.capacity import force_limit
-from solvers.pin.result import PinCheck, Sections, finite
-from solvers.pin.ring.along_the_part import ring_of
+from solvers.pin.optimum.capacity import force_limit, span_over
+from solvers.pin.result import PinCheck, Stress, finite
+from solvers.pin.ring.along_the_part import RingResult, ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
-from solvers.pin.scene import BushingGeometry, Scene
+from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
+from solvers.pin.section.strength import SLACK
+from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
 
@@ -60,7 +60,7 @@ class Stepped:
 
 def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics) -> Stepped | None:
     """Return the pin if the kernel applies (symmetric, rod force alone, stepped bore); else None."""
-    if not scene.symmetric or isinstance(scene.geometry, BushingGeometry):
+    if not scene.symmetric or scene.further_cases or isinstance(scene.geometry, BushingGeometry):
         return None
     steps = steps_of(profile, scene.geometry.length)
     return None if steps is None else Stepped(scene, *steps, criterion, limits, physics)
@@ -78,34 +78,30 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
         sizes[k] = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, pin.scene.force
         law, shears = cowper(m.poisson), float(pin.physics.shear_deflection)
         elastic[k] = m.elastic_modulus, m.shear_modulus, shears * law.a, shears * law.b
-        constraints[k], laws[k] = constraint_rows(pin.criterion, m), law_row(pin.criterion, m)
+        constraints[k], laws[k] = constraint_rows(pin.criterion, m), pin.criterion.law(m)
     return evaluated(
         Pins(sizes, elastic, constraints, laws), ends, np.maximum(sizes[:, :1] - bores, 0.0) / sizes[:, :1]
     )
 
 
-def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sections]) -> PinCheck:
-    """Return one row as a check; ``sections`` builds the table along the pin on first access."""
+def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Stress]) -> PinCheck:
+    """Return one row as a check; ``sections`` computes the distributions along the pin on first access."""
     scene, bores = pin.scene, pin.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
     utilisation, deflection = max(found.criterion, found.shear), found.deflection
-    walls, x = np.maximum(g.outer_diameter - np.array(bores), 0.0), np.repeat((0.0, *pin.ends), 2)[1:-1]
+    walls = np.maximum(g.outer_diameter - np.array(bores), 0.0)
     least_wall = 0.5 * float(walls.min())
-    over = None if math.isnan(found.first_over) else (found.first_over, found.last_over)
-    ring = ring_of(scene, np.array(bores), np.full(len(bores), g.outer_diameter)) if pin.physics.ovalization else None
+    outer = np.full(len(bores), g.outer_diameter)
     solid_mass = m.density * g.area * g.length
-    messages = partial(
-        warnings_of, scene, pin.limits, over, utilisation, x, np.repeat(walls / g.outer_diameter, 2), least_wall,
-        deflection, ring,
-    )  # fmt: skip
     return PinCheck(
         mass=solid_mass * found.volume,
         solid_mass=solid_mass,
-        lightest_constant=partial(_constant_mass, pin),
+        lightest_constant=partial(lightest_constant_mass, scene, pin.limits, pin.criterion, pin.physics, 1.0),
         capacity=partial(_capacity, pin, found.solid),
         sections=sections,
-        messages=messages,
+        messages=partial(_warnings, pin, utilisation, walls / g.outer_diameter, least_wall, deflection),
+        rings=partial(ring_of, scene, np.array(bores), outer) if pin.physics.ovalization else None,
         min_bore=min(bores),
         bore_mid=bores[-1],
         max_outer=g.outer_diameter,
@@ -118,15 +114,19 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Sect
         shear_stress_max=None if m.allowable_shear is None else finite(m.allowable_shear * found.shear),
         strength_utilisation=finite(utilisation),
         deflection=finite(deflection),
-        ring=ring,
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
     )
 
 
-def _constant_mass(pin: Stepped) -> float | None:
-    scene, g = pin.scene, pin.scene.geometry
-    relative_volume = lightest_relative_volume(scene, pin.limits, pin.criterion, pin.physics.shear_deflection)
-    return None if relative_volume is None else scene.material.density * g.area * g.length * relative_volume
+def _warnings(
+    pin: Stepped, utilisation: float, walls: Array, least_wall: float, deflection: float, ring: RingResult | None
+) -> tuple[str, ...]:
+    def wall_at(side: Array) -> Array:
+        return walls[np.searchsorted(pin.ends[:-1], side)]
+
+    over = span_over(pin.scene, pin.criterion, wall_at, pin.ends) if utilisation > 1.0 + SLACK else None
+    x = np.repeat((0.0, *pin.ends), 2)[1:-1]
+    return warnings_of(pin.scene, pin.limits, over, utilisation, x, np.repeat(walls, 2), least_wall, deflection, ring)
 
 
 def _capacity(pin: Stepped, solid: float) -> float:

@@ -23,16 +23,38 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import Program, monotone_majorant
-from solvers.pin.optimum.shape_result import ShapeResult
-from solvers.pin.optimum.slope_limit import slope_limited
+from solvers.pin.optimum.program import Program, ShapeResult
 from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
+from solvers.pin.stations.between_nodes import running_maximum_error
 
 _MAX_ITERATIONS = 12
 _TOLERANCE, _TOLERANCE_FRACTION = 1e-12, 1e-5
 """Relative tolerance of the solver, and the same as a fraction of the requested gap if that is larger."""
 _MIN_PROGRESS, _GAP_FRACTION = 1e-9, 1e-2
 """Stopping criteria: relative reduction of the gap per iteration, and the same as a fraction of the requested gap."""
+
+
+def slope_limited(program: Program, low: Array) -> Array:
+    """Return the least u >= ``low`` that satisfies the slope limit, exactly, by a forward and a backward sweep.
+
+    The thickness T = D - d has the slope of the unknown diameter: T(x) = max over y of T_min(y) - s |x - y|.
+    """
+    slope, variable = program.limits.max_slope, program.variable
+    if slope is None:
+        return low
+    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * program.stations.x
+    forward = np.maximum.accumulate(thick + ramp) - ramp
+    backward = np.maximum.accumulate((thick - ramp)[::-1])[::-1] + ramp
+    return np.maximum(low, variable.solidity_of(np.maximum(forward, backward) / variable.unit_diameter))
+
+
+def slope_limit_error(program: Program, low: Array) -> Array:
+    """Return the volume error of a slope-limited shape due to maxima of ``low`` between stations, per panel."""
+    stations, slope, variable = program.stations, program.limits.max_slope, program.variable
+    thick, ramp = variable.unit_diameter * variable.wall_of(low), slope * stations.x
+    error = running_maximum_error(stations, thick + ramp)
+    error = error + running_maximum_error(stations, thick - ramp, forward=False)
+    return variable.max_derivative(float(thick.max())) * error
 
 
 @dataclass(frozen=True)
@@ -83,9 +105,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
         own = variable.sign * u
         cones.append(((own, np.full(n, square + 1.0)), (2.0 * r, np.zeros(n)), (own, np.full(n, square - 1.0))))
     if drillable:
-        toward = np.where(np.arange(n - 1) < program.middle_index, 1.0, -1.0)
-        toward[program.middle_index - 1 : program.middle_index] = 0.0
-        linear.append((sparse.diags(toward) @ step, none))
+        linear.append((step, none))
     linear.append((u, -low))
     if variable.kappa < 0.0:
         linear.append((-u, np.ones(n)))
@@ -114,7 +134,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
         rise, fall = z[1 : 2 * n - 1].reshape(2, n - 1)
     if drillable:
         first = 1 + (2 * n - 2 if limited else 0)
-        order = -toward * z[first : first + n - 1]
+        order = -z[first : first + n - 1]
     return _Solution(x[:n], float(z[0]), NeighbourMultipliers(rise, fall, slope_step, order), str(answer.status))
 
 
@@ -155,7 +175,7 @@ def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: fl
 
     def feasible(u: Array) -> Array:
         shaped = np.maximum(u, low)
-        shaped = monotone_majorant(shaped, program.middle_index) if drillable else shaped
+        shaped = np.maximum.accumulate(shaped) if drillable else shaped
         return thickened(program, slope_limited(program, shaped))
 
     at = found = feasible(at)

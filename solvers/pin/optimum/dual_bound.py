@@ -89,22 +89,19 @@ def _max_u(program: Program, multiplier: float, u: Array) -> float:
 
 def least_walls_bound(program: Program, low: Array) -> float:
     """Return the volume of walls thinner than ``low`` by 1e-12 (relative; more if required by rounding), after
-    verifying that they violate the strength constraints.
+    verifying that they violate the strength constraints wherever the floor does not set them.
 
-    Where ``low`` is determined by another station (monotone, slope-limited or uniform bore), that station's wall is
-    binding, so the whole profile is reduced in proportion.
+    Where ``low`` is determined by another station (monotone or slope-limited bore), that station's wall is binding, so
+    the whole profile is reduced in proportion; u decreases at most as the wall.
     """
     wall = program.variable.wall_of(program.lower)
-    loss = np.full_like(wall, 1e-12)
-    bound_by_strength = program.lower > program.variable.solidity_of(program.floor)
+    loss, by_strength = np.full_like(wall, 1e-12), program.lower > program.variable.solidity_of(program.floor)
     for margin in (1e-12, 1e-10, 1e-8, 1e-6, 1e-4):
-        holds = bound_by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
+        holds = by_strength & (program.utilisations(wall * (1.0 - margin)).max(axis=0) <= 1.0)
         if not holds.any():
             break
         loss[holds] = 100.0 * margin
-    if low is not program.lower and not np.array_equal(low, program.lower):
-        loss = float(loss.max())
-    return program.volume(low * (1.0 - 2.0 * loss))
+    return program.volume(low * (1.0 - 2.0 * (loss if low is program.lower else loss.max())))
 
 
 def pointwise_bound(program: Program, low: Array, multiplier: float, u: Array) -> float:
@@ -125,18 +122,8 @@ def monotone_bound(program: Program, low: Array, multiplier: float, u: Array) ->
     capped, bounded = np.minimum(u, concave_from), np.minimum(low, concave_from)
     value, slope = lagrangian(program, multiplier, capped, enveloped=False)
     slope = np.where(low >= concave_from, 0.0, slope)
-    total = float(np.sum(value)) - multiplier
-    for half in halves(program):
-        total += monotone_minimum(capped[half], slope[half], bounded[half], concave_from)
-        if is_pin:
-            total += _bound_where_concave(program, multiplier, low[half], half, concave_from)
-    return total
-
-
-def halves(program: Program) -> list[Indices]:
-    """Return the station indices of each half, from the end toward the middle."""
-    stations = np.arange(program.lower.size)
-    return [half for half in (stations[: program.middle_index], stations[program.middle_index :][::-1]) if half.size]
+    total = float(np.sum(value)) - multiplier + monotone_minimum(capped, slope, bounded, concave_from)
+    return total + (_bound_where_concave(program, multiplier, low, concave_from) if is_pin else 0.0)
 
 
 def monotone_minimum(u: Array, slope: Array, low: Array, top: float) -> float:
@@ -153,28 +140,13 @@ def monotone_minimum(u: Array, slope: Array, low: Array, top: float) -> float:
     return total
 
 
-def _bound_where_concave(
-    program: Program, multiplier: float, low: Array, order: NDArray[np.int64], concave_from: float
-) -> float:
-    """Return a lower bound of the integral of M(z) from ``concave_from`` to 1, for one half in station order."""
+def _bound_where_concave(program: Program, multiplier: float, low: Array, concave_from: float) -> float:
+    """Return a lower bound of the integral of M(z) from ``concave_from`` to 1."""
     scale = multiplier / program.limit
-
-    def suffixes(of: Array) -> Array:
-        return np.concatenate([np.cumsum(of[order][::-1])[::-1], [0.0]])
-
-    weight = program.weight
-    sums = np.stack(
-        [suffixes(weight), scale * suffixes(weight * program.bending), scale * suffixes(weight * program.shear)]
-    )
-    ends = np.array([concave_from, 1.0])
+    rows = np.stack([program.weight, scale * program.weight * program.bending, scale * program.weight * program.shear])
+    sums = np.concatenate([np.cumsum(rows[:, ::-1], axis=1)[:, ::-1], np.zeros((3, 1))], axis=1)
     # A lower bound above some level forces all stations from its own on above that level.
     beyond = low[(low > concave_from) & (low < 1.0)]
-    if (
-        not beyond.size
-        and low[-1] < 1.0
-        and _integral_over_levels(ends, np.array([low.size]), sums, program.law) == 0.0
-    ):
-        return 0.0
     levels = np.unique(np.concatenate([np.linspace(concave_from, 1.0, _MIN_LEVELS), beyond]))
     latest = np.searchsorted(low, levels[1:], side="left")
     return _integral_over_levels(levels, latest, sums, program.law)

@@ -1,6 +1,6 @@
 """Dual (Lagrangian) method for the deflection limit: one multiplier, one one-dimensional minimisation per station.
 
-For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda separates into stations (or,
+For a multiplier lambda the Lagrangian sum s_i (u_i + lambda (B_i/v + S_i phi)) - lambda separates into sections (or,
 if the bore must narrow toward the middle, into blocks of equal u, found by pooling adjacent violators), each
 minimised over all u (``solvers.pin.optimum.station_minimum``). The deflection decreases with lambda; 1/deflection^2
 is nearly linear in it, so a safeguarded Newton method converges in a few iterations. The method is one compiled
@@ -13,13 +13,14 @@ intermediate value; panels are refined around them as around any kink.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.program import DualSolution, Program
+from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.station_minimum import STEP_TOLERANCE, minimiser, solid_threshold, stationary
 from solvers.pin.section.flexibility import Flexibility, curvatures, densities, flexibilities, slopes
 
@@ -39,34 +40,60 @@ _JUMP_TOLERANCE = 1e-10
 the limit exactly."""
 
 
+class Segments(NamedTuple):
+    """Segments coupled by a deflection limit, from the end to the middle: stations, or segments of uniform wall.
+
+    ``weight``, and the coefficients B and S (``bending``, ``shear``) over the limit, (n,) each; ``law`` of the
+    flexibilities.
+    """
+
+    weight: Array
+    bending: Array
+    shear: Array
+    law: Flexibility
+
+
+@dataclass(frozen=True)
+class DualSolution:
+    """Solution u of the sections, Lagrange multiplier of the deflection limit, and number of iterations.
+
+    The multiplier refers to the relative deflection; 0: the limit is not binding, inf: only the solid section
+    satisfies it.
+    """
+
+    solidity: Array
+    multiplier: float
+    iterations: int
+
+
 @kernel
 def minimise_stations(
-    lam: float, weight: Array, low: Array, bend: Array, shear: Array, thresholds: Array, law: Flexibility, pooled: bool,
-    middle_index: int, tolerance: float, u: Array,
-) -> tuple[float, float]:  # fmt: skip
-    """Minimise the Lagrangian at every station for multiplier ``lam``, in place with initial values ``u``.
+    lam: float, segments: Segments, low: Array, thresholds: Array, pooled: bool, tolerance: float, u: Array
+) -> tuple[float, float]:
+    """Minimise the Lagrangian of every section for multiplier ``lam``, in place with initial values ``u``.
 
     For a pin the last relative step is at most ``tolerance``, so that the error is about its square. Returns the
-    deflection sum s h, h = bend f + shear g, and its derivative in lambda, excluding stations that become solid.
-    ``pooled``: u (and low) non-decreasing along the stations up to ``middle_index``, and again from there on.
-    ``thresholds`` (n, 2): ``solid_threshold`` of a pin's stations, unused for a bushing.
+    deflection sum s h, h = bend f + shear g, and its derivative in lambda, excluding sections that become solid.
+    ``pooled``: u (and low) non-decreasing. ``thresholds`` (n, 2): ``solid_threshold`` of a pin's sections, unused for a
+    bushing.
     """
-    n = u.size
+    n, law = u.size, segments.law
     w, wb, ws, lo, at = np.empty(n), np.empty(n), np.empty(n), np.empty(n), np.empty(n)
     count = np.empty(n, dtype=np.int64)
-    top, first, k = -1, 0, 1.0 / lam
+    top, k = -1, 1.0 / lam
     for i in range(n):
         top += 1
-        if i == middle_index:
-            first = top
-        w[top], wb[top], ws[top], lo[top], count[top] = weight[i], weight[i] * bend[i], weight[i] * shear[i], low[i], 1
-        if law.kappa >= 0.0:
-            at[top] = minimiser(lam, 1.0, bend[i], shear[i], low[i], u[i], law)
+        weight, bend, shear = segments.weight[i], segments.bending[i], segments.shear[i]
+        w[top], wb[top], ws[top], lo[top], count[top] = weight, weight * bend, weight * shear, low[i], 1
+        if bend == 0.0 and shear == 0.0:
+            at[top] = low[i]
+        elif law.kappa >= 0.0:
+            at[top] = minimiser(lam, 1.0, bend, shear, low[i], u[i], law)
         elif k < thresholds[i, 1]:
             at[top] = 1.0
         else:
-            at[top] = stationary(k, low[i], thresholds[i, 0], bend[i], shear[i], u[i], law, tolerance)
-        while pooled and top > first and at[top - 1] > at[top]:
+            at[top] = stationary(k, low[i], thresholds[i, 0], bend, shear, u[i], law, tolerance)
+        while pooled and top > 0 and at[top - 1] > at[top]:
             w[top - 1] += w[top]
             wb[top - 1] += wb[top]
             ws[top - 1] += ws[top]
@@ -92,11 +119,11 @@ def minimise_stations(
 
 
 @kernel
-def solid_thresholds(low: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
-    """Return ``solid_threshold`` of a pin's stations, (n, 2); empty for a bushing."""
-    found = np.empty((low.size if law.kappa < 0.0 else 0, 2))
+def solid_thresholds(segments: Segments, low: Array) -> Array:
+    """Return ``solid_threshold`` of a pin's sections, (n, 2); empty for a bushing."""
+    found = np.empty((low.size if segments.law.kappa < 0.0 else 0, 2))
     for i in range(found.shape[0]):
-        found[i, 0], found[i, 1] = solid_threshold(low[i], bend[i], shear[i], law)
+        found[i, 0], found[i, 1] = solid_threshold(low[i], segments.bending[i], segments.shear[i], segments.law)
     return found
 
 
@@ -108,34 +135,41 @@ def _copy_to(values: Array, to: Array) -> None:
 
 
 @kernel
-def _deflection(weight: Array, bend: Array, shear: Array, law: Flexibility, u: Array) -> float:
-    """Return the deflection sum s h over the loaded stations; inf if one of them has no wall."""
+def _deflection(segments: Segments, u: Array) -> float:
+    """Return the deflection sum s h over the loaded sections; inf if one of them has no wall."""
     total = 0.0
     for i in range(u.size):
-        if bend[i] > 0.0 or shear[i] > 0.0:
+        if segments.bending[i] > 0.0 or segments.shear[i] > 0.0:
             if u[i] <= 0.0:
                 return np.inf
-            f, g = flexibilities(u[i], law)
-            total += weight[i] * (bend[i] * f + shear[i] * g)
+            f, g = flexibilities(u[i], segments.law)
+            total += segments.weight[i] * (segments.bending[i] * f + segments.shear[i] * g)
     return total
 
 
 @kernel
 def _find_multiplier(
-    weight: Array, low: Array, bend: Array, shear: Array, law: Flexibility, monotone: bool, middle_index: int,
-    solid: Array, best: Array, soft: Array,
+    weight: Array, bending: Array, shearing: Array, kappa: float, a: float, b: float, low: Array, monotone: bool,
+    best: Array, soft: Array,
 ) -> tuple[float, int, float]:  # fmt: skip
     """Return (multiplier, iterations, deflection relative to its limit) of the minimum-volume solution.
 
     ``best`` receives its u, ``soft`` the u of the greatest multiplier found too small. The multiplier is NaN if even
-    ``solid`` is too soft, and inf if only ``solid`` is stiff enough; a bushing is always feasible.
+    solid sections are too soft, and inf if only they are stiff enough; a bushing is always feasible.
     """
+    law = Flexibility(kappa, a, b)
+    segments = Segments(weight, bending, shearing, law)
     _copy_to(low, best)
-    total = _deflection(weight, bend, shear, law, low)
+    _copy_to(low, soft)
+    total = _deflection(segments, low)
     if total <= 1.0 + _ROUNDING:
         return 0.0, 0, total
-    _copy_to(solid, best)
-    least = _deflection(weight, bend, shear, law, solid) if law.kappa < 0.0 else 0.0
+    least = 0.0
+    if law.kappa < 0.0:
+        for i in range(low.size):
+            if segments.bending[i] > 0.0 or segments.shear[i] > 0.0 or (monotone and i > 0 and best[i - 1] == 1.0):
+                best[i] = 1.0
+        least = _deflection(segments, best)
     if least > 1.0 + _LIMIT_TOLERANCE:
         return np.nan, 0, least
     if least >= 1.0 - _LIMIT_TOLERANCE:
@@ -143,18 +177,15 @@ def _find_multiplier(
     # Exact for thin walls without lower bounds; an initial guess otherwise.
     lam = 0.0
     for i in range(low.size):
-        lam += weight[i] * math.sqrt(0.5 * bend[i] + shear[i] * (law.a + 0.25 * law.b * abs(law.kappa)))
+        shear = segments.shear[i] * (law.a + 0.25 * law.b * abs(law.kappa))
+        lam += segments.weight[i] * math.sqrt(0.5 * segments.bending[i] + shear)
     lam *= lam
-    u = np.empty(low.size)
-    _copy_to(low, u)
-    _copy_to(low, soft)
+    u = low.copy()
     lower, upper, found, deflection = 0.0, np.inf, np.inf, least
-    thresholds, iterations, tolerance = solid_thresholds(low, bend, shear, law), 0, _FIRST_TOLERANCE
+    thresholds, iterations, tolerance = solid_thresholds(segments, low), 0, _FIRST_TOLERANCE
     while iterations < _MAX_ITERATIONS:
         iterations += 1
-        total, derivative = minimise_stations(
-            lam, weight, low, bend, shear, thresholds, law, monotone, middle_index, tolerance, u
-        )
+        total, derivative = minimise_stations(lam, segments, low, thresholds, monotone, tolerance, u)
         tolerance = max(STEP_TOLERANCE, min(_FIRST_TOLERANCE, 1e-3 * abs(total - 1.0)))
         if total <= 1.0:
             _copy_to(u, best)
@@ -181,57 +212,6 @@ def _find_multiplier(
     return found, iterations, deflection
 
 
-class Segments(NamedTuple):
-    """Sections coupled by a deflection limit: n stations, or n segments of uniform wall.
-
-    ``weight``, and the coefficients B and S (``bending``, ``shear``) in metres, (n,) each; the ``limit`` [m]; the
-    ``law`` of the flexibilities; ``middle_index``, the index of the first section of the second half.
-    """
-
-    weight: Array
-    bending: Array
-    shear: Array
-    limit: float
-    law: Flexibility
-    middle_index: int
-
-    def deflections(self, u: Array) -> Array:
-        """Contributions to the deflection [m]."""
-        return self.weight * densities(u, self.bending, self.shear, self.law)
-
-
-@kernel
-def _minimum_volume(segments: Segments, low: Array, monotone: bool) -> tuple[float, float, int, Array, Array]:
-    """As ``_find_multiplier`` for all segments: deflection relative to its limit, multiplier, iterations, both u.
-
-    Segments without deflection keep their minimum walls, unless walls must not thin toward the middle; the second
-    half is traversed from its end.
-    """
-    n, middle_index = low.size, segments.middle_index
-    order = np.empty(n, dtype=np.int64)
-    table = np.empty((7, n))
-    count = 0
-    for k in range(n):
-        i = k if k < middle_index else n - 1 + middle_index - k
-        loaded = segments.bending[i] > 0.0 or segments.shear[i] > 0.0
-        if monotone or loaded:
-            order[count] = i
-            table[0, count], table[1, count] = segments.weight[i], low[i]
-            table[2, count] = segments.bending[i] / segments.limit
-            table[3, count] = segments.shear[i] / segments.limit
-            before = table[4, count - 1] if count > 0 and k != middle_index else 0.0
-            table[4, count] = 1.0 if loaded else max(low[i], before)
-            count += 1
-    multiplier, iterations, total = _find_multiplier(
-        table[0][:count], table[1][:count], table[2][:count], table[3][:count], segments.law,
-        monotone, middle_index, table[4][:count], table[5][:count], table[6][:count],
-    )  # fmt: skip
-    best, soft = low.copy(), low.copy()
-    for i in range(count):
-        best[order[i]], soft[order[i]] = table[5, i], table[6, i]
-    return total, multiplier, iterations, best, soft
-
-
 def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualSolution | None:
     """Minimise the volume under the deflection limit; None if even the solid pin exceeds it.
 
@@ -240,17 +220,21 @@ def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualS
     p, low = program, program.lower if low is None else low
     if p.limit is None:
         return DualSolution(low, 0.0, 0)
-    segments = Segments(p.weight, p.bending, p.shear, p.limit, p.law, p.middle_index)
-    return minimum_segment_volume(segments, low, monotone)
+    # Stations in the boss, the first ones, do not contribute to the deflection: they keep their lower bounds.
+    rest = slice(np.searchsorted(p.stations.side, p.scene.geometry.boss_length), None)
+    segments = Segments(p.weight[rest], p.bending[rest] / p.limit, p.shear[rest] / p.limit, p.law)
+    found = minimum_segment_volume(segments, low[rest], monotone)
+    return found and replace(found, solidity=np.concatenate([low[: rest.start], found.solidity]))
 
 
 def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> DualSolution | None:
     """Minimise the volume over u >= ``low`` under the deflection limit; None if even the solid pin exceeds it.
 
-    With ``monotone`` u and ``low`` are non-decreasing toward the middle. The solution is feasible, with a relative
-    slack of at most MAX_SLACK.
+    With ``monotone`` u and ``low`` are non-decreasing. The solution is feasible, with a relative slack of at most
+    MAX_SLACK.
     """
-    total, multiplier, iterations, best, soft = _minimum_volume(segments, low, monotone)
+    best, soft = np.empty((2, low.size))
+    multiplier, iterations, total = _find_multiplier(*segments[:3], *segments.law, low, monotone, best, soft)
     if math.isnan(multiplier):
         return None
     if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
@@ -263,8 +247,8 @@ def _interpolated(segments: Segments, soft: Array, stiff: Array) -> Array:
     from scipy.optimize import brentq
 
     def slack(fraction: float) -> float:
-        deflections = segments.deflections(soft + fraction * (stiff - soft))
-        return segments.limit / float(deflections.sum()) - 1.0 - 0.4 * MAX_SLACK
+        found = densities(soft + fraction * (stiff - soft), segments.bending, segments.shear, segments.law)
+        return 1.0 / float(segments.weight @ found) - 1.0 - 0.4 * MAX_SLACK
 
     least, most = slack(0.0), slack(1.0)
     if not least < 0.0 < most:

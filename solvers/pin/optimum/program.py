@@ -5,48 +5,41 @@
 with s_i the quadrature weights (summing to 1) and f, g the section's bending and shear flexibility. u depends on
 which diameter is sought (``solvers.pin.optimum.design_variable``). The formulation is independent of the units and the
 size of the part.
+
+Every form of ``solvers.pin.shapes`` has ``find(program, gap)``: the lightest profile on the program's stations, whose
+``lower`` contains no NaN, with its bound within ``gap`` if the form can achieve that; None if even the solid pin
+exceeds the deflection limit.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.pin.effects import Physics
-from solvers.pin.limits import Limits
-from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.design_variable import DesignVariable
-from solvers.pin.scene import Scene
+from solvers.pin.load.macaulay import InternalForces
+from solvers.pin.optimum.design_variable import DesignVariable, design_variable_of
+from solvers.pin.scene import Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import Flexibility, cowper, densities
-from solvers.pin.section.strength import StrengthConstraint
-from solvers.pin.stations.lobatto_panels import NODES, Stations
-
-
-@dataclass(frozen=True)
-class DualSolution:
-    """Solution u at the stations, Lagrange multiplier of the deflection limit, and number of iterations.
-
-    The multiplier refers to the relative deflection; 0: the limit is not binding, inf: only the solid section
-    satisfies it.
-    """
-
-    solidity: Array
-    multiplier: float
-    iterations: int
+from solvers.pin.section.strength import StrengthConstraint, strength_constraints
+from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.stations.lobatto_panels import Stations
 
 
 @dataclass(frozen=True)
 class Program:
     """A discretised problem; arrays of shape (n,).
 
-    ``forces`` are those of the part's own load, ``constraints`` the strength constraints at the stations, ``floor``
-    the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even the solid section fails),
-    ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``limit`` the maximum deflection (None:
-    none), ``middle_index`` the index of the second half's first station (n if one half represents both), ``initial``
-    an initial guess of u, interpolated from a solution on other stations (None: none).
+    ``moment`` and ``shear_force`` are the magnitudes of the part's own load, ``constraints`` the strength constraints
+    at the stations, ``floor`` the minimum wall under the limits, ``lower`` the resulting lower bound of u (NaN: even
+    the solid section fails), ``bending`` and ``shear`` the deflection coefficients B and S in metres, ``limit`` the
+    maximum deflection (None: none), ``initial`` an initial guess of u, interpolated from a solution on other stations
+    (None: none).
     """
 
     scene: Scene
@@ -55,14 +48,14 @@ class Program:
     physics: Physics
     stations: Stations
     variable: DesignVariable
-    forces: InternalForces
+    moment: Array
+    shear_force: Array
     constraints: tuple[StrengthConstraint, ...]
     floor: float
     lower: Array
     bending: Array
     shear: Array
     limit: float | None
-    middle_index: int
     initial: Array | None = None
 
     @property
@@ -96,42 +89,89 @@ class Program:
         return self.variable.utilisations(self.constraints, walls)
 
 
-def refined(program: Program, excess: Array, values: Array) -> Stations:
-    """Refine the panels whose error estimate for ``values`` exceeds the tolerance, symmetrically for two halves.
+def assemble(scene: Scene, limits: Limits, criterion: Criterion, physics: Physics, stations: Stations) -> Program:
+    """Assemble the program at these stations; ``lower`` is NaN where even the solid section fails."""
+    length, variable = scene.geometry.length, design_variable_of(scene)
+    floor = variable.floor(scene, limits)
+    own = scene.own_forces(stations.x, stations.side)
+    constraints = _constraints(scene, criterion, variable, own, stations.x, stations.side)
+    walls = variable.least_walls(constraints, floor, stations.x.size)
+    variable = variable.rescaled(float(walls.max()), length)
+    bending_stiffness, shear_stiffness = variable.stiffness(scene)
+    return Program(
+        scene, limits, criterion, physics, stations, variable, own[0], own[1], constraints, floor,
+        variable.solidity_of(walls), own[2] * (length / bending_stiffness),
+        own[3] * (length / shear_stiffness if physics.shear_deflection else 0.0), limits.max_deflection,
+    )  # fmt: skip
 
-    ``excess`` (n/NODES,) is the ratio of estimate to tolerance (see ``Stations.refined``).
+
+def _constraints(
+    scene: Scene, criterion: Criterion, variable: DesignVariable, own: Array, x: Array, side: Array
+) -> tuple[StrengthConstraint, ...]:
+    forces = [InternalForces(own[0], own[1]), *scene.further_forces(x, side)]
+    return strength_constraints(criterion, forces, variable.unit_diameter, scene.material)
+
+
+def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[StrengthConstraint, ...]:
+    """Return the strength constraints of all load cases at stations x with ``side`` as in ``Stations``."""
+    return _constraints(scene, criterion, design_variable_of(scene), scene.own_forces(x, side), x, side)
+
+
+def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:
+    """Return the minimum walls at positions x."""
+    return design_variable_of(scene).least_walls(constraints_at(scene, criterion, x, x), floor, x.size)
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """Walls at a program's stations with their strength utilisations, (2, n), and deflection."""
+
+    program: Program
+    walls: Array
+
+    @cached_property
+    def utilisations(self) -> Array:
+        return self.program.utilisations(self.walls)
+
+    @cached_property
+    def _density(self) -> Array:
+        return self.program.densities(self.program.variable.solidity_of(self.walls))
+
+    @cached_property
+    def deflection(self) -> float:
+        """Deflection of the middle [m]; inf where a loaded section has no wall."""
+        return float(self.program.weight @ self._density)
+
+    def errors(self, most: float = np.inf) -> tuple[Array, Array]:
+        """Return error estimates per panel, of the deflection's quadrature (relative) and of the maximum utilisation
+        between stations; ``most`` is an upper bound of the utilisations."""
+        stations, total = self.program.stations, self.deflection
+        peaks = maximum_excess(stations, self.utilisations, most)
+        if not 0.0 < total < np.inf:
+            return np.zeros_like(peaks), peaks
+        return stations.error_estimate(self._density) / total, peaks
+
+
+@dataclass(frozen=True)
+class ShapeResult:
+    """Lightest profile of a form.
+
+    solidity        u at the program's stations
+    volume          mass relative to the solid pin, exact for the shape
+    proof           function that computes a proven lower bound of the volume over this form on these stations
+    corners         (position [m], diameter [m]) vertices of a piecewise linear shape; None: given by the stations
+    error_estimate  of the volume, per panel: quadrature error, or missed extrema between stations
     """
-    if program.scene.symmetric:
-        return program.stations.refined(excess, values)
-    return program.stations.halved(np.maximum(excess, excess[::-1]) > 1.0)
 
+    solidity: Array
+    volume: float
+    proof: Callable[[], float]
+    method: str
+    evidence: Mapping[str, float | int | str] = field(default_factory=dict)
+    corners: tuple[tuple[float, float], ...] | None = None
+    error_estimate: Array | None = None
 
-def folded(program: Program) -> Program:
-    """Return the program of a symmetric part on one half: each station must satisfy the constraints of both halves."""
-    half = program.middle_index
-    if half == program.lower.size:
-        return program
-
-    def mean(values: Array) -> Array:
-        return 0.5 * (values[:half] + values[half:][::-1])
-
-    return replace(
-        program,
-        stations=program.stations.first(half // NODES),
-        lower=np.maximum(program.lower[:half], program.lower[half:][::-1]),
-        bending=mean(program.bending),
-        shear=mean(program.shear),
-    )
-
-
-def unfolded(program: Program, half: Array) -> Array:
-    """Expand values of one half to the stations of the whole program."""
-    return half if program.middle_index == program.lower.size else np.concatenate([half, half[::-1]])
-
-
-def monotone_majorant(values: Array, middle_index: int) -> Array:
-    """Return the least majorant that is non-decreasing from both ends toward the middle, between stations
-    ``middle_index`` - 1 and ``middle_index``."""
-    first = np.maximum.accumulate(values[:middle_index])
-    second = np.maximum.accumulate(values[middle_index:][::-1])[::-1]
-    return np.concatenate([first, second])
+    @cached_property
+    def bound(self) -> float:
+        """Lower bound of the volume, computed on first access, usually only on the final stations."""
+        return min(float(self.proof()), self.volume)

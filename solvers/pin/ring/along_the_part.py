@@ -28,10 +28,10 @@ class RingResult:
     model: str
 
 
-def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
+def ring_of(scene: Scene, bore: Array, outer: Array, middle: int = -1) -> RingResult:
     """Evaluate the ring in the middle and at the thinnest wall, where ovalization and stress are greatest.
 
-    ``bore`` and ``outer`` [m]: diameters along the part, for a symmetric part from the end to the middle.
+    ``bore`` and ``outer`` [m]: diameters along the part, ``middle``: index of those in its middle.
     """
     m = scene.material
 
@@ -40,7 +40,7 @@ def ring_of(scene: Scene, bore: Array, outer: Array) -> RingResult:
         ratio = max(min(float(bore[k]) / diameter, 1.0 - _MIN_RING_WALL), least_ratio)
         return ovalization.ring(scene.force, diameter, scene.geometry.length, ratio, m.elastic_modulus, m.poisson)
 
-    middle, thinnest = bore.size - 1 if scene.symmetric else bore.size // 2, int(np.argmin(outer - bore))
+    thinnest = int(np.argmin(outer - bore))
     at_middle = ring(middle)
     if not bore[thinnest] <= outer[thinnest] * (1.0 - _MIN_RING_WALL):
         return RingResult(at_middle.ovalization, None, at_middle, None, at_middle.model)

@@ -36,19 +36,14 @@ def bearing_pressures(scene: Scene, stations: Stations, outer: Array) -> Pressur
     g = scene.geometry
     if isinstance(g, Geometry):
         return pressures_of_pin(scene)
-    panel_start, x = stations.panel_start, stations.x
-    length = stations.weight * stations.span
-    begin, end, second = (g.places[k][0] for k in (1, 3, 4))
-    rod = (panel_start >= begin) & (panel_start < end)
-    bosses = [(panel_start < g.boss_length * (1.0 - 1e-12), x)]
-    if not scene.symmetric:
-        bosses.append((panel_start >= second, g.length - x))
-    area = (2.0 if scene.symmetric else 1.0) * float(length[rod] @ outer[rod])
-    bearing = min(float(length[boss] @ outer[boss]) for boss, _ in bosses)
+    side, x = stations.side, np.minimum(stations.x, g.length - stations.x)
+    rod, middle = g.boss_length + g.gap, 0.5 * g.length
+    length, inside = stations.weight * stations.span * outer, np.minimum(side, g.length - side)
+    bosses = [(inside < g.boss_length) & half for half in (side < middle, side > middle) if half.any()]
+    area, bearing = 2.0 / len(bosses) * length[inside > rod].sum(), min(length[boss].sum() for boss in bosses)
     if area <= 0.0 or bearing <= 0.0:
         return None
-    density = max(
-        float(np.max(np.divide(along, outer, out=np.zeros_like(x), where=boss & (outer > 0.0))))
-        for boss, along in bosses
+    density = np.max(np.divide(x, outer, out=np.zeros_like(x), where=(inside < g.boss_length) & (outer > 0.0)))
+    return Pressures(
+        scene.force / float(area), 0.5 * scene.force / float(bearing), scene.force / g.boss_length**2 * float(density)
     )
-    return Pressures(scene.force / area, 0.5 * scene.force / bearing, scene.force / g.boss_length**2 * density)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cache
 from typing import NamedTuple
 
 from solvers.pin.scene import PinMaterial
 
 
-@dataclass(frozen=True)
-class ShearLaw:
+class ShearLaw(NamedTuple):
     """Maximum shear stress of a tube: tau = Q s(w)/(D^2 v), s = c0 + c1 w + c2 w^2."""
 
     c0: float
@@ -18,6 +18,7 @@ class ShearLaw:
     c2: float
 
 
+@cache
 def zhuravsky() -> ShearLaw:
     """tau = 16 Q (D^2 + D d + d^2)/(3 pi (D^4 - d^4)): the mean over the neutral axis (Zhuravsky, Jourawski)."""
     k = 16.0 / (3.0 * math.pi)

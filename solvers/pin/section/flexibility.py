@@ -98,10 +98,15 @@ def chord_decrease(u: float, bend: float, shear: float, law: Flexibility) -> flo
     return (bend * e / c + shear * (law.a + law.b / (c * c))) / u
 
 
-@kernel
 def densities(u: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
     """Return bend f + shear g at stations, (n,): 0 where unloaded, inf where a loaded section has no wall."""
-    out = np.zeros_like(u)
+    # Named tuples take longer to hand over than the sum itself.
+    return _densities(u, bend, shear, *law)
+
+
+@kernel
+def _densities(u: Array, bend: Array, shear: Array, kappa: float, a: float, b: float) -> Array:
+    out, law = np.zeros_like(u), Flexibility(kappa, a, b)
     for i in range(u.size):
         if bend[i] == 0.0 and shear[i] == 0.0:
             continue

@@ -22,19 +22,21 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.load.internal_forces import InternalForces
+from solvers.pin.load.macaulay import InternalForces
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import ONLY_SHEAR, Criterion, ShearLaw
 
+SLACK = 1e-9
+"""Relative excess up to which a violation is not reported."""
 
-@dataclass(frozen=True)
-class StrengthConstraint:
+
+class StrengthConstraint(NamedTuple):
     """F(w) at every station, over the allowable stress.
 
     ``bending`` m and ``shear`` q have shape (n,); ``axial`` n and ``torsion`` t are constant along the pin.
@@ -67,8 +69,8 @@ def strength_constraints(
             area, cube = diameter**2 * stress, math.pi * diameter**3 * stress
             found.append(
                 StrengthConstraint(
-                    (factors.bending * 32.0 / cube) * forces.moment_total,
-                    (factors.shear / area) * forces.shear_total,
+                    (factors.bending * 32.0 / cube) * forces.moment,
+                    (factors.shear / area) * forces.shear,
                     factors.axial * 4.0 * abs(forces.axial_force) / (math.pi * area),
                     factors.torsion * 16.0 * abs(forces.torque) / cube,
                     law,
@@ -118,3 +120,20 @@ def utilisations(constraints: Sequence[StrengthConstraint], bore: Array, thickne
         row, law = out[int(c.separate)], c.law
         _raise_utilisations(c.bending, c.shear, c.axial, c.torsion, law.c0, law.c1, law.c2, bore, thickness, row)
     return out
+
+
+def where_over(x: Array, utilisations: Array) -> tuple[float, float] | None:
+    """Return the first and last position [m] at which the larger of the utilisations (2, n), interpolated linearly
+    between stations, exceeds 1; None: nowhere."""
+    utilisation, ends = utilisations.max(axis=0), []
+    over = np.flatnonzero(utilisation > 1.0)
+    if not over.size:
+        return None
+    for inner, outer in ((over[0], over[0] - 1), (over[-1], over[-1] + 1)):
+        place = float(x[inner])
+        if 0 <= outer < x.size and math.isfinite(utilisation[inner]):
+            place += float(
+                (x[outer] - x[inner]) * (utilisation[inner] - 1.0) / (utilisation[inner] - utilisation[outer])
+            )
+        ends.append(place)
+    return ends[0], ends[1]

@@ -14,14 +14,11 @@ from functools import partial
 
 import numpy as np
 
-from solvers.numerics.arrays import Array
-from solvers.pin.optimum.discretised import assemble, least_walls_at
-from solvers.pin.optimum.program import Program, folded, unfolded
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.program import Program, ShapeResult, assemble
 from solvers.pin.shapes.cone_bounds import branch_and_bound
 from solvers.pin.shapes.cone_sizes import corner_table, half_bar, pattern_search, size_of, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.between_nodes import maximum_excess
 
 _MAX_BOXES = {False: 20_000, True: 8_000}
 """Maximum number of boxes per direction, without and with a deflection limit (which requires a root per box)."""
@@ -33,8 +30,7 @@ _GRID = 9
 """Initial grid points in r and in c."""
 _MAX_REFINEMENTS = 12
 """Maximum number of refinements of corners, and of the stations around contact points."""
-_ZOOMS, _CLEARANCE, _SAMPLES = 4, 1e-2, np.linspace(0.0, 1.0, 17)
-"""Zoom levels, relative clearance below which panels are checked between their stations, and samples per zoom."""
+_MAX_HALVINGS = 20
 
 
 @dataclass(frozen=True)
@@ -61,8 +57,8 @@ class Cone:
         boxes_left = dict.fromkeys(bounds, _MAX_BOXES[program.limit is not None])
         ends: tuple[float, ...] = ()
         for _ in range(_MAX_REFINEMENTS):
-            corners = corner_table(folded(program), _CORNER_ERROR * target_gap, ends) if self.cylinder else None
-            bars = {NARROWING: half_bar(folded(refined_program)), WIDENING: half_bar(folded(refined_program), corners)}
+            corners = corner_table(program, _CORNER_ERROR * target_gap, ends) if self.cylinder else None
+            bars = {NARROWING: half_bar(refined_program), WIDENING: half_bar(refined_program, corners)}
             found = {
                 direction: pattern_search(bar, direction, *grid, c_low, target_gap, workspace(bar))
                 for direction, bar in bars.items()
@@ -80,23 +76,20 @@ class Cone:
             direction = max(found, key=found.get)
             gain, r, c = found[direction]
             # The bound ignores positions between stations, and interpolation ignores the corner where a cone ends.
-            refined_program = _refined_at_contacts(refined_program, direction, r, c, target_gap)
-            bar = half_bar(folded(refined_program))
+            refined_program = _refined_at_contacts(refined_program, direction, r, c, 0.01 * target_gap)
+            bar = half_bar(refined_program)
             size = size_of(bar, direction, r, c, 0.0, workspace(bar))
             if size * size * unit_volume(direction, r, c) >= gain * (1.0 - 0.2 * target_gap):
                 break
             ends = (*ends, c)
         most = max(bounds.values())
 
-        def solidity_at(half: Program) -> Array:
-            return half.variable.solidity_of(1.0 - size * relative_bores(direction, r, c, half_bar(half).x))
-
         evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
         evidence["narrowing" if direction == NARROWING else "widening"] = r
         bores = size * g.outer_diameter, r * size * g.outer_diameter
         (end, middle), cone = bores[::direction], c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]
-        solidity = unfolded(program, solidity_at(folded(program)))
+        solidity = program.variable.solidity_of(1.0 - size * relative_bores(direction, r, c, half_bar(program).x))
         return ShapeResult(
             solidity, 1.0 - size * size * unit_volume(direction, r, c), partial(float, 1.0 - most),
             "branch and bound over the cone's shape, narrowing and widening", evidence, corners=tuple(corners),
@@ -104,35 +97,15 @@ class Cone:
 
 
 def _refined_at_contacts(program: Program, direction: int, r: float, c: float, gap: float) -> Program:
-    """Refine where the cone ends and at contacts whose clearance is less than at stations by a hundredth of ``gap``."""
-    scene, length = program.scene, program.scene.geometry.length
-
-    def cut(old: Program, places: tuple[float, ...]) -> Program:
-        stations = old.stations.cut(places if scene.symmetric else (*places, *(length - place for place in places)))
-        return assemble(scene, old.limits, old.criterion, old.physics, stations)
-
-    finer = cut(program, (c * 0.5 * length,))
-    contacts = _contacts(folded(finer), direction, r, c, 0.01 * gap)
-    return cut(finer, contacts) if contacts else finer
-
-
-def _contacts(half: Program, direction: int, r: float, c: float, margin: float) -> tuple[float, ...]:
-    """Return the positions [m] between stations with less clearance than at any station of their panel."""
-
-    def clearance_at(x: Array, bore: Array) -> Array:
-        f = relative_bores(direction, r, c, x.ravel() / (0.5 * half.scene.geometry.length))
-        return np.divide(bore, f, out=np.full_like(f, math.inf), where=f > 0.0).reshape(x.shape)
-
-    x = half.stations.x.reshape(-1, NODES)
-    clearance = clearance_at(x, half_bar(half).bore)
-    near = clearance.min(axis=1) <= clearance.min() * (1.0 + _CLEARANCE)
-    x, clearance, row = x[near], clearance[near], np.arange(np.count_nonzero(near))
-    known, samples = clearance.min(axis=1), x
-    for _ in range(_ZOOMS):
-        k = np.argmin(clearance, axis=1)
-        low, high = samples[row, np.maximum(k - 1, 0)], samples[row, np.minimum(k + 1, clearance.shape[1] - 1)]
-        samples = low[:, None] + (high - low)[:, None] * _SAMPLES
-        walls = least_walls_at(half.scene, half.criterion, half.floor, samples.ravel())
-        clearance = clearance_at(samples, 1.0 - walls)
-    lower = clearance.min(axis=1) < known * (1.0 - margin)
-    return tuple(samples[row, np.argmin(clearance, axis=1)][lower].tolist())
+    """Refine where the cone ends, and panels that may hold a clearance less than at stations by more than ``gap``."""
+    stations, half = program.stations.cut((c * program.stations.span,)), program
+    for _ in range(_MAX_HALVINGS):
+        half = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
+        bar = half_bar(half)
+        f = relative_bores(direction, r, c, bar.x)
+        nearness = np.divide(f, bar.bore, out=np.full_like(f, math.inf), where=bar.bore > 0.0)
+        closer = maximum_excess(stations, nearness[None]) > gap
+        if not closer.any():
+            break
+        stations = stations.halved(closer)
+    return half

@@ -18,12 +18,10 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.discretised import least_walls_at
-from solvers.pin.optimum.program import Program
+from solvers.pin.optimum.program import Program, least_walls_at
 from solvers.pin.section.flexibility import Flexibility, flexibilities
 from solvers.pin.shapes.tapers import relative_bore, unit_volume
-from solvers.pin.stations.initial_panels import kinks
-from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, kinks
 
 _MIN_CELLS, _MIN_CELL_WIDTH = 64, 1e-10
 """Initial number of cells of the half in the table of corner bores, and minimum width of a cell."""

@@ -2,31 +2,49 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
-from solvers.pin.optimum.discretised import assemble
-from solvers.pin.optimum.dual_bound import least_walls_bound
+from solvers.pin.effects import Physics
+from solvers.pin.optimum.capacity import greatest_along, own_deflection
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
-from solvers.pin.optimum.program import DualSolution, Program, refined
-from solvers.pin.optimum.shape_result import ShapeResult
-from solvers.pin.stations.between_nodes import maximum_excess
+from solvers.pin.optimum.program import Program, ShapeResult, constraints_at
+from solvers.pin.scene import Limits, Scene
+from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.flexibility import cowper
 
-_MAX_PASSES = 40
 CONSTANT_TOLERANCE = 0.1
-"""Relative tolerance of the lightest uniform diameter's mass, as a fraction of the accuracy."""
+"""Relative tolerance of the lightest uniform diameter under further load cases, as a fraction of the accuracy."""
 
 
-def _one_wall(program: Program) -> DualSolution | None:
-    """Return the least uniform u; None if even the solid section is too soft."""
-    least = np.array([program.lower.max()])
-    if program.limit is None:
-        return DualSolution(least, 0.0, 0)
-    p, bend, shear = program, program.weight @ program.bending, program.weight @ program.shear
-    whole = Segments(np.ones(1), np.array([bend]), np.array([shear]), p.limit, p.law, 1)
-    return minimum_segment_volume(whole, least, False)
+def lightest_constant_mass(
+    scene: Scene, limits: Limits, criterion: Criterion, physics: Physics, accuracy: float
+) -> float | None:
+    """Return the mass [kg] of the lightest uniform diameter under strength, wall, ring and deflection limits, to
+    CONSTANT_TOLERANCE of the accuracy; None if infeasible."""
+    variable = design_variable_of(scene)
+    floor = variable.floor(scene, limits)
+    wall = greatest_along(
+        scene,
+        lambda x, side: variable.least_walls(constraints_at(scene, criterion, x, side), floor, x.size),
+        CONSTANT_TOLERANCE * accuracy,
+    )
+    if not math.isfinite(wall):
+        return None
+    variable = variable.rescaled(wall, scene.geometry.length)
+    u = variable.solidity_of(np.array([wall]))
+    if limits.max_deflection is not None and scene.force > 0.0:
+        bend, shear = np.array(own_deflection(scene, physics, variable)) / limits.max_deflection
+        law = cowper(scene.material.poisson, variable.kappa)
+        found = minimum_segment_volume(Segments(np.ones(1), np.array([bend]), np.array([shear]), law), u, False)
+        if found is None:
+            return None
+        u = found.solidity
+    return variable.mass_unit(scene) * float(u[0])
 
 
 @dataclass(frozen=True)
@@ -36,37 +54,24 @@ class Constant:
     name: str = "constant"
 
     def find(self, program: Program, gap: float) -> ShapeResult | None:
-        """See ``solvers.pin.optimum.shape_result``."""
-        variable, least, solution = program.variable, program.lower.max(), _one_wall(program)
-        if solution is None:
+        """See ``solvers.pin.optimum.program``."""
+        scene, variable = program.scene, program.variable
+        mass = lightest_constant_mass(scene, program.limits, program.criterion, program.physics, gap)
+        if mass is None:
             return None
-        u = float(solution.solidity[0])
-        if solution.multiplier == 0.0:
-            proof = partial(least_walls_bound, program, np.full_like(program.lower, least))
-        else:
-            # With a single unknown the proof is direct: a wall thinner by 1e-12 violates the deflection limit.
-            proof = partial(float, u * (1.0 - 1e-12))
-        length, size = program.scene.geometry.length, float(variable.sizes(variable.wall_of(solution.solidity))[0])
+        u = np.full_like(program.lower, mass / program.mass_unit)
+        length, size = scene.geometry.length, float(variable.sizes(variable.wall_of(u[:1]))[0])
         return ShapeResult(
-            np.full_like(program.lower, u), u, proof, "one unknown", {"rounds": solution.iterations},
-            corners=((0.0, size), (length, size)),
-            error_estimate=maximum_excess(program.stations, program.lower[None])
-            * (u if solution.multiplier == 0.0 else 0.0),
-        )  # fmt: skip
+            u, float(u[0]), partial(_bound, program, u), "one unknown", corners=((0.0, size), (length, size))
+        )
 
 
-def lightest_constant_mass(program: Program, accuracy: float) -> float | None:
-    """Return the mass [kg] of the lightest uniform diameter, to CONSTANT_TOLERANCE of the accuracy; None if infeasible.
-
-    Panels that may hold the critical section between stations are refined.
-    """
-    for _ in range(_MAX_PASSES):
-        found = _one_wall(program) if np.isfinite(program.lower).all() else None
-        if found is None:
-            return None
-        error_estimate = maximum_excess(program.stations, program.lower[None]) / (CONSTANT_TOLERANCE * accuracy)
-        if found.multiplier > 0.0 or not (error_estimate > 1.0).any():
-            break
-        stations = refined(program, error_estimate, program.lower)
-        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
-    return program.mass_unit * float(found.solidity[0])
+def _bound(program: Program, u: np.ndarray) -> float:
+    """Return a u slightly thinner than this uniform one, after verifying that it violates a limit."""
+    for margin in (1e-12, 1e-10, 1e-8, 1e-6):
+        thinner = u * (1.0 - margin)
+        walls = program.variable.wall_of(thinner)
+        too_soft = program.limit is not None and program.deflection(thinner) > program.limit
+        if too_soft or walls[0] < program.floor or program.utilisations(walls).max() > 1.0:
+            return float(thinner[0])
+    return 0.0

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.optimum.conic import slope_limited_optimum
+from solvers.pin.optimum.conic import slope_limit_error, slope_limited, slope_limited_optimum
+from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import DualSolution, Program, monotone_majorant
-from solvers.pin.optimum.shape_result import ShapeResult
-from solvers.pin.optimum.slope_limit import slope_limit_error, slope_limited
+from solvers.pin.optimum.lagrangian import DualSolution, minimum_volume
+from solvers.pin.optimum.program import Program, ShapeResult, least_walls_at
+from solvers.pin.scene import Scene
+from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.between_nodes import running_maximum_error
-from solvers.pin.stations.lobatto_panels import Stations
 
 _STRENGTH_METHOD, _DUAL_METHOD = (
     "every station's wall is the least that holds",
@@ -24,24 +24,11 @@ _STRENGTH_METHOD, _DUAL_METHOD = (
 )
 
 
-def monotonicity_error(stations: Stations, lower: Array, middle_index: int) -> Array:
-    """Return the error of a monotone majorant of ``lower`` due to maxima between stations, per panel."""
-    first = np.arange(lower.size) < middle_index
-    most = float(lower.max()) + 1.0
-    missed = running_maximum_error(stations, np.where(first, lower, most))
-    if middle_index < lower.size:
-        missed = missed + running_maximum_error(stations, np.where(first, most, lower), forward=False)
-    return missed
-
-
 def _interpolation_error(program: Program, drillable: bool) -> Array:
     """Return the volume error of a drillable or slope-limited shape due to maxima between stations, per panel."""
     missed, low = np.zeros(program.stations.left.size), program.lower
     if drillable:
-        missed, low = (
-            monotonicity_error(program.stations, low, program.middle_index),
-            monotone_majorant(low, program.middle_index),
-        )
+        missed, low = running_maximum_error(program.stations, low), np.maximum.accumulate(low)
     if program.limits.max_slope is not None:
         missed = missed + slope_limit_error(program, low)
     return missed
@@ -68,7 +55,7 @@ class Free:
 
     def find(self, program: Program, gap: float) -> ShapeResult | None:
         """See ``solvers.pin.optimum.shape_result``."""
-        low = monotone_majorant(program.lower, program.middle_index) if self.drillable else program.lower
+        low = np.maximum.accumulate(program.lower) if self.drillable else program.lower
         low = slope_limited(program, low)
         if (
             program.limits.max_slope is not None
@@ -99,3 +86,10 @@ class Free:
 
 
 FREE = Free()
+
+
+def free_sizes(scene: Scene, criterion: Criterion, force: float, x: Array) -> Array:
+    """Return the maximum bore of a pin or the minimum outer diameter of a bushing [m] at positions ``x`` for a force
+    [N]: the paper's figure 5. No limits on wall and deflection; NaN where infeasible."""
+    loaded = scene if force == scene.force else replace(scene, force=force)
+    return design_variable_of(scene).sizes(least_walls_at(loaded, criterion, 0.0, x))

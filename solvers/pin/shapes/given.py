@@ -11,7 +11,7 @@ from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.scene import BushingGeometry, Geometry
-from solvers.pin.stations.lobatto_panels import LEAST_PANEL, merged
+from solvers.pin.stations.lobatto_panels import LEAST_PANEL, separated
 
 
 @dataclass(frozen=True)
@@ -79,17 +79,16 @@ class WholeProfile:
         if self.mirrored:
             return True
         mirror_image = WholeProfile(tuple(length - p for p in reversed(self.x)), self.bore[::-1])
-        edges = np.array(merged(sorted(self.x + mirror_image.x), LEAST_PANEL * length))
-        panel_start, x = np.concatenate([edges[:-1], edges[:-1]]), np.concatenate([edges[:-1], edges[1:]])
-        own, mirrored = self.between(walls, x, panel_start), mirror_image.between(walls[::-1], x, panel_start)
+        edges = np.array(separated([*self.x, *mirror_image.x], LEAST_PANEL * length))
+        side, x = np.tile(0.5 * (edges[:-1] + edges[1:]), 2), np.concatenate([edges[:-1], edges[1:]])
+        own, mirrored = self.between(walls, x, side), mirror_image.between(walls[::-1], x, side)
         return bool(np.all(np.abs(own - mirrored) <= ROUNDING * np.maximum(own, mirrored)))
 
-    def between(self, values: Array, x: Array, panel_start: Array) -> Array:
-        """Interpolate values given at the points to stations x: linear, with steps where two points share a
-        position."""
+    def between(self, values: Array, x: Array, side: Array) -> Array:
+        """Interpolate values given at the points to stations x with ``side`` as in ``Stations``: linear, with steps
+        where two points share a position."""
         points = np.array(self.x)
-        # The segment that begins at or before the panel, the last of several at the same position.
-        k = np.clip(np.searchsorted(points, panel_start * (1.0 + 1e-12), side="right") - 1, 0, points.size - 2)
+        k = np.clip(np.searchsorted(points, side, side="right") - 1, 0, points.size - 2)
         width = points[k + 1] - points[k]
         fraction = np.divide(x - points[k], width, out=np.zeros_like(x), where=width > 0.0)
         return values[k] + np.clip(fraction, 0.0, 1.0) * (values[k + 1] - values[k])

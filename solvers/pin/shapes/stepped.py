@@ -10,8 +10,7 @@ import numpy as np
 
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import Program, monotone_majorant
-from solvers.pin.optimum.shape_result import ShapeResult
+from solvers.pin.optimum.program import Program, ShapeResult
 from solvers.pin.shapes.break_points.half import Half, at_stations, step_vertices
 from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
 from solvers.pin.shapes.constant import Constant
@@ -50,7 +49,7 @@ class Stepped:
         length, walls = program.scene.geometry.length, found.walls
         places = found.places * 0.5 * length
         return ShapeResult(
-            at_stations(program, places, walls.levels), float(walls.volume), partial(float, found.bound),
+            at_stations(program, found.places, walls.levels), float(walls.volume), partial(float, found.bound),
             found.method, found.evidence,
             corners=step_vertices(places, program.variable.sizes(program.variable.wall_of(walls.levels)), length),
         )  # fmt: skip
@@ -58,13 +57,12 @@ class Stepped:
     def _search(self, program: Program, known: float, gap: float) -> Steps | None:
         solution = None
         if program.limit is not None:
-            solution = minimum_volume(program, monotone_majorant(program.lower, program.middle_index), True)
+            solution = minimum_volume(program, np.maximum.accumulate(program.lower), True)
         if solution is None or not math.isinf(solution.multiplier):
             return lightest_steps(Half(program), self.steps, known, gap)
         # Only a pin that is solid between the reference points satisfies the limit: the steps outside are constrained
         # by strength alone.
-        start, x = program.scene.reference.left * (1.0 + _SOLID_TOLERANCE), program.stations.x
-        span = (x > start) & (program.scene.geometry.length - x > start)
-        constrained = replace(program, limit=None, lower=np.where(span, 1.0, program.lower))
+        start = program.scene.geometry.boss_length * (1.0 + _SOLID_TOLERANCE)
+        constrained = replace(program, limit=None, lower=np.where(program.stations.x > start, 1.0, program.lower))
         found = lightest_steps(Half(constrained, start), self.steps, known, gap)
         return None if found is None else replace(found, bound=found.bound * (1.0 - _SOLID_TOLERANCE))

@@ -7,14 +7,15 @@ quadrature rules on subsets of the nodes disagree.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.pin.scene import Scene
 
 NODES = 9
 _OMITTED_NODES = ((1, 6), (2, 7), (2, 6))
@@ -68,26 +69,20 @@ class Stations:
     """Contiguous panels between ``edges`` [m], ascending, and their nodes.
 
     ``left``, ``right`` and ``width`` [m] describe the panels, (m,), ``span`` [m] all of them. Of every node, (n,):
-    position ``x`` [m] with its rounding ``residual``; ``panel_start``, the left end of its panel: loads that begin
-    there act on the station; ``weight``, the quadrature weight relative to the whole length (the weights sum to 1 also
-    if one half of the bar represents both). ``residuals`` are the rounding residuals of the edges: they keep the
-    relative precision of short panels far from the bar's end.
+    position ``x`` [m]; ``side``, its panel's midpoint [m]: on a load boundary it tells the station's side; ``weight``,
+    the quadrature weight relative to the whole length (the weights sum to 1 also if one half represents both).
     """
 
     edges: Array
-    residuals: Array | None = None
 
     def __post_init__(self) -> None:
-        if self.residuals is None:
-            self.residuals = np.zeros_like(self.edges)
         self.left, self.right, self.span = self.edges[:-1], self.edges[1:], float(self.edges[-1] - self.edges[0])
-        self.width, table = np.empty(self.left.size), np.empty((4, NODES * self.left.size))
-        _lay_out(self.edges, self.residuals, table, self.width)
-        self.x, self.residual, self.panel_start, self.weight = table
+        self.width = self.right - self.left
+        self.x, self.side, self.weight = _lay_out(self.edges)
 
     def cut(self, places: Array | tuple[float, ...]) -> Stations:
         """Return the panels split at these positions."""
-        return Stations(*_cut(self.edges, self.residuals, np.sort(places)))
+        return Stations(_cut(self.edges, np.sort(places)))
 
     def error_estimate(self, values: Array) -> Array:
         """Return the quadrature error estimate per panel, relative to the whole length: the largest difference between
@@ -106,46 +101,34 @@ class Stations:
         """
         return self.cut(_cuts(self.x, self.width, excess, values))
 
-    def first(self, panels: int) -> Stations:
-        """Return the first panels."""
-        return Stations(self.edges[: panels + 1], self.residuals[: panels + 1])
-
 
 @kernel
-def _lay_out(edges: Array, residuals: Array, table: Array, width: Array) -> None:
-    """Write nodes, their rounding residuals (Knuth's sum), panel starts and weights into ``table``."""
-    span = edges[edges.size - 1] - edges[0]
-    for panel in range(width.size):
-        begin, residual, first = edges[panel], residuals[panel], panel * NODES
-        width[panel] = (edges[panel + 1] - begin) + (residuals[panel + 1] - residual)
+def _lay_out(edges: Array) -> Array:
+    """Return nodes, their panels' midpoints, and weights, (3, n)."""
+    out, span = np.empty((3, NODES * (edges.size - 1))), edges[edges.size - 1] - edges[0]
+    for panel in range(edges.size - 1):
+        begin, end, first = edges[panel], edges[panel + 1], panel * NODES
+        half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
         for j in range(NODES):
-            along, i = 0.5 * width[panel] * (1.0 + NODE_PLACES[j]) + residual, first + j
-            total = begin + along
-            seen = total - begin
-            table[0, i], table[1, i] = total, (begin - (total - seen)) + (along - seen)
-            table[2, i], table[3, i] = begin, 0.5 * width[panel] * _W[j] / span
-        last = first + NODES - 1
-        table[0, first], table[1, first], table[0, last], table[1, last] = (
-            begin,
-            residual,
-            edges[panel + 1],
-            residuals[panel + 1],
-        )
+            out[0, first + j], out[1, first + j] = begin + half * (1.0 + NODE_PLACES[j]), middle
+            out[2, first + j] = half * _W[j] / span
+        out[0, first + NODES - 1] = end
+    return out
 
 
 @kernel
-def _cut(edges: Array, residuals: Array, places: Array) -> tuple[Array, Array]:
-    """Return the edges and increasing positions between them, each once, and their residuals."""
-    out, out_residuals, count, k = np.empty(edges.size + places.size), np.zeros(edges.size + places.size), 0, 0
+def _cut(edges: Array, places: Array) -> Array:
+    """Return the edges and increasing positions between them, each once."""
+    out, count, k = np.empty(edges.size + places.size), 0, 0
     for i in range(edges.size):
         while k < places.size and places[k] <= edges[i]:
             if i > 0 and places[k] < edges[i] and places[k] > out[count - 1]:
                 out[count] = places[k]
                 count += 1
             k += 1
-        out[count], out_residuals[count] = edges[i], residuals[i]
+        out[count] = edges[i]
         count += 1
-    return out[:count], out_residuals[:count]
+    return out[:count]
 
 
 @kernel
@@ -202,34 +185,32 @@ def _around_kink(x: Array, f: Array, at: int, first: int, excess: float) -> tupl
     return left, right
 
 
-def panel_edges(places: Iterable[float], length: float, symmetric: bool) -> list[float]:
-    """Return the panel boundaries, ascending: the given positions, mirrored for a bar of unlike halves.
-
-    Positions that differ only by rounding are merged into the last of them, so that every load that begins there
-    acts on the next panel; those that coincide with the bar's ends are dropped. Both halves get the same number of
-    boundaries.
-    """
-    middle, tolerance = 0.5 * length, LEAST_PANEL * length
-    inside = [(p, p, True) if p < middle else (length - p, p, False) for p in places]
-    inside = [edge for edge in inside if tolerance < edge[0] < middle - tolerance]
-    if symmetric:
-        return [*merged(sorted(place for _, place, first in inside if first), tolerance), middle]
-    groups: list[tuple[float, list[float], list[float]]] = []
-    for distance, place, first in sorted(inside):
-        if not groups or distance - groups[-1][0] > tolerance:
-            groups.append((distance, [], []))
-        groups[-1][1 if first else 2].append(place)
-    left = [max(own) if own else length - max(other) for _, own, other in groups]
-    right = [max(other) if other else length - max(own) for _, own, other in groups]
-    return [*left, middle, *reversed(right)]
+def initial_stations(scene: Scene, further: tuple[float, ...] = ()) -> Stations:
+    """Return stations on panels that are halves of the intervals between load boundaries, the positions ``further`` and
+    the middle: up to the middle of a symmetric part, otherwise over the whole length."""
+    length, places = scene.geometry.length, scene.breakpoints.union(further)
+    if scene.symmetric:
+        places, length = {min(place, length - place) for place in places}, 0.5 * length
+    else:
+        places.add(0.5 * length)
+    edges = separated([0.0, *places, length], LEAST_PANEL * length)
+    middles = [0.5 * (begin + end) for begin, end in pairwise(edges)]
+    return Stations(np.array(sorted(edges + middles)))
 
 
-def merged(places: list[float], tolerance: float) -> list[float]:
-    """Merge increasing positions closer than the tolerance, keeping the last."""
-    kept: list[float] = []
-    for place in places:
-        if kept and place - kept[-1] <= tolerance:
-            kept[-1] = place
-        else:
+def separated(places: list[float], tolerance: float) -> list[float]:
+    """Return positions in ascending order, of those closer than the tolerance the last one, but the first of all."""
+    first, *others = sorted(places)
+    kept = [first]
+    for place in others:
+        if place - kept[-1] > tolerance:
             kept.append(place)
+        elif len(kept) > 1:
+            kept[-1] = place
     return kept
+
+
+def kinks(scene: Scene) -> Array:
+    """Return the positions of load boundaries of either half as fractions of the half, including 0 and 1."""
+    places, half = np.array([*scene.breakpoints]), 0.5 * scene.geometry.length
+    return np.unique(np.clip(np.append(np.minimum(places, 2.0 * half - places) / half, [0.0, 1.0]), 0.0, 1.0))

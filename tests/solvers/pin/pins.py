@@ -9,10 +9,10 @@ import numpy as np
 
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.section.flexibility import densities
 from solvers.pin.shapes.free import Free
-from solvers.pin.stations.initial_panels import initial_stations
+from solvers.pin.stations.lobatto_panels import initial_stations
 
 GEOMETRY = pin.Geometry(21.99e-3, 24e-3, 30e-3, 1e-3)
 STEEL = pin.PinMaterial(150e6, 210e9, 0.3, 7850.0)
@@ -84,6 +84,15 @@ def exact_forces(scene, x, digits=50):
             return p / 2, moment_at_edge + p / 2 * (x - a)
         t = x - a - d
         return p / 2 - p * t / b, moment_at_edge + p / 2 * (x - a) - p * t**2 / (2 * b)
+
+
+def macaulay_terms(scene):
+    """The pin's own load as the paper's Macaulay terms: coefficient, start, order."""
+    g, force = scene.geometry, scene.force
+    a, b, rod = g.boss_length, g.small_end_length, g.boss_length + g.gap
+    ramp, boss, end, far = force / (2.0 * a * a), force / a, rod + b, g.length - a
+    rods = (-force / b, rod, 1), (force / b, end, 1)
+    return (ramp, 0.0, 2), (-ramp, a, 2), (-boss, a, 1), *rods, (boss, far, 1), (-ramp, far, 2)
 
 
 def numbers(scene, x, digits=50):

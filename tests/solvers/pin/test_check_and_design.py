@@ -12,10 +12,8 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.load.macaulay import breakpoints
-from solvers.pin.stations.lobatto_panels import panel_edges
-from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, grams, vaz
+from solvers.pin.stations.lobatto_panels import initial_stations
+from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, grams, macaulay_terms, vaz
 
 D, LENGTH = GEOMETRY.outer_diameter, GEOMETRY.length
 
@@ -103,7 +101,7 @@ def test_bores_that_make_no_sense_are_refused(x, bore, field):
 
 def test_a_second_plane_and_a_torque_ask_for_more_where_they_act():
     """The same load turned by 90 degrees requires nothing more; a torque requires more everywhere."""
-    turned = pin.LoadCase(tuple(pin.MacaulayTerm(t.coefficient, t.start, t.order, plane=1) for t in VAZ.cases[0].terms))
+    turned = pin.LoadCase(tuple(pin.MacaulayTerm(*term, plane=1) for term in macaulay_terms(VAZ)))
     alike = pin.Scene(GEOMETRY, 15e3, STEEL, (turned,))
     assert grams(alike, accuracy=1e-8) == pytest.approx(grams(VAZ, accuracy=1e-8), rel=1e-8)
     twisted = pin.Scene(GEOMETRY, 15e3, STEEL, (pin.LoadCase((), axial_force=2e3, torque=60.0),))
@@ -117,7 +115,8 @@ def test_a_second_plane_and_a_torque_ask_for_more_where_they_act():
     assert math.hypot(sigma, 2 * tau) == pytest.approx(150e6, rel=1e-9)
 
 
-def test_a_load_on_one_side_makes_unlike_halves():
+def test_a_load_on_one_side_counts_with_its_mirror_image():
+    """A pin may be fitted either way round."""
     extra = pin.LoadCase(
         (pin.MacaulayTerm(6e3, 5e-3, 0), pin.MacaulayTerm(-8e3, 20e-3, 0), pin.MacaulayTerm(2e3, 65e-3, 0))
     )
@@ -128,8 +127,11 @@ def test_a_load_on_one_side_makes_unlike_halves():
         assert value.strength_utilisation <= 1 + 1e-9, form.name
         assert value.along.x[-1] == pytest.approx(LENGTH)
         assert outcome.certificate.bound <= value.mass * (1 + 1e-12)
-    free = pin.design(pin.PinProblem(scene), accuracy=1e-6).value.check.along
-    assert not np.allclose(free.bore, np.interp(LENGTH - free.x, free.x, free.bore), rtol=1e-3)
+    free = pin.design(pin.PinProblem(scene), accuracy=1e-6).value.check
+    assert np.allclose(free.along.bore, free.along.bore[::-1], rtol=1e-12)
+    other = pin.MacaulayTerm(2e3, 15e-3, 0), pin.MacaulayTerm(-8e3, 60e-3, 0), pin.MacaulayTerm(6e3, 75e-3, 0)
+    turned = pin.design(pin.PinProblem(replace(scene, further_cases=(pin.LoadCase(other),))), accuracy=1e-6).value.check
+    assert turned.mass == pytest.approx(free.mass, rel=2e-6)
 
 
 def test_the_worst_section_of_a_further_case_lies_between_stations():
@@ -154,20 +156,21 @@ def test_the_worst_section_of_a_further_case_lies_between_stations():
     assert checked.value.strength_utilisation >= used(bore) * (1 - checked.accuracy.estimated - 1e-9)
 
 
-def test_edges_of_unlike_halves_are_mirrored_and_none_is_lost():
-    places = [1e-3, LENGTH - 1e-3, 3e-3, LENGTH - (LENGTH - 3e-3), 0.07, 0.04]
-    edges = panel_edges(places, LENGTH, symmetric=False)
-    assert len(edges) % 2 == 1
-    assert np.allclose(np.array(edges) + np.array(edges[::-1]), LENGTH, rtol=1e-12)
-    for place in places:
-        assert min(abs(edge - place) for edge in edges) <= 1e-13 * LENGTH
-    assert breakpoints(VAZ.cases, LENGTH)[0] == GEOMETRY.boss_length
+def test_no_edge_is_lost():
+    places = (1e-3, LENGTH - 1e-3, 3e-3, LENGTH - (LENGTH - 3e-3), 0.07, 0.04)
+    for scene in (VAZ, replace(VAZ, symmetric=False)):
+        edges = initial_stations(scene, places).edges
+        for place in (GEOMETRY.boss_length, *places):
+            near = min(place, LENGTH - place) if scene.symmetric else place
+            assert np.abs(edges - near).min() <= 1e-13 * LENGTH
+        assert np.diff(edges).min() > 1e-13 * LENGTH
 
 
 def test_forces_end_where_they_must():
-    ends = forces_at(VAZ.cases[0], np.array([LENGTH, 0.5 * LENGTH]), np.array([LENGTH, 0.5 * LENGTH]))
-    assert abs(ends.shear[0]).max() <= 1e-10 * 15e3
-    assert abs(ends.moment[0, 0]) <= 1e-12 * 123.75
+    at = np.array([LENGTH, 0.5 * LENGTH])
+    ends = VAZ.own_forces(at, at)
+    assert ends[1].max() <= 1e-10 * 15e3
+    assert ends[0, 0] <= 1e-12 * 123.75
 
 
 def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
@@ -214,14 +217,14 @@ def test_a_nearly_solid_pin_is_proven_lightest(growth):
 def test_the_load_sweep_of_figure_5():
     """More load, less bore, at every place; each member is the free profile of its load."""
     forces = [5e3, 10e3, 15e3, 17.5e3, 18.9e3]
-    sweep = pin.load_sweep(VAZ, PAPER, forces)
+    x = np.unique([*np.linspace(0.0, 0.5 * LENGTH, 121), 24e-3, 25e-3])
+    sweep = [pin.free_sizes(VAZ, PAPER, force, x) for force in forces]
     for lighter, heavier in pairwise(sweep):
-        assert np.all(heavier.diameter[1:] < lighter.diameter[1:])
-    for member in sweep:
-        u = 1 - (member.diameter / D) ** 2
-        mass = STEEL.density * GEOMETRY.area * 2 * np.trapezoid(u, member.x)
-        assert mass * 1e3 == pytest.approx(grams(vaz(member.force)), rel=1e-3)
-    assert np.isnan(pin.load_sweep(VAZ, PAPER, [20e3])[0].diameter[-1])
+        assert np.all(heavier[1:] < lighter[1:])
+    for force, diameter in zip(forces, sweep, strict=True):
+        mass = STEEL.density * GEOMETRY.area * 2 * np.trapezoid(1 - (diameter / D) ** 2, x)
+        assert mass * 1e3 == pytest.approx(grams(vaz(force)), rel=1e-3)
+    assert np.isnan(pin.free_sizes(VAZ, PAPER, 20e3, x)[-1])
 
 
 @pytest.mark.parametrize(

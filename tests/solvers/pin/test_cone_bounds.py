@@ -9,12 +9,11 @@ import pytest
 
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.shapes.cone_bounds import box_bound, deflection_slopes
 from solvers.pin.shapes.cone_sizes import bore_volume, greatest_size_for_deflection, half_bar, workspace
 from solvers.pin.shapes.tapers import NARROWING, WIDENING, relative_bores, unit_volume, unit_volume_slopes
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.lobatto_panels import NODES, initial_stations
 from tests.solvers.pin.pins import PAPER, VAZ
 
 

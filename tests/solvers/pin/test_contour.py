@@ -69,7 +69,7 @@ def test_a_step_stays_a_step():
     """Two values at one place, on either side of a panel's end."""
     panels = stations(HALF)
     step = HALF[4]
-    values = np.where(panels.panel_start >= step, 0.010, 0.014)
+    values = np.where(panels.side >= step, 0.010, 0.014)
     pieces = contour(panels, values, LENGTH)
     values = [value for p in pieces for value in (p.first, p.last)]
     assert values == pytest.approx([0.014, 0.014, 0.010, 0.010, 0.010, 0.010, 0.014, 0.014])
@@ -90,5 +90,6 @@ def test_about_kinks_there_are_no_waves(slope, form):
     for piece in found.contour:
         x = np.linspace(piece.start, piece.end, 41)
         diameters = piece.at(x)
-        assert diameters.max() <= found.sizes.max() * (1 + 1e-9)
+        sizes = found.evaluation.program.variable.sizes(found.evaluation.walls)
+        assert diameters.max() <= sizes.max() * (1 + 1e-9)
         assert np.abs(np.diff(diameters) / np.diff(x)).max() <= slope * (1 + 1e-6)

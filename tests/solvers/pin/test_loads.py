@@ -7,44 +7,53 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.load.macaulay import breakpoints
-from solvers.pin.stations.initial_panels import initial_stations
-from solvers.pin.stations.lobatto_panels import Stations
-from tests.solvers.pin.pins import VAZ, exact_forces, relative
+from solvers.pin.load.macaulay import forces_of
+from solvers.pin.stations.lobatto_panels import Stations, initial_stations
+from tests.solvers.pin.pins import VAZ, exact_forces, macaulay_terms, relative
 
 
 @pytest.mark.parametrize("x", [1e-9, 5e-3, 24e-3, 24.5e-3, 25e-3, 31e-3, 39.99e-3])
-def test_macaulay_sums_are_the_pieces(x):
+def test_the_own_forces_are_the_pieces(x):
     at = np.array([x])
-    found = forces_at(VAZ.cases[0], at, at)
     shear, moment = exact_forces(VAZ, x)
-    assert relative(found.shear[0][0], shear) < 1e-12
-    assert relative(found.moment[0][0], moment) < 1e-12
+    for place in (at, VAZ.geometry.length - at) if x > 1e-3 else (at,):
+        found = VAZ.own_forces(place, place)
+        assert relative(found[1, 0], shear) < 1e-12
+        assert relative(found[0, 0], moment) < 1e-12
+
+
+def test_macaulay_sums_are_the_pieces():
+    """The pin's own load as a further case."""
+    case, x = pin.LoadCase(tuple(pin.MacaulayTerm(*term) for term in macaulay_terms(VAZ))), initial_stations(VAZ)
+    found, own = forces_of(case, x.x, x.side), VAZ.own_forces(x.x, x.side)
+    assert np.allclose(found.moment, own[0], rtol=1e-12, atol=1e-12 * own[0].max())
+    assert np.allclose(found.shear, own[1], rtol=1e-12, atol=1e-12 * VAZ.force)
 
 
 def test_the_pin_is_in_equilibrium():
     end = np.array([VAZ.geometry.length])
-    found = forces_at(VAZ.cases[0], end, end)
-    assert abs(found.shear[0][0]) < 1e-9 * VAZ.force
-    assert abs(found.moment[0][0]) < 1e-12 * VAZ.force
+    found = VAZ.own_forces(end, end)
+    assert found[1, 0] < 1e-9 * VAZ.force
+    assert found[0, 0] < 1e-12 * VAZ.force
 
 
 def test_point_loads_jump_where_their_panels_meet():
     case = pin.LoadCase((pin.MacaulayTerm(5.0, 0.0, 0), pin.MacaulayTerm(-10.0, 0.5, 0)))
-    stations = Stations(np.array([0.0, *breakpoints([case], 1.0), 1.0]))
-    found = forces_at(case, stations.x, stations.panel_start)
+    stations = Stations(np.array([0.0, 0.5, 1.0]))
+    found = forces_of(case, stations.x, stations.side)
     at = stations.x == 0.5
-    assert sorted(found.shear[0][at]) == [-5.0, 5.0]
-    assert np.allclose(found.moment[0], 5.0 * np.minimum(stations.x, 1 - stations.x))
+    assert sorted(found.shear[at]) == [5.0, 5.0]
+    assert np.allclose(found.moment, 5.0 * np.minimum(stations.x, 1 - stations.x))
+    uneven = pin.LoadCase((pin.MacaulayTerm(5.0, 0.0, 0), pin.MacaulayTerm(-8.0, 0.5, 0)))
+    assert sorted(forces_of(uneven, stations.x, stations.side).shear[at]) == [3.0, 5.0]
 
 
 def test_two_planes_add_as_vectors():
     case = pin.LoadCase((pin.MacaulayTerm(3.0, 0.0, 0, 0), pin.MacaulayTerm(4.0, 0.0, 0, 1)))
     at = np.array([2.0])
-    found = forces_at(case, at, at)
-    assert found.shear_total[0] == 5.0
-    assert found.moment_total[0] == 10.0
+    found = forces_of(case, at, at)
+    assert found.shear[0] == 5.0
+    assert found.moment[0] == 10.0
 
 
 def test_quadrature_is_exact_for_polynomials_and_doubts_kinks():

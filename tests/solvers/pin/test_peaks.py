@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.load.internal_forces import forces_at
-from solvers.pin.optimum.discretised import constraints_at
+from solvers.pin.optimum.program import constraints_at
 
 PAPER = "tresca_paper"
 
@@ -80,13 +79,13 @@ def sleeve(seed):
 def strength_used_outside(scene, end, middle, count=200_001):
     """The third theory with the greatest bending and Zhuravsky's greatest shear stress taken together."""
     half, d = 0.5 * scene.geometry.length, scene.geometry.bore
-    kinks = [place for place, _ in scene.geometry.places if 0.0 < place < half]
+    kinks = [place for place in scene.breakpoints if place < half]
     x = np.sort(np.concatenate([np.linspace(0.0, half, count)[1:], kinks]))
     outer = end + (middle - end) * x / half
-    forces = forces_at(scene.cases[0], x, x)
+    moment, force = scene.own_forces(x, x)[:2]
     ring = outer**4 - d**4
-    bending = 32.0 * forces.moment_total * outer / (np.pi * ring)
-    shear = 16.0 * forces.shear_total * (outer**2 + outer * d + d**2) / (3.0 * np.pi * ring)
+    bending = 32.0 * moment * outer / (np.pi * ring)
+    shear = 16.0 * force * (outer**2 + outer * d + d**2) / (3.0 * np.pi * ring)
     return np.hypot(bending, 2.0 * shear).max() / scene.material.allowable_stress
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from solvers.pin.optimum.lagrangian import minimise_stations, solid_thresholds
+from solvers.pin.optimum.lagrangian import Segments, minimise_stations, solid_thresholds
 from solvers.pin.optimum.station_minimum import minimiser
 from solvers.pin.section.flexibility import cowper
 
@@ -50,8 +50,8 @@ def stations(seed):
 
 
 def answered(price, share, low, bend, shear, law, u):
-    thresholds = solid_thresholds(low, bend, shear, law)
-    return minimise_stations(price, share, low, bend, shear, thresholds, law, False, low.size, 1e-8, u)
+    segments = Segments(share, bend, shear, law)
+    return minimise_stations(price, segments, low, solid_thresholds(segments, low), False, 1e-8, u)
 
 
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49])

@@ -10,8 +10,8 @@ import pytest
 
 from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
-from solvers.pin.load.internal_forces import InternalForces
-from solvers.pin.optimum.design_variable import BoreVariable
+from solvers.pin.load.macaulay import InternalForces
+from solvers.pin.optimum.design_variable import DesignVariable
 from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
 from solvers.pin.section.least_wall import least_wall
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints, utilisations
@@ -76,11 +76,11 @@ def test_walls_of_materials_keep_their_digits():
     for wall in (1e-15, 1e-8, 0.3, 1.0):
         with mp.workdps(50):
             u = 1 - (1 - mp.mpf(wall)) ** 2
-            assert relative(BoreVariable(1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
+            assert relative(DesignVariable(-1.0, 1.0, 1.0).wall_of(np.array([float(u)]))[0], mp.mpf(wall)) < 4e-16
 
 
 def forces(moment=0.0, shear=0.0, axial=0.0, torque=0.0):
-    return InternalForces(np.array([[moment], [0.0]]), np.array([[shear], [0.0]]), axial, torque)
+    return InternalForces(np.array([moment]), np.array([shear]), axial, torque)
 
 
 def stress_of(criterion, d, **loads):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.optimum.conic import slope_limited_optimum, slope_steps, thickened
+from solvers.pin.optimum.conic import slope_limited, slope_limited_optimum, slope_steps, thickened
 from solvers.pin.optimum.dual_bound import (
     NeighbourMultipliers,
     coupled_bound,
@@ -18,8 +18,6 @@ from solvers.pin.optimum.dual_bound import (
     pointwise_bound,
 )
 from solvers.pin.optimum.lagrangian import minimum_volume
-from solvers.pin.optimum.program import monotone_majorant
-from solvers.pin.optimum.slope_limit import slope_limited
 from solvers.pin.section.flexibility import cowper, densities
 from solvers.pin.shapes.free import Free
 from solvers.pin.stations.lobatto_panels import Stations
@@ -111,7 +109,7 @@ def test_the_neighbours_at_a_looser_limit_are_not_lighter(scene, limit, form, ri
 def test_the_gap_is_what_it_says_from_the_solid_pin_to_no_limit(monotone, share):
     """Limits between the solid pin's deflection and the free pin's; the bound comes from tangents alone."""
     p = program(max_deflection=1.0)
-    low = monotone_majorant(p.lower, p.middle_index) if monotone else p.lower
+    low = np.maximum.accumulate(p.lower) if monotone else p.lower
     solid, free = p.deflection(np.ones_like(low)), p.deflection(low)
     p = replace(p, limit=solid + share * (free - solid))
     found = minimum_volume(p, low, monotone)
@@ -174,7 +172,7 @@ def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(sce
     """At prices around the answer's, against dynamic programming over 3,000 walls and every station's least one; the
     tangents at the answer are close at the answer's price."""
     p = program(scene, max_deflection=limit)
-    low = monotone_majorant(p.lower, p.middle_index)
+    low = np.maximum.accumulate(p.lower)
     found = minimum_volume(p, low, True)
     levels = np.unique(np.concatenate([np.linspace(0.0, 1.0, 3001), low]))
     for factor in (0.5, 0.95, 1.0, 1.05, 2.0):
@@ -189,7 +187,7 @@ def test_the_bound_of_drillable_bores_is_the_lagrangians_least_value_or_less(sce
 def test_the_two_tiers_agree_and_both_are_certified(stations):
     p = program(max_deflection=LIMIT, uniform=stations)
     for drillable in (False, True):
-        low = monotone_majorant(p.lower, p.middle_index) if drillable else p.lower
+        low = np.maximum.accumulate(p.lower) if drillable else p.lower
         fast = Free(drillable).find(p, 1e-9)
         cone = slope_limited_optimum(p, low, drillable, 1e-9)
         for found in (fast, cone):
@@ -271,7 +269,7 @@ def test_a_limit_that_asks_for_walls_far_above_the_least(load):
     for factor in (1.05, 2.0, 10.0, 20.0):
         soft = replace(p, limit=factor * solid)
         for monotone in (False, True):
-            low = monotone_majorant(p.lower, p.middle_index) if monotone else p.lower
+            low = np.maximum.accumulate(p.lower) if monotone else p.lower
             found = minimum_volume(soft, low, monotone)
             bound = (monotone_bound if monotone else pointwise_bound)(soft, low, found.multiplier, found.solidity)
             assert 0 <= soft.volume(found.solidity) / bound - 1 <= 1e-8

@@ -10,14 +10,13 @@ from scipy.optimize import brentq, minimize_scalar
 
 from solvers import pin
 from solvers.pin.effects import Physics
-from solvers.pin.optimum.discretised import assemble
+from solvers.pin.optimum.program import assemble
 from solvers.pin.shapes.break_points.bounds import Bounds
 from solvers.pin.shapes.break_points.cells import cells, points
 from solvers.pin.shapes.break_points.half import Half
 from solvers.pin.shapes.break_points.paths import BENDING, FLOOR, SHEAR
 from solvers.pin.shapes.break_points.search import lightest_steps
-from solvers.pin.stations.initial_panels import initial_stations, kinks
-from solvers.pin.stations.lobatto_panels import NODES
+from solvers.pin.stations.lobatto_panels import NODES, initial_stations, kinks
 from tests.solvers.pin.pins import PAPER, STEEL, VAZ, grams, program
 
 LIMIT = 11.22302193e-6

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
-from solvers.pin.shapes.break_points.half import Half
+from solvers.pin.shapes.break_points.half import Half, Sums
 from solvers.pin.shapes.break_points.paths import BENDING, COLUMNS, FLOOR, POSITION, SHEAR
-from solvers.pin.shapes.break_points.sums import Sums
 
 CUT = 4
 _SAMPLES = np.linspace(0.0, 1.0, 17)

@@ -12,12 +12,12 @@ from functools import cached_property
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.optimum.discretised import least_walls_at
+from solvers.numerics.jit import kernel
+from solvers.numerics.pieces import piece_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
-from solvers.pin.optimum.program import Program, folded
+from solvers.pin.optimum.program import Program, least_walls_at
 from solvers.pin.section.flexibility import Flexibility
-from solvers.pin.shapes.break_points.sums import Sums
-from solvers.pin.stations.initial_panels import kinks
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations, kinks
 
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""
@@ -37,8 +37,42 @@ class Walls:
 
 
 @dataclass(frozen=True)
+class Sums:
+    """Integrals of the deflection coefficients (bending and shear, over the limit) from the end to any position.
+
+    Within each panel the coefficients are their interpolating polynomials: exact for Macaulay loads.
+    """
+
+    stations: Stations
+    bending: Array
+    shear: Array
+
+    @cached_property
+    def _series(self) -> tuple[Array, Array, Array, Array]:
+        """Left ends and widths of the panels; Legendre series (panels, 2, NODES + 1) of densities and integrals."""
+        s, legendre = self.stations, np.polynomial.legendre
+        left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
+        values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)], axis=1)
+        series = values @ np.linalg.inv(legendre.legvander(NODE_PLACES, NODES - 1)).T
+        sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * wide)[:, None, None]
+        sums[1:, :, 0] += np.cumsum(sums.sum(axis=2), axis=0)[:-1]
+        padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
+        return left, wide, np.ascontiguousarray(padded), np.ascontiguousarray(sums)
+
+    def integrals(self, t: Array) -> Array:
+        """Return both integrals from 0 to positions t, shape (2, n)."""
+        left, wide, _, sums = self._series
+        return _evaluate(left, wide, sums, t)
+
+    def density(self, t: Array) -> Array:
+        """Return both densities at positions t, shape (2, n)."""
+        left, wide, series, _ = self._series
+        return _evaluate(left, wide, series, t)
+
+
+@dataclass(frozen=True)
 class Half:
-    """One half, subject to the constraints of both halves; solid beyond the position ``solid_from`` [m]."""
+    """One half; solid beyond the position ``solid_from`` [m]."""
 
     program: Program
     solid_from: float = math.inf
@@ -49,15 +83,10 @@ class Half:
         return self.program.law
 
     def _least_at(self, x: Array) -> Array:
-        """Return the lower bound of u at positions x [m] of the first half, including the other half's constraints."""
+        """Return the lower bound of u at positions x [m]."""
         p = self.program
         least = p.variable.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
         return np.where(x > self.solid_from, 1.0, least)
-
-    @cached_property
-    def folded(self) -> Program:
-        """The program of the half alone."""
-        return folded(self.program)
 
     @property
     def middle(self) -> float:
@@ -66,12 +95,12 @@ class Half:
 
     @cached_property
     def _peaks(self) -> Array:
-        return np.maximum.accumulate(self.folded.lower)
+        return np.maximum.accumulate(self.program.lower)
 
     @cached_property
     def sums(self) -> Sums | None:
         """The cumulative deflection coefficients; None without a limit."""
-        half = self.folded
+        half = self.program
         if half.limit is None:
             return None
         return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
@@ -80,7 +109,7 @@ class Half:
         """Return the running maximum of the lower bound of u from the end to positions in any order."""
         order = np.argsort(t, kind="stable")
         x = t[order] * self.middle
-        before = np.clip(np.searchsorted(self.folded.stations.x, x, side="right") - 1, 0, None)
+        before = np.clip(np.searchsorted(self.program.stations.x, x, side="right") - 1, 0, None)
         found = np.empty_like(t)
         found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
         return found
@@ -94,7 +123,7 @@ class Half:
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
         bending, shear = np.maximum(mean, 0.0)
-        steps = Segments(weight, bending, shear, 1.0, self.law, places.size)
+        steps = Segments(weight, bending, shear, self.law)
         found = minimum_segment_volume(steps, least, True)
         return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
 
@@ -140,8 +169,21 @@ def step_vertices(places: Array, sizes: Array, length: float) -> tuple[tuple[flo
 
 
 def at_stations(program: Program, places: Array, walls: Array) -> Array:
-    """Return u at a program's stations; a panel belongs to the step that contains its midpoint."""
-    length, s = program.scene.geometry.length, program.stations
-    centre = 0.5 * (s.left + s.right)
-    step = np.searchsorted(places[:-1], np.minimum(centre, length - centre), side="right")
-    return np.repeat(walls[np.minimum(step, walls.size - 1)], s.x.size // s.left.size)
+    """Return u at a program's stations."""
+    step = np.searchsorted(places[:-1] * program.stations.span, program.stations.side, side="right")
+    return walls[step]
+
+
+@kernel
+def _evaluate(left: Array, wide: Array, series: Array, t: Array) -> Array:
+    """Evaluate panelwise Legendre series at positions by Clenshaw's recurrence."""
+    found, panel = np.empty((2, t.size)), 0
+    for i in range(t.size):
+        panel = piece_at(left, t[i], panel)
+        x = min(max((t[i] - left[panel]) / wide[panel], 0.0), 1.0) * 2.0 - 1.0
+        for kind in range(2):
+            c, one, two = series[panel, kind], 0.0, 0.0
+            for n in range(c.size - 1, 0, -1):
+                one, two = c[n] + (2.0 * n + 1.0) / (n + 1.0) * x * one - (n + 1.0) / (n + 2.0) * two, one
+            found[kind, i] = c[0] + x * one - 0.5 * two
+    return found

@@ -1,19 +1,54 @@
-"""Tables of pins with constant or stepped bores: arrays in, arrays out."""
+"""Bulk checks: lists of cases, with the same results as ``check``, and tables of pins with constant or stepped bores,
+arrays in, arrays out.
+
+Stepped bores under the rod force alone go through one compiled loop; all others are checked one by one.
+"""
 
 from __future__ import annotations
 
+import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.errors import require
+from solvers.errors import InvalidInput, require
 from solvers.numerics.arrays import Array
-from solvers.pin.closed_form.kernel import Pins, constraint_rows, evaluated, law_row
+from solvers.outcome import Outcome
+from solvers.pin.check import Case, Prepared
+from solvers.pin.closed_form.kernel import Pins, constraint_rows, evaluated
+from solvers.pin.closed_form.stepped import evaluate_all
 from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.result import PinCheck
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.section.flexibility import cowper
+
+
+def check_many(cases: Iterable[Case]) -> list[Outcome[PinCheck] | InvalidInput]:
+    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
+    found: list[Outcome[PinCheck] | InvalidInput | None] = []
+    rows: list[tuple[int, Prepared]] = []
+    for case in cases:
+        try:
+            prepared = case.prepared()
+            if prepared.stepped is None:
+                found.append(prepared.on_stations())
+            else:
+                rows.append((len(found), prepared))
+                found.append(None)
+        except InvalidInput as refusal:
+            found.append(refusal)
+    began = time.perf_counter()
+    results = evaluate_all([prepared.stepped for _, prepared in rows])
+    share = (time.perf_counter() - began) / max(len(rows), 1)
+    for row, (place, prepared) in enumerate(rows):
+        try:
+            found[place] = prepared.in_closed_form(results, row, share)
+        except InvalidInput as refusal:
+            found[place] = refusal
+    return found  # type: ignore[return-value]
 
 
 @dataclass(frozen=True)
@@ -77,7 +112,7 @@ def check_bores(
         sizes,
         np.tile(elastic, (count, 1)),
         np.tile(constraint_rows(criterion, material), (count, 1, 1)),
-        np.tile(law_row(criterion, material), (count, 1)),
+        np.tile(criterion.law(material), (count, 1)),
     )
     walls = (sizes[:, :1] - bores) / sizes[:, :1]
     found = evaluated(pins, places, walls, threads)

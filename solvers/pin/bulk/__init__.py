@@ -1,1 +1,0 @@
-"""Batch checks of pins: array tables and lists of cases."""

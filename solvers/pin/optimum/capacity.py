@@ -21,9 +21,9 @@ from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.section.flexibility import cowper
 from solvers.pin.section.strength import utilisations, where_over
-from solvers.verdict import per_cent
 from solvers.pin.stations.between_nodes import maximum_excess
 from solvers.pin.stations.lobatto_panels import initial_stations
+from solvers.verdict import per_cent
 
 _MAX_PASSES = 60
 _PLACES = 2001

@@ -6,7 +6,6 @@ import math
 import time
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
@@ -95,21 +94,6 @@ def check(
         accuracy=Accuracy(accuracy, max(_ROUNDING, effect_results.error), settings),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-class Case(NamedTuple):
-    """Arguments of one call of ``check``."""
-
-    scene: Scene
-    mechanism: Mechanism
-    limits: Limits = NO_LIMITS
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-    demands: tuple[Demand, ...] = ()
-
-    def evaluate(self) -> Outcome[LinkageCheck]:
-        return check(*self)
 
 
 def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:

@@ -111,7 +111,7 @@ def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():
     assert states["envelope"] is EffectState.ACTIVE
     assert plain.value.running is None
     assert plain.value.coupler_peak is None
-    motor = linkage.Drive(linkage.Motor(5.0, 2 * math.pi * 27), 2e-3)
+    motor = linkage.Drive(5.0, 2 * math.pi * 27, 2e-3)
     full = replace(CLEANER, drive=motor, coupler_stiffness=2e7, length_tolerance=2e-5)
     everything = linkage.check(full, bar, effects=linkage.ALL)
     assert all(effect.state is EffectState.ACTIVE for effect in everything.effects)

@@ -185,6 +185,8 @@ class Quantities:
         areas = minimum_box_areas(
             self._outlines, scale, *self._displacement_bounds, pads, *room, tolerance, self.cutoff
         )[:, 0]
+        if self._single:
+            return areas
         areas = np.where(areas < self.cutoff, areas * (1.0 - tolerance), areas)
         # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
         # least the base over sqrt(2).

@@ -126,6 +126,9 @@ def search(
             done = alive
         bound = np.min(bounds[done], initial=bound)
         alive &= ~done
+        if bound < rival * (1.0 - _OTHER_TYPES_GAP):
+            # The tails leave a wider gap: what differs less from the best member does not narrow it.
+            alive &= bounds < rival * (1.0 - _OTHER_TYPES_GAP)
         lows, widths, bounds = lows[alive], widths[alive], bounds[alive]
         # Subdivide into several equal parts: a few large batches cost less than many small ones.
         edges = lows[:, None] + widths[:, None] * np.arange(_PARTS + 1) / _PARTS

@@ -458,3 +458,20 @@ def test_what_is_attainable_does_not_depend_on_the_speed_that_is_sought(limit, v
     for factor, attained in ((1 + 1e-6, True), (0.98, False)):
         eased = replace(asked, **{limit: pad + (entry.attainable - pad) * factor})
         assert (designed(scene, eased, "impact_speed").value is not None) == attained
+
+
+def test_a_gap_that_the_tails_leave_is_not_narrowed_elsewhere():
+    scene = replace(BREAKER, restitution=linkage.Restitution(0.09, 0.09))
+    outcome = designed(scene, Limits(height=0.05), "impact_speed", "largest_base")
+    assert 1e-3 < outcome.certificate.gap < 5.1e-3
+    assert outcome.certificate.evidence["ranges_largest_base"] < 30_000
+
+
+@pytest.mark.parametrize("kind", ["largest_coupler", "largest_rocker"])
+def test_a_tool_may_settle_a_ratio_beyond_the_range_of_designs(kind):
+    family = Family(linkage.KINDS[kind], CLEANER.restitution.gain)
+    member = family.member(family.design_range[1] + 1.0)
+    scene = replace(CLEANER, tool_radius=CLEANER.impact_speed / (CLEANER.crank_speed * member.u31_end))
+    found = designed(scene, replace(CLEANER_LIMITS, transmission_angle=None), "longest_link", kind).value.check
+    assert found.mechanism.bar.ratios.coupler == pytest.approx(member.ratios.coupler, rel=1e-6)
+    assert found.strike.impact_speed == pytest.approx(scene.impact_speed, rel=1e-9)

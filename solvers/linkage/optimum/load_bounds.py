@@ -71,11 +71,9 @@ def _load_lower_bound(low: Array, row: Array, high: Array, gain: float, quantity
     b = add(squared(d, extent), scaled(squared(n, extent), ss), extent)
     if not b[1] > 0.0:
         return 0.0
-    first, second = (
-        divide(multiply(a, squared(h, extent), extent), b, extent),
-        scaled(divide(m, t, extent), 0.5 * square),
-    )
-    factor = divide(subtract(first, second, extent), multiply(multiply(root_square, t, extent), b, extent), extent)
+    first = divide(multiply(a, squared(h, extent), extent), b, extent)
+    numerator = subtract(first, scaled(divide(m, t, extent), 0.5 * square), extent)
+    factor = divide(numerator, multiply(multiply(root_square, t, extent), b, extent), extent)
     if quantity == TORQUE:
         load, scale = divide(multiply(factor, a, extent), b, extent), 2.0 * s * (gain - 1.0) ** 2
     else:

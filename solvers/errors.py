@@ -49,9 +49,10 @@ def require_positive(owner: object, prefix: str, *names: str) -> None:
 
 
 def require_not_negative(owner: object, prefix: str, *names: str) -> None:
-    """Raise InvalidInput for fields of ``owner`` that are negative or not finite."""
+    """Raise InvalidInput for fields of ``owner`` that are neither None nor finite and at least zero."""
     for name in names:
-        if not 0.0 <= getattr(owner, name) < math.inf:
+        value = getattr(owner, name)
+        if value is not None and not 0.0 <= value < math.inf:
             raise InvalidInput(_dotted(prefix, name), "must not be negative", "[0, inf)")
 
 

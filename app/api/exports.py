@@ -9,6 +9,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
 
 from app.api.queries import check_query_names
+from app.api.validators import NOT_MODIFIED, with_tag
 from app.exports.export import ExportOptions, Tool
 from app.exports.parameters import PARAMETERS
 from app.exports.registry import EXPORTS
@@ -35,6 +36,7 @@ _RESPONSES: dict[int | str, dict[str, Any]] = {
         "description": "the file is being made: ask again after `Retry-After` seconds",
         "content": {form: {"schema": _content(form)} for form in ("application/json", "text/html")},
     },
+    **NOT_MODIFIED,
     404: {"description": "there is no such run, or no such export"},
     409: {"description": "the run has no result, or nothing for this format"},
     501: {"description": "the format needs an extra that is not installed; the problem names it"},
@@ -73,7 +75,7 @@ async def run_export(
         "Cache-Control": "private, max-age=3600",
         "X-Content-Type-Options": "nosniff",
     }
-    return Response(made.content, media_type=made.media_type, headers=headers)
+    return with_tag(request, Response(made.content, media_type=made.media_type, headers=headers))
 
 
 def _later(request: Request, run_id: str) -> Response:

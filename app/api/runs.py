@@ -11,6 +11,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 
 from app import runs
 from app.api.queries import check_kind, check_query_names
+from app.api.validators import NOT_MODIFIED, with_tag
 from app.designs.kind import Mode
 from app.designs.problems import INVALID
 from app.designs.registry import KINDS, plots_for, plots_of
@@ -85,11 +86,14 @@ async def list_runs(
     return {"items": items, "next_cursor": page.next_cursor, "damaged": list(page.damaged)}
 
 
-@router.get("/{run_id}", summary="One run", responses=_MISSING)
+@router.get("/{run_id}", summary="One run", responses={**NOT_MODIFIED, **_MISSING})
 async def one_run(request: Request, run_id: str) -> Response:
     """The run, whatever its status; with ``progress`` while a long one is running."""
     service: Service = request.app.state.service
-    return Response(await service.as_json(run_id), media_type="application/json")
+    found = Response(
+        await service.as_json(run_id), media_type="application/json", headers={"Cache-Control": "private, no-cache"}
+    )
+    return with_tag(request, found)
 
 
 @router.delete(
@@ -107,7 +111,7 @@ async def cancel(request: Request, run_id: str) -> Response:
     "/{run_id}/plots/{plot}",
     summary="A plot of a run, as SVG",
     response_class=SvgResponse,
-    responses={**_MISSING, 409: {"description": "the run has nothing to draw"}},
+    responses={**NOT_MODIFIED, **_MISSING, 409: {"description": "the run has nothing to draw"}},
 )
 async def plot(
     request: Request,
@@ -130,4 +134,4 @@ async def plot(
     drawn = await cancel_on_disconnect(request.receive, service.plot(run, plot, shown, language))
     if still:
         drawn = _ANIMATION.sub("", drawn)
-    return SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"})
+    return with_tag(request, SvgResponse(drawn, headers={"Cache-Control": "private, max-age=3600"}))

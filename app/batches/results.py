@@ -13,6 +13,7 @@ from enum import StrEnum
 from typing import Any
 
 from app.batches.fields import request_type, result_columns, wider
+from app.designs.units import figures
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
 from app.store.batch_reads import items_after, items_spread
@@ -25,7 +26,9 @@ _PARQUET_ROWS = 20_000
 _INT64 = 2**63
 _HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
 HEAD = tuple(_HEAD_TYPES)
-OWN_COLUMNS = (*HEAD, "governed_by", "problem")
+_REASONS = ("diagnosis", "problem")
+"""Columns that say why an item has no answer."""
+OWN_COLUMNS = (*HEAD, "governed_by", *_REASONS)
 """Columns of every batch."""
 MOST_POINTS = 4000
 _POINT_FIELDS = ("index", "run_id", "status", "holds", "governed_by")
@@ -63,7 +66,7 @@ def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, An
 
 
 def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, Any]:
-    """One item as a row: identity, varied fields, scalars of the result, problem."""
+    """One item as a row: identity, varied fields, scalars of the result; why there is none: diagnosis or problem."""
     parts = unpacked(item.content, batch.dictionary)
     row: dict[str, Any] = {
         "index": item.index,
@@ -82,6 +85,7 @@ def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, A
     if isinstance(result, dict):
         row |= {name: value for name, value in flat(result) if name not in row}
     row |= {name: None for name in varied if name not in row}
+    row["diagnosis"] = _diagnosis(result)
     row["problem"] = _problem(parts.get("problem"))
     return row
 
@@ -93,6 +97,18 @@ def _at(value: Any, name: str) -> Any:
         else:
             value = value.get(step) if isinstance(value, dict) else None
     return value if not isinstance(value, (dict, list)) else json.dumps(value)
+
+
+def _diagnosis(result: Any) -> str | None:
+    """A one-line summary of why no design meets the requirements, in the units of their names."""
+    found = result.get("diagnosis") if isinstance(result, dict) else None
+    if not found:
+        return None
+    return "; ".join(
+        f"{item['requirement']}: required {figures(item['required'])}, attainable "
+        f"{'nothing' if item['attainable'] is None else figures(item['attainable'])}: {item['advice']}"
+        for item in found
+    )
 
 
 def _problem(problem: Any) -> str | None:
@@ -149,7 +165,8 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
     """An evenly spaced sample of finished items, at most ``MOST_POINTS``, for the explorer.
 
     Each point has index, run, status, verdict and the requested fields. Also returns the numeric fields of the first
-    succeeded item, the varied ones separately.
+    succeeded item, the varied ones separately; the columns of a table all count as varied, but those whose values are
+    all alike come last.
     """
     step = max(1, -(-batch.total // MOST_POINTS))
     varied = await varied_of(store, batch)
@@ -157,13 +174,18 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
     def look(connection: Any) -> dict[str, Any]:
         found: list[list[Any]] = []
         names: dict[str, None] = {}
+        values: dict[str, set[Any]] = {name: set() for name in varied}
         for item in items_spread(connection, batch.number, step, MOST_POINTS):
             row = row_of(batch, (*varied, *wanted.fields), item)
+            for name, known in values.items():
+                if len(known) < 2:
+                    known.add(row[name])
             if item.status == ItemStatus.SUCCEEDED and not names:
                 names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
             found.append([*(row[name] for name in _POINT_FIELDS), *(row.get(name) for name in wanted.fields)])
-        first = [name for name in varied if name in names]
-        rest = [name for name in names if name not in first]
+        given = [name for name in varied if name in names]
+        first = [name for name in given if len(values[name]) > 1] or given
+        rest = [name for name in names if name not in given] + [name for name in given if name not in first]
         return {"fields": [*_POINT_FIELDS, *wanted.fields], "points": found, "varied": first, "results": rest}
 
     return await store.query(look)
@@ -171,6 +193,28 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
 
 def _is_number(value: Any) -> bool:
     return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+async def unanswered(store: RunStore, batch: BatchRecord, most: int) -> list[dict[str, Any]]:
+    """The first items without an answer, at most ``most``: line or number, run, status, diagnosis and problem."""
+    statuses = (ItemStatus.INFEASIBLE, ItemStatus.REFUSED, ItemStatus.FAILED)
+
+    def look(connection: Any) -> list[dict[str, Any]]:
+        found = []
+        for item in items_after(connection, batch.number, -1, most, statuses):
+            parts = unpacked(item.content, batch.dictionary)
+            found.append(
+                {
+                    "line": item.line or item.index + 1,
+                    "run_id": item_id(batch.id, item.index),
+                    "status": item.status,
+                    "diagnosis": (parts.get("result") or {}).get("diagnosis") or [],
+                    "problem": parts.get("problem"),
+                }
+            )
+        return found
+
+    return await store.query(look)
 
 
 async def streamed(store: RunStore, batch: BatchRecord, wanted: Wanted, form: Format) -> AsyncIterator[bytes]:
@@ -221,8 +265,9 @@ async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dic
             **found,
             **{name: kind for name, kind in known.items() if name not in found},
         }
-        found.pop("problem", None)
-        found["problem"] = str
+        for name in _REASONS:
+            found.pop(name, None)
+            found[name] = str
     return {**found, **{name: kind for name, kind in _HEAD_TYPES.items() if name in found}}
 
 

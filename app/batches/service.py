@@ -7,6 +7,7 @@ import contextlib
 import csv
 import hashlib
 import json
+import re
 from collections.abc import AsyncIterator, Callable
 from dataclasses import replace
 from pathlib import Path
@@ -32,6 +33,7 @@ from app.store.batch_inputs import Row, Source
 from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_answer
 from app.store.batch_reads import BatchFilter, active_batches_of, get_batch, list_batches
 from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
+from app.store.errors import InvalidCursor
 from app.store.hashing import canonical_json
 from app.store.leases import LEASE_S
 from app.store.record import utc_now
@@ -42,6 +44,7 @@ from app.version import NAME, VERSION
 MOST_ITEMS, MOST_OPEN = 10_000_000, 200
 _POLL_INTERVAL_S, _RETRY_S = 0.5, 5.0
 _MAX_PAGE_SIZE = 200
+_ID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
 
 
 class BatchService:
@@ -199,7 +202,10 @@ class BatchService:
     async def list(
         self, wanted: BatchFilter, before: str | None = None, limit: int = 50
     ) -> tuple[list[BatchRecord], str | None]:
-        """A page of batches, newest first, and the id to continue from (None on the last page)."""
+        """A page of batches, newest first, and the id to continue from (None on the last page). Raises
+        InvalidCursor."""
+        if before is not None and not _ID.fullmatch(before):
+            raise InvalidCursor("the cursor is not one of this service")
         size = max(1, min(limit, _MAX_PAGE_SIZE))
         found = await self.store.query(lambda connection: list_batches(connection, wanted, before, size + 1))
         return found[:size], found[size - 1].id if len(found) > size else None
@@ -286,6 +292,9 @@ def _header(row: Row | None) -> tuple[tuple[str, ...], str]:
         if row is None or row.unfit:
             raise ValueError
         return header_of(row)
+    except UnicodeDecodeError:
+        wrong = entry("", "is no UTF-8", "a table saved as CSV in UTF-8")
+        raise Problem(422, INVALID, "the header cannot be read", [wrong]) from None
     except (ValueError, csv.Error):
         raise Problem(422, INVALID, "the header cannot be read", [entry("", "has no header", allowed)]) from None
 

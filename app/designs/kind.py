@@ -111,6 +111,7 @@ class Kind:
     given_results  judged as well if the dimensions are given; a flat objective leaves a design's own dimensions
         uncertain by the square root of its error
     figure        the headline number of a result: name with unit suffix, and value
+    whole         the part of a result, if any, whose figures of the whole machine precede those of one cylinder
     drawn_if      conditions of plots that only some runs have
     form          wording of the forms
     drawing       dimensioned drawing from a possibly incomplete request; None if nothing can be drawn yet
@@ -133,6 +134,7 @@ class Kind:
     drawing: Callable[[dict[str, Any]], Drawing | None]
     calculation: Callable[[Mapping[str, Any], Chain], None]
     given_results: tuple[str, ...] = ()
+    whole: str = ""
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
     form: FormWords = field(default_factory=FormWords)
     followed: frozenset[str] = frozenset()

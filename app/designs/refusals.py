@@ -73,6 +73,8 @@ SAID_BY_TYPE = {
     "model_type": "is not an object",
     "model_attributes_type": "is not an object",
     "dict_type": "is not an object",
+    "datetime_parsing": "is not a time",
+    "datetime_from_date_parsing": "is not a time",
     "too_short": "has too few items",
     "too_long": "has too many items",
     "string_too_short": "has too few characters",

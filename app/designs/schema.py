@@ -248,6 +248,7 @@ class Infeasible(Strict):
     """Diagnosis of an infeasible design."""
 
     diagnosis: list[ShortfallResult]
+    warnings: list[str] = Field(default=[], description="warnings about the diagnosis")
     certificate: CertificateResult | None = None
     repairs: list[RepairDone] = Field(default=[], description="repairs of the request's points")
 

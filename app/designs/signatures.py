@@ -41,8 +41,8 @@ TUPLES: dict[str, str] = {
 
 ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ("flexible-rod", "check"): (
+        ("solvers.crank.gas.indicator_diagram._sound", "f1 i1 f f f"),
         ("solvers.crank.gas.indicator_diagram._unrolled", "f1 f1 i1 f1 solvers.crank.motion.slider_crank.Geometry f f"),
-        ("solvers.crank.gas.unrolled_pressure._jumps", "solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.gas.unrolled_pressure._pressures", "f1 solvers.crank.gas.unrolled_pressure.Unrolled b"),
         ("solvers.numerics.legendre.legendre_at", "f1 i"),
         ("solvers.numerics.panels._copy_panels", "f2 f1 b1 f1 f2"),
@@ -161,10 +161,10 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("crank-dynamics", "analysis"): (
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
-        ("solvers.crank.cycle.worst_instants.greatest", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 i i f"),
-        ("solvers.crank.effects._reference_loads", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
-        ("solvers.crank.gas.pressure_table._unrolled", "f1 f1 f1"),
-        ("solvers.crank.motion.slider_crank._motion_states", "f1 solvers.crank.motion.slider_crank.Geometry"),
-        ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 f1 f"),
+        ("solvers.crank.effects._changes", "f2"),
+        ("solvers.crank.effects._sampled_results", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
+        ("solvers.crank.motion.slider_crank._motion", "f1 solvers.crank.motion.slider_crank.Geometry"),
+        ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),
+        ("solvers.numerics.monotone_cubic.monotone_cubics", "f1 f1"),
     ),
 }

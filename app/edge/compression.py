@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from starlette.datastructures import MutableHeaders
 from starlette.middleware.gzip import GZipMiddleware
-from starlette.types import ASGIApp, Receive, Scope, Send
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from app.edge.asgi import header
 
@@ -20,6 +21,20 @@ class Compression(GZipMiddleware):
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] == "http" and header(scope, b"accept-encoding") is not None:
-            await super().__call__(scope, receive, send)
+            await super().__call__(scope, receive, _with_weak_tag(send))
         else:
             await self.app(scope, receive, send)
+
+
+def _with_weak_tag(send: Send) -> Send:
+    """Sends on, with a weak entity tag where the content was compressed: its bytes are others."""
+
+    async def sent(message: Message) -> None:
+        if message["type"] == "http.response.start":
+            headers = MutableHeaders(raw=message["headers"])
+            tag = headers.get("etag", "")
+            if "content-encoding" in headers and tag.startswith('"'):
+                headers["etag"] = f"W/{tag}"
+        await send(message)
+
+    return sent

@@ -77,8 +77,8 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
         yield _diagnosis(run["result"])
     else:
         yield Banner(Standing.PLAIN, _(kind.title), _headline(run))
-        if run["result"].get("warnings"):
-            yield Bullets(tuple(_sentence(spoken(text)) for text in run["result"]["warnings"]))
+    if not verdict and run["result"].get("warnings"):
+        yield Bullets(tuple(_sentence(spoken(text)) for text in run["result"]["warnings"]))
     if run["mode"] != Mode.ACCURACY and run["status"] == "succeeded":
         drawing, caption = part_of(kind, dict(run))
         if drawing:

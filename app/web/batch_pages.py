@@ -15,7 +15,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.batches.fields import numbers
 from app.batches.offline import form_of
-from app.batches.results import MEDIA_TYPES, Format, Wanted, points
+from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import SAMPLED, Combine, Sweep
 from app.batches.view import batch_json
@@ -26,16 +26,21 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
+from app.web.forms.faults import faults_of
 from app.web.forms.numbers import number
 from app.web.rendering import page
 from app.words.fields import named, plain
 from app.words.languages import gettext
+from app.words.solver_texts import spoken
 
 router = APIRouter(include_in_schema=False)
 _PAGE_SIZE = 50
 _VARIED_FIELDS = 3
 """Number of varied fields in the sweep form; files and the API allow more."""
 _READ_BYTES = 1 << 20
+_MAX_UNANSWERED, _MAX_REASONS = 200, 20
+"""Number of items without an answer that are looked at for their reasons, and of reasons shown; the downloads have
+all."""
 _MAX_PARALLEL_AXES = 12
 """Maximum number of parallel axes for varied fields."""
 
@@ -81,6 +86,7 @@ async def _list(
         varied=range(_VARIED_FIELDS),
         ways=_ways(),
         problem=problem,
+        faults=faults_of(problem),
         given=given or {},
     )
 
@@ -206,7 +212,29 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
         batch = await _service(request).get(batch_id)
     except UnknownBatch:
         raise Problem(404, "No such batch", "no batch has this id") from None
-    return page(request, "batch.html", batch=batch_json(batch), going=batch.status in ACTIVE, words=_words())
+    return page(
+        request,
+        "batch.html",
+        batch=batch_json(batch),
+        going=batch.status in ACTIVE,
+        words=_words(),
+        reasons=_reasons(await unanswered(_service(request).store, batch, _MAX_UNANSWERED)),
+    )
+
+
+def _reasons(items: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Why items have no answer: each reason once, with its items, the first of which are linked."""
+    found: dict[str, dict[str, Any]] = {}
+    for item in items:
+        why = {"status": item["status"], "diagnosis": item["diagnosis"], "faults": _told(item["problem"])}
+        reason = found.setdefault(json.dumps(why, sort_keys=True), {**why, "items": []})
+        reason["items"].append(item)
+    return list(found.values())[:_MAX_REASONS]
+
+
+def _told(problem: dict[str, Any] | None) -> list[tuple[str, str]]:
+    """Field and message of each error of an item, or its detail alone."""
+    return faults_of(problem) or ([("", spoken(problem["detail"], keep_names=True))] if problem else [])
 
 
 @router.get("/batches/{batch_id}/map")

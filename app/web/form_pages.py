@@ -25,7 +25,7 @@ from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
-from app.web.rendering import page, templates
+from app.web.rendering import add_filter, page, templates
 from app.words.drawings import drawn
 from app.words.languages import gettext as _
 
@@ -36,7 +36,7 @@ _MAX_RUNS_OFFERED = 50
 _KEY_FIGURES = 6
 
 templates.env.globals["applies"] = applies
-templates.env.filters["other_units"] = others
+add_filter("other_units", others)
 templates.env.globals["script_words"] = script_words
 
 
@@ -82,7 +82,8 @@ async def _shown(
     status: int = 200,
     notice: str = "",
 ) -> Response:
-    form = form_of(kind, mode)
+    service: Service = request.app.state.service
+    form = form_of(kind, mode, service.solve_budget_s)
     spec = form.value(texts)
     svg, caption = drawn(kind, spec)
     return page(
@@ -210,8 +211,10 @@ async def answer(request: Request, slug: str, mode: str = "check") -> Response:
 
 
 def _figures(kind: Kind, mode: Mode, result: Mapping[str, Any]) -> dict[str, float]:
-    """The main numeric results: those by which accuracy is judged, else the first ones of the model."""
+    """The main numeric results: those by which accuracy is judged, else the first ones of the model; where the request
+    is a whole engine, its own instead of those of a cylinder."""
     names = [name for name in kind.main_results if "." not in name] or [*kind.jobs[mode].result.model_fields]
-    found = {name: result.get(name) for name in names if not name.endswith("_u")}
+    shown = {**result, **(result.get(kind.whole) or {})}
+    found = {name: shown.get(name) for name in names if not name.endswith("_u")}
     numbers = {n: v for n, v in found.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
     return dict(list(numbers.items())[:_KEY_FIGURES])

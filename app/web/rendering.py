@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from fastapi import Request, Response
 from fastapi.responses import HTMLResponse
 from fastapi.templating import Jinja2Templates
+from jinja2 import pass_context
 from markupsafe import Markup
 
 from app.access.csrf import FIELD
@@ -76,32 +78,30 @@ def back_of(request: Request) -> str:
     return request.url.path + (f"?{request.url.query}" if request.url.query else "")
 
 
-templates.env.filters["figure"] = figure
-templates.env.filters["figures"] = figures
-templates.env.filters["uncertain"] = uncertain
-templates.env.filters["met"] = met
-templates.env.filters["power"] = power
-templates.env.filters["quantity"] = units.quantity
-templates.env.filters["unit"] = units.unit_shown
+def add_filter(name: str, function: Callable[..., Any]) -> None:
+    """Add a filter that is applied whenever a page is rendered.
+
+    Without a context, Jinja2 applies a filter to a constant when it compiles the template: in the language and units of
+    whoever asks first.
+    """
+
+    @pass_context
+    def applied(_context: Any, *given: Any, **named_ones: Any) -> Any:
+        return function(*given, **named_ones)
+
+    templates.env.filters[name] = applied
+
+
+for _filter in (
+    *(figure, figures, uncertain, met, power, label, short, plain, spoken, foreign, first_upper, units.quantity),
+    *(verdicts.standing, verdicts.reached, verdicts.required, verdicts.margin, verdicts.used, verdicts.summary),
+):
+    add_filter(_filter.__name__, _filter)
+add_filter("unit", units.unit_shown)
 templates.env.globals["SYSTEMS"] = units.SYSTEMS
 templates.env.globals["system"] = units.system
-templates.env.filters["label"] = label
-templates.env.filters["short"] = short
-templates.env.filters["plain"] = plain
-templates.env.filters["spoken"] = spoken
-templates.env.filters["foreign"] = foreign
-templates.env.filters["first_upper"] = first_upper
 templates.env.globals["back_of"] = back_of
 templates.env.globals["language"] = language
-for _filter in (
-    verdicts.standing,
-    verdicts.reached,
-    verdicts.required,
-    verdicts.margin,
-    verdicts.used,
-    verdicts.summary,
-):
-    templates.env.filters[_filter.__name__] = _filter
 
 
 def page(request: Request, name: str, status: int = 200, **context: Any) -> HTMLResponse:

@@ -17,6 +17,7 @@ from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
 from app.web.comparison import compare
 from app.web.downloads import downloads_of
+from app.web.forms.faults import faults_of
 from app.web.listing import Listing, asked_of
 from app.web.rendering import page
 from app.web.stock import stock_offer
@@ -117,6 +118,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         kind=kind,
         result=result,
         numbers=numbers,
+        faults=faults_of(run["problem"]),
         steps={step: spoken(step) for step in STEPS},
         open=run["status"] in OPEN_STATUSES,
         plots=captioned(run["kind"], plots_for(kind, run)) if succeeded else [],

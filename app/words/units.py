@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -72,3 +73,28 @@ def _size(unit: str) -> float:
 def quantity(value: float, unit: str, digits: int = 6) -> str:
     """A metric value formatted with its displayed unit."""
     return with_unit(figures(told(value, unit), digits), unit_shown(unit))
+
+
+_NUMBER = r"(?<![\w.])-?\d+(?:\.\d+)?(?:e[+-]?\d+)?"
+_IN_SENTENCE = re.compile(
+    rf"(?:(?P<other>{_NUMBER})(?P<between> (?:and|и|і|…|< x <) ))?"
+    rf"(?P<figure>{_NUMBER}) (?P<unit>{'|'.join(_INCH)})(?!\w)"
+)
+"""A figure with its unit, and one before it that shares the unit: "3 mm", "between 3 and 4 mm", "3 < x < 4 mm"."""
+
+
+def in_sentence(text: str) -> str:
+    """A sentence with its figures in the displayed units."""
+    return _IN_SENTENCE.sub(_converted, text) if system() is System.INCH else text
+
+
+def _converted(found: re.Match[str]) -> str:
+    unit, other = found["unit"], found["other"]
+    before = "" if other is None else f"{_figure(other, unit)}{found['between']}"
+    return f"{before}{_figure(found['figure'], unit)} {unit_shown(unit)}"
+
+
+def _figure(text: str, unit: str) -> str:
+    """A metric figure in the displayed unit, with a digit more, so that rounding adds no error of its own."""
+    digits = sum(each.isdigit() for each in text.partition("e")[0].lstrip("-0."))
+    return figures(told(float(text), unit), digits + 1)

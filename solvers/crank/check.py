@@ -10,13 +10,11 @@ import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.crank.cycle.forces import Cycle, Forces
-from solvers.crank.cycle.textbook_error import TierErrors, tier_errors
-from solvers.crank.cycle.worst_instants import Worst, worst_instants
-from solvers.crank.effects import choose_for, compose
-from solvers.crank.engine.shared_crank_pin import SharedPin, require_pairs, shared_pin
+from solvers.crank.cycle.worst_instants import BRIX, Worst, worst_instants
+from solvers.crank.effects import Situation, choose_for
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation, speed_fluctuation_of
 from solvers.crank.engine.unbalance import Balance, balance
-from solvers.crank.scene import SINGLE, Scene
+from solvers.crank.scene import Scene
 from solvers.crank.whole_cycle import whole_cycle
 from solvers.effects import AUTO, EffectSelection
 from solvers.errors import InvalidInput
@@ -26,8 +24,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
 _TOLERANCE_FRACTION = 0.1
-"""Tolerance of searches and sums, as a fraction of the accuracy."""
-_TIER_TOLERANCE = 1e-6
+"""Tolerance of searches, as a fraction of the accuracy."""
 _TEXTBOOK_RATIO = 0.5
 
 
@@ -35,19 +32,20 @@ _TEXTBOOK_RATIO = 0.5
 class CrankDynamics:
     """Results, SI units; ``torque_mean`` and ``indicated_power`` are those of one cylinder.
 
-    Angle-resolved series (``angle``, ``series``, ``brix_pressure``) and the errors of textbook approximations
-    (``tiers``) are computed on first access.
+    ``brix_pressure_error`` is the maximum error of the pressure by Brix's construction, None as for ``brix_pressure``;
+    ``shared_pin`` has the loads of the first crank pin and its bearings from both rods, None if every rod has its own.
+    Angle-resolved series (``angle``, ``series``, ``brix_pressure``) are computed on first access.
     """
 
     cycle: Cycle
     series_angles: int
-    tier_tolerance: float
     torque_mean: float
     indicated_power: float
     worst: tuple[Worst, ...]
+    brix_pressure_error: float | None
     speed_fluctuation: SpeedFluctuation
     balance: Balance | None
-    shared_pin: SharedPin | None
+    shared_pin: tuple[float, float] | None
     warnings: tuple[str, ...]
 
     @cached_property
@@ -65,26 +63,6 @@ class CrankDynamics:
         """p [Pa] by Brix's construction; None for table pressures, or with an offset."""
         return self.cycle.curve.brix_pressure(self.angle)
 
-    @cached_property
-    def tiers(self) -> TierErrors:
-        """Errors of the textbook approximations."""
-        return tier_errors(self.cycle, self.tier_tolerance)
-
-    @property
-    def jumps(self) -> tuple[tuple[float, float], ...]:
-        """Pressure jumps at the dead centres: (angle [rad], p after minus p before [Pa])."""
-        return self.cycle.curve.jumps
-
-    @property
-    def stroke(self) -> float:
-        """Stroke [m]."""
-        return self.cycle.motion.stroke
-
-    @property
-    def dead_centres(self) -> tuple[float, float]:
-        """Angles of the upper dead centre and of the following lower one [rad]."""
-        return self.cycle.motion.dead_centres
-
 
 def analyse(
     scene: Scene,
@@ -101,36 +79,33 @@ def analyse(
     require_accuracy(accuracy)
     if not 1 <= series_angles <= 100_000:
         raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
-    require_pairs(scene.engine, scene.masses.rods_per_pin)
-    curve = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder)
-    choice = choose_for(scene, curve, effects, effect_tolerance)
-    composition = compose(choice, scene)
-    if composition.offset != scene.mechanism.offset:
-        curve = scene.pressure.unroll(scene.mechanism.motion_in_line, scene.cylinder)
-    cycle, tolerance = Cycle(scene, composition, curve), _TOLERANCE_FRACTION * accuracy
-    engine = composition.engine or SINGLE
-    found = whole_cycle(cycle.machine, curve, cycle.sharp_angles, np.array(engine.phases), tolerance)
-    torque_mean = found.shaft.gas_work / scene.cylinder.period
-    speed_fluctuation = speed_fluctuation_of(cycle, engine, found.shaft)
+    situation = Situation(scene)
+    choice = choose_for(situation, effects, effect_tolerance)
+    cycle = situation.cycle(frozenset(effect.name for effect in choice.active))
+    phases, shared = np.array(cycle.engine.phases), scene.shares_pins and "engine" in cycle.effects
+    found = whole_cycle(cycle.machine, cycle.pieces, phases, shared, _TOLERANCE_FRACTION * accuracy)
+    torque_mean = found.gas_work / scene.cylinder.period
+    torque_max, torque_min = float(found.torque.value[-2]), -float(found.torque.value[-1])
+    speed_fluctuation = speed_fluctuation_of(
+        cycle, found.gas_work, found.gas_work_error, found.fluctuation, torque_max, torque_min
+    )
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,
-        tier_tolerance=max(tolerance, _TIER_TOLERANCE),
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
         worst=worst_instants(found.loads, scene.cylinder.period),
+        brix_pressure_error=float(found.loads.value[BRIX]) if cycle.curve.has_brix else None,
         speed_fluctuation=speed_fluctuation,
-        balance=None if composition.engine is None else balance(cycle, engine),
-        shared_pin=shared_pin(cycle, engine, tolerance),
+        balance=balance(cycle) if "engine" in cycle.effects else None,
+        shared_pin=tuple(found.shared_pin.value[:2].tolist()) if shared else None,
         warnings=_warnings(scene, speed_fluctuation),
     )
     return Outcome(
         status=Status.SUCCEEDED,
         value=value,
         effects=choice.manifest,
-        accuracy=Accuracy(
-            accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces, "nodes": int(found.shaft.nodes)}
-        ),
+        accuracy=Accuracy(accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces}),
         timing={"solve_s": time.perf_counter() - started},
     )
 

@@ -117,16 +117,39 @@ class Engine:
         )
 
 
+_SAME_DIRECTION = 1e-6
 SINGLE = Engine((0.0,), (0.0,))
 """A single cylinder."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A machine and the cycle that drives it."""
+    """A machine and the cycle that drives it.
+
+    Two rods on a crank pin are those of consecutive cylinders, whose cranks must stand in one direction.
+    """
 
     mechanism: Mechanism
     cylinder: Cylinder
     pressure: Pressure
     masses: Masses
     engine: Engine = SINGLE
+
+    def __post_init__(self) -> None:
+        if not self.shares_pins:
+            return
+        odd = len(self.engine.phases) % 2 == 1
+        require(not odd, "engine.phases", "an odd number of rods cannot share crank pins in pairs", "an even number")
+        directions = [axis - phase for axis, phase in zip(self.engine.axes, self.engine.phases, strict=True)]
+        for index in range(1, len(directions), 2):
+            require(
+                abs(math.remainder(directions[index] - directions[index - 1], 2.0 * math.pi)) <= _SAME_DIRECTION,
+                f"engine.phases.{index}",
+                "shares a crank pin with the cylinder before it, but their cranks stand in different directions",
+                "a phase that follows by the angle between the two axes, or that and a turn",
+            )
+
+    @property
+    def shares_pins(self) -> bool:
+        """Whether two rods of several cylinders are on one crank pin."""
+        return self.masses.rods_per_pin > 1 and len(self.engine.phases) > 1

@@ -50,10 +50,10 @@ def warnings_of(
         messages.append(f"the strength is exceeded {_place(scene, *over)}, {by}")
     if least_wall < limits.min_wall * (1.0 - _SLACK):
         messages.append(
-            f"the wall is {least_wall * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} asked"
+            f"the wall is {least_wall * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} mm asked"
         )
     if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + _SLACK):
-        messages.append(f"the deflection of {deflection * 1e6:.4g} um exceeds its limit")
+        messages.append(f"the deflection of {deflection * 1e6:.4g} µm exceeds its limit")
     if ring is None or scene.force == 0.0:
         return tuple(messages)
     # The beam model does not cover the ring.

@@ -8,18 +8,14 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from solvers.effects import AUTO, Choice, EffectSelection
+from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
-from solvers.outcome import (
-    EffectReport,
-    EffectState,
-    Outcome,
-)
+from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
-from solvers.rod.effects import EFFECTS, RodEffect, choose_for, compose
+from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import core_cycle
@@ -28,10 +24,12 @@ from solvers.rod.optimum.full_model.model import FullModel, no_watch
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.available_sizes import discrete_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
+from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
 from solvers.rod.optimum.search.feasibility import least_violating, least_violation
 from solvers.rod.optimum.search.full_optimum import (
     MAX_BOXES,
     Context,
+    EffectsChanged,
     Optimum,
     continuous_optimum,
     first_order_conditions,
@@ -103,12 +101,13 @@ def design(
 class _SearchResult:
     """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
     the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required."""
+    required. An incomplete search ended early, at a strip that selects other effects."""
 
     chosen: frozenset[str]
     strip: Dimensions
     excess: float
     compose_answer: Callable[[], Outcome[RodDesign]]
+    complete: bool = True
 
     @property
     def feasible(self) -> bool:
@@ -135,7 +134,7 @@ class _Design:
         p = self.problem
         self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
         self.limits = p.requirements.limits(p.scene)
-        self.choices: dict[Dimensions, Choice[RodEffect]] = {}
+        self.selected = EffectsAtStrips(p, self.selection, self.effect_tolerance)
         # The relative violation of a requirement that does not count, as in the verdict.
         self.max_slack = min(self.accuracy, MAX_SLACK)
 
@@ -143,7 +142,7 @@ class _Design:
         result = self.result_with_selected_effects()
         if self.is_nearly_met(result.excess):
             result = self.relaxed_result(result)
-        return replace(result.compose_answer(), effects=self.manifest(result.strip, result.chosen))
+        return replace(result.compose_answer(), effects=self.selected.manifest(result.strip, result.chosen))
 
     def relaxed_result(self, strict: _SearchResult) -> _SearchResult:
         """The result with requirements relaxed within the accuracy; the strict one if that is infeasible, too.
@@ -163,18 +162,24 @@ class _Design:
         at another result's strip with its effects."""
         if start is None:
             chosen, proof, excess, strip = self.core_optimum(frozenset())
-            result = self.result_with_effects(chosen, proof, excess, strip)
+            result = self.result_with_effects(chosen, proof, excess, strip, tentative=True)
         else:
             result = self.result_near(start.chosen, start.strip)
         for _ in range(_MAX_SELECTIONS - 1):
-            further = self.chosen_at(result.strip) - result.chosen
+            further = self.selected.at(result.strip) - result.chosen
             if not further or self.out_of_time:
                 break
             chosen, strip = result.chosen | further, result.strip
             if _INERTIA in further or start is not None:
                 chosen, proof, excess, strip = self.core_optimum(chosen)
             result = self.result_with_effects(chosen, proof, excess, strip)
-        return self.without_surplus_effects(result)
+        return self.complete(self.without_surplus_effects(result))
+
+    def complete(self, result: _SearchResult) -> _SearchResult:
+        """The result with the same effects of a search to the end."""
+        if result.complete or self.out_of_time:
+            return result
+        return self.result_near(result.chosen, result.strip)
 
     def result_near(self, chosen: frozenset[str], strip: Dimensions) -> _SearchResult:
         """The result with given effects; the search on the full model starts at a strip."""
@@ -186,12 +191,12 @@ class _Design:
     def without_surplus_effects(self, result: _SearchResult) -> _SearchResult:
         """The result with the effects selected at its strip only, without those selected on the way to it, if it is
         not worse for that and its strip selects the same: an answer should not depend on the way to it."""
-        selected = self.chosen_at(result.strip)
+        selected = self.selected.at(result.strip)
         if selected >= result.chosen or self.out_of_time or result.excess > self.effect_tolerance:
             return result
         cycle, other = self.cycle, self.result_near(selected, result.strip)
         is_as_good = other.feasible or (self.is_nearly_met(other.excess) and not result.feasible)
-        if is_as_good and not self.out_of_time and self.chosen_at(other.strip) == selected:
+        if is_as_good and not self.out_of_time and self.selected.at(other.strip) == selected:
             return other
         self.cycle = cycle
         return result
@@ -207,12 +212,12 @@ class _Design:
         while True:
             with_inertia = _INERTIA in chosen
             proof, excess, strip = self.core_search(with_inertia, gap, proof)
-            chosen |= frozenset() if fixed else self.chosen_at(strip)
+            chosen |= frozenset() if fixed else self.selected.at(strip)
             if with_inertia != (_INERTIA in chosen):
                 # The relevance of inertia is evaluated at a strip, which itself depends on it.
                 proof = None
                 continue
-            required_gap = max(_GAP_SHARE * self.influence(strip, _beyond(chosen)), self.accuracy)
+            required_gap = max(_GAP_SHARE * self.selected.influence(strip, _beyond(chosen)), self.accuracy)
             if gap <= required_gap or proof.best is None:
                 return chosen, proof, excess, strip
             gap = max(0.5 * required_gap, self.accuracy)
@@ -228,27 +233,6 @@ class _Design:
         b = p.bounds
         least = least_violation(self.cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length))))
         return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
-
-    def choice_at(self, strip: Dimensions) -> Choice[RodEffect]:
-        if strip not in self.choices:
-            p = self.problem
-            demands = p.requirements.demands() + p.objective.demands()
-            self.choices[strip] = choose_for(p.scene, strip, self.selection, self.effect_tolerance, demands)
-        return self.choices[strip]
-
-    def chosen_at(self, strip: Dimensions) -> frozenset[str]:
-        """The effects selected at a strip."""
-        return frozenset(effect.name for effect in self.choice_at(strip).active)
-
-    def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
-        """The effects of the answer; those selected only at intermediate strips are reported as such."""
-        why = "needed by a strip that the search evaluated"
-        return tuple(
-            report._replace(state=EffectState.ACTIVE, why=why)
-            if report.name in chosen and report.state is EffectState.SKIPPED
-            else report
-            for report in self.choice_at(strip).manifest
-        )
 
     def min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
         """The gain below which a step is not resolved: the error of a check beyond the accuracy if corners of the load
@@ -284,14 +268,21 @@ class _Design:
         return context
 
     def result_with_effects(
-        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions
+        self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions, tentative: bool = False
     ) -> _SearchResult:
-        """The result with given effects."""
+        """The result with given effects; if they are ``tentative``, incomplete if the first optimum selects others."""
         context = self.context(chosen, strip)
+
+        def confirm_effects(local: LocalResult) -> None:
+            if self.selected.at(local.best.outcome.value.dimensions) != chosen:
+                raise EffectsChanged
+
+        if tentative:
+            context.confirm_effects = confirm_effects
         beyond = _beyond(chosen)
         if not beyond:
             return self.core_result(context, proof, excess, strip)
-        influence = self.influence(strip, beyond)
+        influence = self.selected.influence(strip, beyond)
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
@@ -299,16 +290,19 @@ class _Design:
         quick = not context.model.has_resonances and not self.sizes.discrete
         design_of, local_search = (partial(of, context.model.effects) for of in (self.other_design, self.local_optimum))
         attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
-        optimum = self.full_optimum(context, attainable, excess, starts, clearly_infeasible)
+        try:
+            optimum, complete = self.full_optimum(context, attainable, excess, starts, clearly_infeasible), True
+        except EffectsChanged:
+            optimum, complete = context.best_within_budget(), False
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions
-            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum))
+            return _SearchResult(chosen, best, 0.0, partial(self.answer, context, proof, beyond, optimum), complete)
         if self.out_of_time and optimum is None:
             return _SearchResult(chosen, strip, math.inf, self.answers.failed)
         missed = math.inf if optimum is None else optimum.local.best.excess
         strip = strip if optimum is None else optimum.local.best.outcome.value.dimensions
         compose = partial(self.answers.infeasible, context, attainable, proof, strip, beyond, optimum)
-        return _SearchResult(chosen, strip, missed, compose)
+        return _SearchResult(chosen, strip, missed, compose, complete)
 
     def answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
@@ -396,13 +390,13 @@ class _Design:
         if not clearly_infeasible:
             self.watch()
 
-    def other_design(self, effects: EffectSelection, problem: RodProblem, accuracy: float) -> AttainableBest | None:
+    def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""
         try:
             self.watch()
         except OutOfTime:
             return None
-        other = replace(self, problem=problem, selection=effects, accuracy=accuracy, relaxes=False)
+        other = replace(self, problem=problem, selection=effects, relaxes=False)
         result = other.result_with_selected_effects()
         if not result.feasible:
             return None
@@ -411,11 +405,11 @@ class _Design:
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
 
     def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions, accuracy: float
+        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
     ) -> Outcome[RodCheck] | None:
         """Result of one local search for another problem in the same scene; None if it violates a
         requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects, accuracy=accuracy)
+        other = replace(self, problem=problem, selection=effects)
         other.cycle = self.cycle
         context = other.context(effects.include, strip).exploratory(strip)
         try:
@@ -434,11 +428,7 @@ class _Design:
     @property
     def answers(self) -> Answers:
         p = self.problem
-        return Answers(p, self.cycle, self.sizes, self.accuracy, self.slack, self.influence, self.out_of_time)
-
-    def influence(self, strip: Dimensions, beyond: tuple[str, ...]) -> float:
-        """Sum of the bounds of the effects beyond the core at a strip."""
-        return sum(report.influence for report in self.choice_at(strip).manifest if report.name in beyond)
+        return Answers(p, self.cycle, self.sizes, self.accuracy, self.slack, self.selected.influence, self.out_of_time)
 
 
 def _is_feasible(optimum: Optimum | None) -> bool:

@@ -128,6 +128,15 @@ def test_rod_modes_keep_what_is_typed(page, address):
     expect(box(page, "Free length l")).to_have_value("23")
 
 
+def test_enter_submits_the_form(page, address):
+    """The buttons of the other modes come before the form's own, but Enter is not for them."""
+    page.goto(f"{address}/designs/pin-profile?mode=check")
+    page.fill('[name="name"]', "by the keyboard")
+    page.press('[name="name"]', "Enter")
+    page.wait_for_url("**/runs/*")
+    assert page.locator("h1").inner_text() == "by the keyboard"
+
+
 def test_pin_check_by_points_and_bushing(page, address):
     page.goto(f"{address}/designs/pin-profile?mode=check")
     page.get_by_label("a table of points").check()

@@ -15,8 +15,8 @@ import pytest
 from bench.campaign.scenes import scene_of
 from solvers import crank
 from solvers.crank.cycle.forces import Cycle
-from solvers.crank.effects import EFFECTS, compose
-from solvers.effects import ALL, Choice
+from solvers.crank.effects import EFFECTS
+from solvers.effects import ALL
 from tests.solvers.crank.machines import CAR, car
 
 ACCURACY = 1e-6
@@ -38,7 +38,7 @@ NODES, WEIGHTS = np.polynomial.legendre.leggauss(3)
 def cycle_of(scene):
     """The cycle with all effects."""
     curve = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder)
-    return Cycle(scene, compose(Choice(EFFECTS, ()), scene), curve)
+    return Cycle(scene, frozenset(effect.name for effect in EFFECTS), curve)
 
 
 def grid_of(cycle):
@@ -96,6 +96,14 @@ CROWDED = 2044
 def test_no_extremum_of_a_random_cycle_is_missed(seed):
     scene, _ = scene_of("crank-dynamics", seed).request().scene()
     no_extreme_is_passed_by(scene)
+
+
+@pytest.mark.parametrize("seed", [3002, 3008, 3038, 3077, 3085])
+def test_the_pressure_at_a_worst_instant_meets_the_accuracy(seed):
+    scene, _ = scene_of("crank-dynamics", seed).request().scene()
+    found, exact = (crank.analyse(scene, ALL, accuracy=a, series_angles=1).value.worst for a in (ACCURACY, 1e-12))
+    side, exact_side = found[3], exact[3]
+    assert side.pressure == pytest.approx(exact_side.pressure, rel=ACCURACY)
 
 
 CLOSE = 380.0 + 0.02 * np.arange(-300, 301)

@@ -21,9 +21,7 @@ def test_greatest_errors_of_the_two_harmonic_forms(ratio, displacement, accelera
     motion = crank.ExactMotion(r, length)
     moved = kinematics.brix_displacement(angle, r, length) - motion.displacement(angle)
     assert f"{100 * np.max(np.abs(moved)) / r:.2f}" == displacement
-    acceleration_error = (
-        kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - motion.motion_state(angle).acceleration
-    )
+    acceleration_error = kinematics.two_harmonic_acceleration(angle, r, length, 1.0) - motion.acceleration(angle)
     digits = len(acceleration.split(".")[1])
     assert f"{100 * np.max(np.abs(acceleration_error)) / (r * (1 + ratio)):.{digits}f}" == acceleration
 

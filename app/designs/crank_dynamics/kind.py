@@ -23,6 +23,7 @@ from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation
 from solvers.crank.engine.unbalance import Balance
+from solvers.crank.motion.in_line import brix_error, two_harmonic_error
 from solvers.outcome import Outcome
 
 
@@ -201,8 +202,8 @@ def _engine(found: crank.CrankDynamics, cylinders: int) -> dict[str, Any] | None
         ],
         "rotating_unbalance_n": unbalance.rotating_force,
         "rotating_couple_nm": unbalance.rotating_couple,
-        "shared_crank_pin_load_max_n": pin and pin.crank_pin_load,
-        "shared_main_bearing_load_max_n": pin and pin.main_bearing_load,
+        "shared_crank_pin_load_max_n": pin and pin[0],
+        "shared_main_bearing_load_max_n": pin and pin[1],
     }
 
 
@@ -237,7 +238,8 @@ def _answer(
 
 
 def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
-    masses, (top, bottom) = scene.masses, found.dead_centres
+    masses, (top, bottom) = scene.masses, found.cycle.motion.dead_centres
+    ratio = scene.mechanism.crank_radius / scene.mechanism.rod_length
     return {
         "reciprocating_mass_kg": masses.reciprocating,
         "rotating_mass_kg": masses.rotating(scene.mechanism.crank_radius),
@@ -251,11 +253,11 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
         "work_fluctuation_j": found.speed_fluctuation.work_fluctuation,
         "shaft_inertia_kg_m2": found.speed_fluctuation.inertia,
         "flywheel_inertia_wanted_kg_m2": found.speed_fluctuation.flywheel_inertia_wanted,
-        "brix_error": found.tiers.brix_displacement,
-        "two_harmonic_error": found.tiers.two_harmonic_acceleration,
-        "brix_pressure_error_mpa": scaled(found.tiers.brix_pressure, MEGA),
+        "brix_error": brix_error(ratio),
+        "two_harmonic_error": two_harmonic_error(ratio),
+        "brix_pressure_error_mpa": scaled(found.brix_pressure_error, MEGA),
         **{f"{w.name}_n": w.force for w in found.worst},
-        "stroke_mm": found.stroke / MILLI,
+        "stroke_mm": found.cycle.motion.stroke / MILLI,
         "upper_dead_centre_deg": math.degrees(top),
         "lower_dead_centre_deg": math.degrees(bottom),
         "worst": [
@@ -269,7 +271,9 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
             for w in found.worst
         ],
         "engine": _engine(found, len(scene.engine.phases)),
-        "dead_centre_jumps": [{"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.jumps],
+        "dead_centre_jumps": [
+            {"angle_deg": math.degrees(a), "jump_mpa": jump / MEGA} for a, jump in found.cycle.curve.jumps
+        ],
         "warnings": list(found.warnings),
     }
 
@@ -292,6 +296,7 @@ CRANK_DYNAMICS = Kind(
     plots=PLOTS,
     figure=lambda _mode, result: ("indicated_power_w", (result["engine"] or result)["indicated_power_w"]),
     main_results=MAIN_RESULTS,
+    whole="engine",
     form=FORM,
     drawing=drawing,
     calculation=calculation,

@@ -163,7 +163,7 @@ def two_harmonic_effect(run: dict[str, Any], say: Say = str) -> str:
     phi = np.radians(angles)
     motion = ExactMotion(r, length)
     moved = (brix_displacement(phi, r, length) - motion.displacement(phi)) / r
-    acceleration_error = two_harmonic_acceleration(phi, r, length, 1.0) - motion.motion_state(phi).acceleration
+    acceleration_error = two_harmonic_acceleration(phi, r, length, 1.0) - motion.acceleration(phi)
     columns = [
         (noted("displacement"), BLUE, (100.0 * moved).tolist()),
         (noted("acceleration"), GREEN, (100.0 * acceleration_error / (r * (1.0 + r / length))).tolist()),

@@ -170,7 +170,8 @@ def run_design(request: DesignRequest) -> Answer:
         certificate["evidence"] = {n: v / unit if n in _OF_THE_OBJECTIVE else v for n, v in evidence.items()}
     found, repairs = outcome.value, repairs_json(request, request.repairs())
     if found is None:
-        result = {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate, "repairs": repairs}
+        diagnosis = diagnosis_json(outcome, _LIMITS)
+        result = {"diagnosis": diagnosis, "warnings": [], "certificate": certificate, "repairs": repairs}
         return envelope(request, outcome, result)
     active = [{"name": _LIMITS.get(a.name, a.name), "sensitivity": a.sensitivity} for a in found.active]
     result = {

@@ -23,7 +23,7 @@ from app.designs.schema import (
 )
 from app.designs.units import MEGA, MILLI, si
 from solvers import rod
-from solvers.crank.gas.data_repair import Repair
+from solvers.crank.gas.data_faults import Repair
 from solvers.crank.gas.indicator_diagram import IndicatorPressure
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA

@@ -169,7 +169,8 @@ def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answ
     certificate = with_claim(certificate_json(outcome.certificate, unit), claim)
     found = outcome.value
     if found is None:
-        return envelope(request, outcome, {"diagnosis": diagnosis_json(outcome, _LIMITS), "certificate": certificate})
+        diagnosis = diagnosis_json(outcome, _LIMITS)
+        return envelope(request, outcome, {"diagnosis": diagnosis, "warnings": [], "certificate": certificate})
     result = {
         **result_of(found.check, found.scene, request),
         "transfer": transfer_json(found.check),

@@ -195,7 +195,7 @@ def _parameters(
     if len(varied) == 1 and varied[0].first == varied[0].last:
         yield Parameter(other, varied[0].first, "mm", "all along")
         return
-    sizes = [d for span in varied for d in (span.first, span.last)]
+    sizes = [d for _, d in _ends(varied)]
     middle = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _LENGTH_TOLERANCE))
     word = "outer" if bushing else "bore"
     yield Parameter(f"{word}_end_mm", varied[0].first, "mm", "diameter at the end")
@@ -219,6 +219,13 @@ def _at(span: Span, x: float) -> float:
     s = 1.0 - t
     values = span.first * s * s * (1.0 + 2.0 * t) + span.last * t * t * (1.0 + 2.0 * s)
     return values + width * t * s * (span.slope_first * s - span.slope_last * t)
+
+
+def _ends(spans: Sequence[Span]) -> Iterator[Place]:
+    """Place and diameter of both ends of each span."""
+    for span in spans:
+        yield span.start, span.first
+        yield span.end, span.last
 
 
 def _corners(varied: Sequence[Span], length: float, D: float) -> list[Dimension]:
@@ -268,6 +275,10 @@ def _drawing(
             edges = (x, -0.5 * middle), (x, 0.5 * middle)
             at, level = (length, 2) if bushing else (x, 0)
             dimensions.append(Dimension(*edges, words_of("ø", middle), "y", at, level, "mid"))
+        x, greatest = max(_ends(varied), key=lambda end: end[1])
+        if bushing and words_of("ø", greatest) not in (words_of("ø", left), words_of("ø", middle)):
+            edges = (x, -0.5 * greatest), (x, 0.5 * greatest)
+            dimensions.append(Dimension(*edges, words_of("ø", greatest), "y", 0.0, -2, "greatest"))
     for level, drill in enumerate([drill for drill in drills if not drill.through], start=1):
         edges = (0.0, -0.5 * D), (drill.depth, -0.5 * D)
         words = f"{words_of('ø', drill.diameter)} × {drill.depth:.5g}"

@@ -45,7 +45,7 @@ def forces_picture(run: dict[str, Any], say: Say = str) -> str:
         chart.area([0.0, *x, x[-1]], [0.0, *values, 0.0], color)
         chart.line(x, values, color)
         charts.append(chart)
-    return stacked(say("Bending moment and shear force along the pin"), charts)
+    return stacked(say("Bending moment and shear force along the axis"), charts)
 
 
 def has_ring(run: dict[str, Any]) -> bool:
@@ -61,7 +61,7 @@ def ring_picture(run: dict[str, Any], say: Say = str) -> str:
     wide, high, middle = _WIDTH, 340.0, (0.5 * _WIDTH, 170.0)
     scale = 100.0 / (0.5 * outer)
     squeeze = 12.0 / scale  # exaggerated change of radius, the same for every pin
-    out = [opening(say("Hoop stress of the ring in the middle of the pin"), wide, high)]
+    out = [opening(say("Hoop stress of the ring in the middle"), wide, high)]
     turn = [2.0 * math.pi * n / 120 for n in range(120)]
 
     def ring(radius: float, by: float) -> str:

@@ -171,6 +171,7 @@ class InfeasibleResult(Strict):
     """Why no pin of this outer diameter is feasible, and what would be."""
 
     diagnosis: list[ShortfallResult]
+    warnings: list[str] = Field(default=[], description="warnings about the diagnosis")
     force_limit_n: float | None
     infeasible_from_mm: float | None
     infeasible_to_mm: float | None
@@ -213,6 +214,7 @@ def infeasible_json(outcome: Outcome, why: pin.Diagnosis | None, claim: Claim) -
     weak = why and why.weak
     return {
         "diagnosis": diagnosis_json(outcome, LIMITS),
+        "warnings": [],
         "force_limit_n": why and why.force_limit,
         "infeasible_from_mm": weak and weak.begin / MILLI,
         "infeasible_to_mm": weak and weak.end / MILLI,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
@@ -41,17 +42,20 @@ class Faults:
 _PATH = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 
 
-def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> str:
-    """Translated message of a problem-details entry, with field labels in place of paths."""
+def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "", keep_names: bool = False) -> str:
+    """Translated message of a problem-details entry, with field labels in place of paths.
+
+    ``keep_names``: with the fields' own names, for who writes files.
+    """
 
     def label(found: re.Match[str]) -> str:
         return f"“{named[found[0]]}”" if found[0] in named else found[0]
 
     detail, allowed = entry["detail"], entry["allowed"]
-    words = _PATH.sub(label, spoken(SAYS.get(detail, detail)))
+    words = _PATH.sub(label, spoken(SAYS.get(detail, detail), keep_names))
     if allowed in _REDUNDANT_LIMITS or allowed == "see the contract":
         return words
-    limits = _PATH.sub(label, _limits(allowed, unit))
+    limits = _PATH.sub(label, _limits(allowed, unit, keep_names))
     if detail.startswith(_REPLACED_BY_ALLOWED):
         return _("must be %(allowed)s") % {"allowed": limits}
     if detail == "is out of range":
@@ -59,21 +63,27 @@ def said(entry: Mapping[str, str], named: Mapping[str, str], unit: str = "") -> 
     return _("%(words)s (allowed: %(allowed)s)") % {"words": words, "allowed": limits}
 
 
-def _limits(allowed: str, unit: str) -> str:
+def faults_of(problem: Mapping[str, Any] | None) -> list[tuple[str, str]]:
+    """Dotted field and translated message of each error of a problem, for who writes files."""
+    errors = (problem or {}).get("errors") or ()
+    return [(entry["pointer"][1:].replace("/", "."), said(entry, {}, keep_names=True)) for entry in errors]
+
+
+def _limits(allowed: str, unit: str, keep_names: bool) -> str:
     """The allowed values: a translated sentence, or comma-separated limits."""
     if (whole := _(allowed)) != allowed:
         return whole
-    return ", ".join(_limit(text, unit) for text in allowed.split(", "))
+    return ", ".join(_limit(text, unit, keep_names) for text in allowed.split(", "))
 
 
-def _limit(text: str, unit: str) -> str:
+def _limit(text: str, unit: str, keep_names: bool) -> str:
     """A limit in the wording of ``app.errors``, translated with its figure in the displayed unit."""
     for pattern in sorted(LIMITS.values(), key=len, reverse=True):
         before, _sep, behind = pattern.partition("{}")
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
             return _(pattern).format(_in_display_unit(figure, unit))
-    return spoken(text)
+    return spoken(text, keep_names)
 
 
 def _in_display_unit(figure: str, unit: str) -> str:

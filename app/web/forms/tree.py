@@ -8,6 +8,7 @@ from typing import Any
 
 from app.designs.form import COMMON, look_up
 from app.designs.kind import Kind, Mode
+from app.designs.schema import MAX_TIME_S
 from app.designs.units import split_unit
 from app.web.forms.groups import Group, Member, Range, Union
 from app.web.forms.nodes import Choice, Constant, Effects, Flag, Node, Number, Several, Switched, Text
@@ -18,24 +19,27 @@ from app.words.languages import language
 from app.words.units import system
 
 
-def form_of(kind: Kind, mode: Mode) -> Group:
-    """The form of a kind and mode in the current language and units (cached), as a group of sections."""
-    return _form_in(kind, mode, language(), system())
+def form_of(kind: Kind, mode: Mode, longest_s: float = MAX_TIME_S) -> Group:
+    """The form of a kind and mode in the current language and units (cached), as a group of sections.
+
+    ``longest_s``: the service's time limit per solve [s], offered as the greatest time budget.
+    """
+    return _form_in(kind, mode, longest_s, language(), system())
 
 
 @cache
-def _form_in(kind: Kind, mode: Mode, _language: str, _system: str) -> Group:
-    return build(kind, mode)
+def _form_in(kind: Kind, mode: Mode, longest_s: float, _language: str, _system: str) -> Group:
+    return build(kind, mode, longest_s)
 
 
-def build(kind: Kind, mode: Mode) -> Group:
+def build(kind: Kind, mode: Mode, longest_s: float = MAX_TIME_S) -> Group:
     """Build the form, uncached."""
-    return _Builder(kind, mode).form()
+    return _Builder(kind, mode, longest_s).form()
 
 
 class _Builder:
-    def __init__(self, kind: Kind, mode: Mode) -> None:
-        self._kind, self._mode, self._words = kind, mode, kind.form
+    def __init__(self, kind: Kind, mode: Mode, longest_s: float) -> None:
+        self._kind, self._mode, self._words, self._longest_s = kind, mode, kind.form, longest_s
         self._root: Schema = kind.jobs[mode].request.model_json_schema()
 
     def form(self) -> Group:
@@ -152,6 +156,8 @@ class _Builder:
             members = [s for s in schema["anyOf"] if s.get("type") != "null"]
             nullable = len(members) < len(schema["anyOf"])
             schema = {**self._resolved(members[0]), **{k: v for k, v in schema.items() if k != "anyOf"}}
+        if key == "time_budget_s":
+            schema = {**schema, "maximum": self._longest_s}
         unit = split_unit(key)[1] or unit
         own = help_of(schema, nullable)
         said = look_up(self._words.helps, COMMON.helps, path)

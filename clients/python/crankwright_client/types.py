@@ -1415,6 +1415,8 @@ class Infeasible(TypedDict):
 
     diagnosis: list[ShortfallResult]
     """requirements that cannot be met, the distance of the best design from them, and what would help"""
+    warnings: NotRequired[list[str]]
+    """warnings about the diagnosis"""
     certificate: NotRequired[CertificateResult | None]
     """proof that the answer is optimal, or that none exists; null: not proven"""
     repairs: NotRequired[list[RepairDone]]
@@ -1426,6 +1428,8 @@ class InfeasibleResult(TypedDict):
 
     diagnosis: list[ShortfallResult]
     """requirements that cannot be met, the distance of the best design from them, and what would help"""
+    warnings: NotRequired[list[str]]
+    """warnings about the diagnosis"""
     force_limit_n: float | None
     """force limit, in N"""
     infeasible_from_mm: float | None

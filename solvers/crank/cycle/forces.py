@@ -19,43 +19,29 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_at, pressure_of, wrapped
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, wrapped
 from solvers.crank.motion.slider_crank import (
+    AngleFunctions,
     ExactMotion,
     Geometry,
     acceleration_of,
     angle_functions,
     rod_acceleration_of,
 )
-from solvers.crank.scene import Engine, Scene
+from solvers.crank.scene import SINGLE, Engine, Scene
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
 
 LONGEST_PIECE = math.pi / 24.0
 _MAX_PEAK_WIDTH = 0.3
-_NO_ANGLES = np.empty(0)
-
-
-@dataclass(frozen=True)
-class Composition:
-    """The physics of a scene: contributions of the active effects to the gas force of one in-line, massless cylinder.
-
-    ``offset`` of the cylinder axis [m]; ``reciprocating`` mass and the ``piston``'s part of it [kg]; the rod's
-    ``inertia_defect`` [kg m2]; the ``engine`` if several cylinders are evaluated together.
-    """
-
-    offset: float = 0.0
-    reciprocating: float = 0.0
-    piston: float = 0.0
-    inertia_defect: float = 0.0
-    engine: Engine | None = None
 
 
 class Machine(NamedTuple):
     """Kernel data of a cylinder.
 
-    Motion, omega [rad/s], piston area [m2] and crankcase pressure [Pa], the contributions of its composition, and
-    the centrifugal forces [N] of the rod's big end and of all rotating masses.
+    Motion, omega [rad/s], piston area [m2] and crankcase pressure [Pa]; the reciprocating mass and the piston's part
+    of it [kg] and the rod's inertia defect [kg m2], zero for effects left out; and the centrifugal forces [N] of the
+    rod's big end and of all rotating masses.
     """
 
     geometry: Geometry
@@ -108,12 +94,15 @@ class Forces:
 @inlined_kernel
 def instant(phi: float, piece: int, machine: Machine, gas: Unrolled) -> Instant:
     """Return pressure and forces at an angle of a piece."""
-    geometry = machine.geometry
-    at = angle_functions(phi, geometry)
-    # An effect's bound may evaluate the pressures of a mechanism with offset in one without.
-    same_geometry = geometry.offset == gas.geometry.offset
-    pressure = pressure_of(phi, at, piece, gas) if same_geometry else pressure_at(phi, piece, gas)
-    gas_force, factor = (pressure - machine.back_pressure) * machine.area, -machine.speed * machine.speed
+    at = angle_functions(phi, machine.geometry)
+    return forces_at(at, pressure_of(phi, at, piece, gas), machine)
+
+
+@inlined_kernel
+def forces_at(at: AngleFunctions, pressure: float, machine: Machine) -> Instant:
+    """Return the forces under a pressure."""
+    geometry, factor = machine.geometry, -machine.speed * machine.speed
+    gas_force = (pressure - machine.back_pressure) * machine.area
     couple_force = machine.defect * factor * rod_acceleration_of(at, geometry) * at.secant / geometry.length
     factor *= acceleration_of(at, geometry)
     inertia = machine.reciprocating * factor
@@ -151,44 +140,49 @@ def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
 
 @dataclass(frozen=True)
 class Cycle:
-    """A scene with its physics and its unrolled pressures."""
+    """A scene with the names of the effects it is evaluated with, and its unrolled pressures."""
 
     scene: Scene
-    composition: Composition
+    effects: frozenset[str]
     curve: Unrolled
 
     @property
     def motion(self) -> ExactMotion:
         mechanism = self.scene.mechanism
-        return mechanism.motion if self.composition.offset else mechanism.motion_in_line
+        return mechanism.motion if "pin_offset" in self.effects else mechanism.motion_in_line
 
     @cached_property
     def machine(self) -> Machine:
         """One cylinder with its own rod on the crank pin."""
-        scene, composition = self.scene, self.composition
-        masses, r, speed = scene.masses, scene.mechanism.crank_radius, scene.mechanism.angular_speed
+        scene, masses, r = self.scene, self.scene.masses, self.scene.mechanism.crank_radius
+        inertia, speed = "reciprocating_inertia" in self.effects, scene.mechanism.angular_speed
         centripetal = r * speed**2
         return Machine(
             self.motion.geometry, speed, scene.cylinder.area, scene.cylinder.crankcase_pressure,
-            composition.reciprocating, composition.piston, composition.inertia_defect,
+            masses.reciprocating if inertia else 0.0, masses.piston if inertia else 0.0,
+            masses.rod.inertia_defect if "rod_inertia_couple" in self.effects else 0.0,
             masses.rod.at_crank_pin * centripetal, masses.rotating(r) * centripetal,
         )  # fmt: skip
 
+    @cached_property
+    def engine(self) -> Engine:
+        """The cylinders evaluated together: one alone if ``engine`` is left out."""
+        return self.scene.engine if "engine" in self.effects else SINGLE
+
     @property
-    def sharp_angles(self) -> Array:
-        """Refinement angles [rad], ascending, around the positions with the crank perpendicular to the cylinder
-        axis.
+    def pieces(self) -> Unrolled:
+        """The pressures, with breaks around the positions with the crank perpendicular to the cylinder axis.
 
         There a rod hardly longer than its crank has a peak of tan(beta) within sqrt(1 - sin^2(beta)); the spacing is
-        halved toward the peak. Empty for longer rods.
+        halved toward the peak. For longer rods there are no such breaks.
         """
         m = self.scene.mechanism
         peak_width = math.sqrt(2.0 * (1.0 - (m.crank_radius + abs(m.offset)) / m.rod_length))
         if peak_width > _MAX_PEAK_WIDTH:
-            return _NO_ANGLES
+            return self.curve
         distances = peak_width * 2.0 ** np.arange(math.ceil(math.log2(_MAX_PEAK_WIDTH / peak_width)) + 2)
-        centres = (np.arange(-1, 2 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
-        return np.unique(np.concatenate([centres - distances, centres, centres + distances], axis=1))
+        centres = (np.arange(-1, 4 * self.scene.cylinder.strokes + 2, 2) * (0.5 * math.pi))[:, None]
+        return self.curve.divided(np.concatenate([centres - distances, centres, centres + distances], axis=1))
 
     def forces(self, angle: ArrayLike) -> Forces:
         """Return all forces at the angles [rad], shape (n,)."""

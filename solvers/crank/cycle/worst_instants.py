@@ -12,19 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.crank.cycle.forces import LONGEST_PIECE, Instant, Machine, instant, norm
-from solvers.crank.cycle.group import CylinderGroup, cylinder_group
+from solvers.crank.cycle.forces import Instant, Machine, instant, norm
+from solvers.crank.cycle.group import CylinderGroup
 from solvers.crank.cycle.loads import LOADS
-from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, pressure_at, refined, wrapped
+from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, wrapped
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.brackets import shrink_bracket, trial_points
-from solvers.numerics.jit import inlined_kernel, kernel, reducing_kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
-ROD_ROWS = slice(1, 3)
-"""Rows of rod compression and tension: the error of the smaller one is relative to the scale of the larger."""
-CRANK_PIN, TORQUE, BRIX = 5, 7, 9
-"""Rows of quantities: the crank pin's load (the loads come first); the torque, followed by its negative; the error of
-Brix's pressure (``textbook_error``)."""
+PINS, BRIX, TORQUE, ROWS = 5, 7, 8, 10
+"""Rows of quantities: first the loads, those of crank pin and bearing from the sixth on; the error of Brix's pressure;
+the torque and its negative; and their number."""
 SUBINTERVALS = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
 _MAX_REFINED, _MAX_ROUNDS = 64, 40
@@ -64,38 +62,42 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 @kernel
 def _write_rows(
-    angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, out: Array
+    angle: Array,
+    pieces: Index,
+    machine: Machine,
+    gas: Unrolled,
+    group: CylinderGroup,
+    alone: bool,
+    brix: bool,
+    out: Array,
 ) -> None:
-    """Write the rows from ``first`` on, (rows, angles), at shaft angles of the group's pieces, with crank-pin load,
-    bearing load and torque summed over all cylinders.
+    """Write the rows at shaft angles of the group's pieces, (rows, angles); where the piece is -1, the values of the
+    previous angle are repeated.
 
-    Where the piece is -1, the values of the previous angle are repeated.
+    Of cylinders that are not ``alone`` four rows: loads of crank pin and bearing, torque and its negative, summed.
+    The row of Brix's error only if ``brix``.
     """
-    r = machine.geometry.r
+    pins, cylinders, r = PINS if alone else 0, group.shift.shape[1], machine.geometry.r
     for i in range(angle.size):
         n = pieces[i]
         if n < 0:
             for row in range(out.shape[0]):
                 out[row, i] = out[row, i - 1]
             continue
-        if first == BRIX:
-            k = group.piece[n, 0]
-            out[0, i] = abs(brix_pressure_at(angle[i], k, gas) - pressure_at(angle[i], k, gas))
-            continue
         at = instant_of(angle[i], n, 0, machine, gas, group)
         tangential, radial = at.tangential, at.radial
-        for cylinder in range(1, group.shift.shape[1]):
+        for cylinder in range(1, cylinders):
             other = instant_of(angle[i], n, cylinder, machine, gas, group)
             tangential += other.tangential
             radial += other.radial
-        if first == 0:
+        out[pins, i] = norm(tangential, radial - cylinders * machine.big_end)
+        out[pins + 1, i] = norm(tangential, radial - machine.rotating)
+        out[-2, i], out[-1, i] = tangential * r, -tangential * r
+        if alone:
             out[0, i], out[1, i], out[2, i] = at.gas, at.rod, -at.rod
             out[3, i], out[4, i] = abs(at.side), norm(at.wrist_pin_axial, at.side)
-        if first <= CRANK_PIN:
-            out[CRANK_PIN - first, i] = norm(tangential, radial - machine.big_end)
-            out[CRANK_PIN + 1 - first, i] = norm(tangential, radial - machine.rotating)
-        if first + out.shape[0] > TORQUE:
-            out[TORQUE - first, i], out[TORQUE + 1 - first, i] = tangential * r, -tangential * r
+        if brix:
+            out[BRIX, i] = abs(brix_pressure_at(angle[i], group.piece[n, 0], gas) - at.pressure)
 
 
 @kernel
@@ -109,18 +111,19 @@ def _is_continuous(n: int, gas: Unrolled, group: CylinderGroup) -> bool:
 
 
 @kernel
-def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, rows: int) -> tuple[Array, Array]:
-    """Return the sampling points, WITHIN + 1 per piece, and the rows there, (rows, points)."""
+def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, alone: bool) -> tuple[Array, Array]:
+    """Return the sampling points, SUBINTERVALS + 1 per piece, and the rows there, (rows, points)."""
     count, each = group.bounds.size - 1, SUBINTERVALS + 1
-    places, pieces, values = np.empty(count * each), np.empty(count * each, np.intp), np.empty((rows, count * each))
+    places, pieces = np.empty(count * each), np.empty(count * each, np.intp)
+    out, brix = np.zeros((ROWS if alone else 4, count * each)), gas.by_volume and gas.geometry.offset == 0.0
     for n in range(count):
         low, high = group.bounds[n], group.bounds[n + 1]
         for j in range(each):
             places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / SUBINTERVALS), high), n
         if _is_continuous(n, gas, group):
             pieces[n * each] = -1
-    _write_rows(places, pieces, machine, gas, group, first, values)
-    return places, values
+    _write_rows(places, pieces, machine, gas, group, alone, alone and brix, out)
+    return places, out
 
 
 @inlined_kernel
@@ -132,32 +135,10 @@ def _second_difference(values: Array, first: int) -> float:
     return greatest_difference
 
 
-@reducing_kernel
-def _piece_bounds(values: Array, bound: Array) -> tuple[float, float, int]:
-    """Write an upper bound of every piece's maxima; return the highest sample, the largest magnitude, and the first
-    piece with that sample.
-
-    No maximum exceeds the highest sample of its piece by more than half of the greatest second difference.
-    """
-    best, minimum, highest_piece = -np.inf, np.inf, 0
-    for n in range(bound.size):
-        first = n * (SUBINTERVALS + 1)
-        left, right = values[first], values[first + SUBINTERVALS]
-        highest, lowest = max(left, right), min(left, right)
-        for j in range(first + 1, first + SUBINTERVALS):
-            highest, lowest = max(highest, values[j]), min(lowest, values[j])
-        bound[n], minimum = highest + 0.5 * _second_difference(values, first), min(minimum, lowest)
-        if highest > best:
-            best, highest_piece = highest, n
-    return best, max(abs(best), abs(minimum)), highest_piece
-
-
 @inlined_kernel
-def _upper_estimate(values: Array, first: int, j: int) -> float:
-    """Return an upper estimate of a local maximum between sample ``j`` and its neighbours; -inf if it is none.
-
-    Assumes up to four times the second difference of the samples of the piece that starts at ``first``.
-    """
+def _upper_estimate(values: Array, first: int, j: int, second_difference: float) -> float:
+    """Return an upper estimate of a local maximum between sample ``j`` of the piece that starts at ``first`` and its
+    neighbours, with up to four times the second difference of the samples; -inf if it is none."""
     deficit, value = np.inf, values[first + j]
     if j > 0:
         deficit = value - values[first + j - 1]
@@ -165,40 +146,38 @@ def _upper_estimate(values: Array, first: int, j: int) -> float:
         deficit = min(deficit, value - values[first + j + 1])
     if not deficit >= 0.0:
         return -np.inf
-    second_difference = _second_difference(values, first)
     rise = max(2.0 * second_difference - deficit, 0.0)
     return value + (rise * rise / (8.0 * second_difference) if rise > 0.0 else 0.0)
 
 
 @kernel
 def refined_maxima(
-    machine: Machine, gas: Unrolled, group: CylinderGroup, first: int, places: Array, samples: Array, tolerance: float
-) -> Maxima:
-    """Return the refined maxima of the sampled rows; ``tolerance`` is relative to them."""
-    rows, count, each = samples.shape[0], places.size, SUBINTERVALS + 1
-    found, out, pieces = np.empty((4, rows)), np.empty((rows, 5)), np.empty(5, np.intp)
+    machine: Machine, gas: Unrolled, group: CylinderGroup, alone: bool, places: Array, samples: Array,
+    first_row: int, end_row: int, tolerance: float,
+) -> Maxima:  # fmt: skip
+    """Return the refined maxima of some of the sampled rows; ``tolerance`` is relative to them."""
+    count, each = places.size, SUBINTERVALS + 1
+    found, out = np.empty((4, end_row - first_row)), np.empty((samples.shape[0], 5))
     place, value, points = np.empty(3), np.empty(3), np.empty(5)
-    estimates, owner, piece_bounds = np.empty(count), np.empty(count, np.intp), np.empty(count // each)
-    for row in range(rows):
+    estimates, owner, pieces = np.empty(count), np.empty(count, np.intp), np.empty(5, np.intp)
+    for row in range(first_row, end_row):
         values = samples[row]
-        best, scale, piece = _piece_bounds(values, piece_bounds)
-        sample = piece * each
-        while values[sample] != best:
-            sample += 1
-        where, candidates = places[sample], 0
-        for n in range(piece_bounds.size):
-            if piece_bounds[n] <= best:
-                continue
+        sample, candidates = np.argmax(values), 0
+        best, where, piece = values[sample], places[sample], sample // each
+        scale = max(abs(best), abs(values.min()))
+        for first in range(0, count, each):
+            second_difference = _second_difference(values, first)
             for j in range(each):
-                estimate = _upper_estimate(values, n * each, j)
-                if estimate > best:
-                    estimates[candidates], owner[candidates] = estimate, n * each + j
-                    candidates += 1
+                if values[first + j] + 0.5 * second_difference > best:
+                    estimate = _upper_estimate(values, first, j, second_difference)
+                    if estimate > best:
+                        estimates[candidates], owner[candidates] = estimate, first + j
+                        candidates += 1
         upper_bound = best
         for iteration in range(_MAX_REFINED + 1 if candidates else 0):
             candidate = np.argmax(estimates[:candidates])
             slack = _UNREFINED_FRACTION * tolerance * abs(best) + _ROUNDING * scale
-            if estimates[candidate] <= best + slack or iteration == _MAX_REFINED:
+            if (estimates[candidate] <= best + slack and iteration > 0) or iteration == _MAX_REFINED:
                 upper_bound = max(upper_bound, estimates[candidate])
                 break
             n, j = owner[candidate] // each, owner[candidate] % each
@@ -210,7 +189,7 @@ def refined_maxima(
             pieces[:] = n
             for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
-                _write_rows(points, pieces, machine, gas, group, first, out)
+                _write_rows(points, pieces, machine, gas, group, alone, row == BRIX, out)
                 gain_bound = shrink_bracket(place, value, points, out[row])
                 if (
                     gain_bound <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
@@ -220,25 +199,16 @@ def refined_maxima(
                     break
             upper_bound = max(upper_bound, value[1] + gain_bound)
             if value[1] > best:
-                best, where, piece = value[1], place[1], n
-        found[0, row], found[1, row], found[2, row] = best, where, upper_bound - best + _ROUNDING * scale
-        found[3, row] = instant_of(where, piece, 0, machine, gas, group).pressure
+                # The pressure depends on the place to first order: the vertex of the last bracket is nearer.
+                trial_points(place, value, points)
+                best, where, piece = value[1], points[1], n
+        at = row - first_row
+        found[0, at], found[1, at], found[2, at] = best, where, upper_bound - best + _ROUNDING * scale
+        found[3, at] = instant_of(where, piece, 0, machine, gas, group).pressure
     return Maxima(found[0], found[1], found[2], found[3])
 
 
-@kernel
-def greatest(
-    machine: Machine, curve: Unrolled, sharp: Array, phases: Array, first: int, rows: int, tolerance: float
-) -> Maxima:  # fmt: skip
-    """Return the maxima of ``rows`` rows from ``first`` on, of the cylinders with these phases [rad] together;
-    ``tolerance`` is relative to them."""
-    gas = refined(curve, sharp, LONGEST_PIECE)
-    group = cylinder_group(gas, phases)
-    places, samples = sampled_rows(machine, gas, group, first, rows)
-    return refined_maxima(machine, gas, group, first, places, samples, tolerance)
-
-
 def worst_instants(found: Maxima, period: float) -> tuple[Worst, ...]:
-    """Return the load rows as named instants."""
+    """Return the loads as named instants."""
     maxima = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
     return tuple(Worst(name, place % period, force, p) for name, place, force, p in maxima)

@@ -14,40 +14,19 @@ flywheel from the work between the speed's extremes, Delta W = J omega^2 delta.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle, Machine
 from solvers.crank.cycle.group import CylinderGroup
 from solvers.crank.cycle.worst_instants import SUBINTERVALS, instant_of
-from solvers.crank.engine.gas_work import GasWork, work_since_break
+from solvers.crank.engine.gas_work import work_since_break
 from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, wrapped
 from solvers.crank.motion.slider_crank import angle_functions
-from solvers.crank.scene import Engine
 from solvers.numerics.arrays import Array
-from solvers.numerics.jit import inlined_kernel, kernel
+from solvers.numerics.jit import kernel
 
 _MAX_ROUNDS = 60
-
-
-class ShaftWork(NamedTuple):
-    """Effect of a cycle on the shaft.
-
-    The ``gas_work`` of one cylinder with its absolute ``error`` and the ``magnitude`` of the cancelling terms
-    [J]; the extremes of the summed torque with their error [N m]; the work between the extremes of the speed, all
-    cylinders together, with its error [J]; the number of Gauss ``nodes``.
-    """
-
-    gas_work: float
-    error: float
-    magnitude: float
-    torque_max: float
-    torque_min: float
-    torque_error: float
-    fluctuation: float
-    fluctuation_error: float
-    nodes: float
 
 
 @dataclass(frozen=True)
@@ -70,10 +49,11 @@ class SpeedFluctuation:
 
 @kernel
 def _surplus_work(
-    angle: float, n: int, machine: Machine, gas: Unrolled, group: CylinderGroup, work: GasWork
+    angle: float, n: int, machine: Machine, gas: Unrolled, group: CylinderGroup, before: Array
 ) -> float:  # fmt: skip
-    """Return the sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J]."""
-    total, mean = 0.0, work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
+    """Return the sum of all cylinders' w at a shaft angle of the group's piece ``n`` [J], from the gas work ``before``
+    each break."""
+    total, mean = 0.0, before[-1] / (gas.breaks[-1] - gas.breaks[0])
     for cylinder in range(group.shift.shape[1]):
         phi, k = angle + group.shift[n, cylinder], group.piece[n, cylinder]
         if k < 0:
@@ -83,56 +63,44 @@ def _surplus_work(
         crank_pin_speed = machine.speed * machine.geometry.r
         piston_speed = crank_pin_speed * (at.sine + at.cosine * at.tangent)
         rod_speed = crank_pin_speed / machine.geometry.length * at.cosine * at.secant
-        piece_work = work_since_break(phi, k, machine, gas, work.nodes)
-        total += work.before[k] + piece_work - mean * phi
+        total += before[k] + work_since_break(phi, k, machine, gas) - mean * phi
         total += 0.5 * (machine.defect * rod_speed * rod_speed - machine.reciprocating * piston_speed * piston_speed)
     return total
 
 
-@inlined_kernel
-def _torque(angle: float, n: int, machine: Machine, gas: Unrolled, group: CylinderGroup) -> float:
-    total = 0.0
-    for cylinder in range(group.shift.shape[1]):
-        total += instant_of(angle, n, cylinder, machine, gas, group).tangential
-    return total * machine.geometry.r
-
-
 @kernel
 def work_extremes(
-    machine: Machine, gas: Unrolled, group: CylinderGroup, places: Array, torque: Array, work: GasWork, tolerance: float
-) -> tuple[float, float, float]:
-    """Return the maximum and the minimum of the summed w, and the remaining error of the search [J].
+    machine: Machine, gas: Unrolled, group: CylinderGroup, places: Array, torque: Array, before: Array, tolerance: float
+) -> tuple[float, float]:
+    """Return the difference of the extremes of the summed w, and its error [J].
 
-    ``torque`` is the summed torque at the ``places``, WITHIN + 1 per piece. A crossing between two samples of a
-    piece is refined by false position (Illinois) until the work between its two sides is small; one at a break is
-    the break.
+    ``torque`` is the summed torque at the ``places``, SUBINTERVALS + 1 per piece. A crossing of the mean between two
+    samples of a piece is bisected until the work between its two sides is small; one at a break is the break.
     """
-    mean = group.shift.shape[1] * work.before[-1] / (gas.breaks[-1] - gas.breaks[0])
-    greatest, least, error, magnitude = -np.inf, np.inf, 0.0, 0.0
+    cylinders = group.shift.shape[1]
+    mean, magnitude = cylinders * before[-1] / (gas.breaks[-1] - gas.breaks[0]), 0.0
     for i in range(places.size - 1):
         magnitude += abs(torque[i] - mean) * (places[i + 1] - places[i])
-    previous = torque[-1] - mean
+    greatest, least, error, previous = -np.inf, np.inf, 0.0, torque[-1] - mean
     for i in range(places.size):
-        torque_excess, angle, n = torque[i] - mean, places[i], i // (SUBINTERVALS + 1)
-        if (previous > 0.0) != (torque_excess > 0.0):
+        excess, angle, n = torque[i] - mean, places[i], i // (SUBINTERVALS + 1)
+        if (previous > 0.0) != (excess > 0.0):
             if i % (SUBINTERVALS + 1) > 0:
-                a, fa, b, fb, side = places[i - 1], previous, angle, torque_excess, 0
+                low, high = places[i - 1], angle
                 for _ in range(_MAX_ROUNDS):
-                    angle = (a * fb - b * fa) / (fb - fa)
-                    if not a < angle < b:
-                        angle = 0.5 * (a + b)
-                    f = _torque(angle, n, machine, gas, group) - mean
-                    if abs(f) * (b - a) <= tolerance * magnitude or b - a <= 1e-15 * (1.0 + abs(b)):
-                        error = max(error, abs(f) * (b - a))
+                    angle, found = 0.5 * (low + high), -mean
+                    for cylinder in range(cylinders):
+                        at = instant_of(angle, n, cylinder, machine, gas, group)
+                        found += at.tangential * machine.geometry.r
+                    missed = abs(found) * (high - low)
+                    if missed <= tolerance * magnitude:
                         break
-                    if (f > 0.0) == (fa > 0.0):
-                        a, fa, fb, side = angle, f, 0.5 * fb if side == 1 else fb, 1
-                    else:
-                        b, fb, fa, side = angle, f, 0.5 * fa if side == 2 else fa, 2
-            surplus = _surplus_work(angle, n, machine, gas, group, work)
+                    low, high = (low, angle) if (found > 0.0) == (excess > 0.0) else (angle, high)
+                error = max(error, missed)
+            surplus = _surplus_work(angle, n, machine, gas, group, before)
             greatest, least = max(greatest, surplus), min(least, surplus)
-        previous = torque_excess
-    return greatest, least, error
+        previous = excess
+    return max(greatest - least, 0.0), 2.0 * error
 
 
 def _shaft_inertia(cycle: Cycle) -> float:
@@ -147,22 +115,26 @@ def _shaft_inertia(cycle: Cycle) -> float:
     return engine.flywheel_inertia + rotating
 
 
-def speed_fluctuation_of(cycle: Cycle, engine: Engine, found: ShaftWork) -> SpeedFluctuation:
-    """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity."""
-    count, period, speed = len(engine.phases), cycle.scene.cylinder.period, cycle.machine.speed
-    mean_torque, mean_torque_error = count * found.gas_work / period, count * found.error / period
-    inertia, required_irregularity = _shaft_inertia(cycle), engine.wanted_irregularity
+def speed_fluctuation_of(
+    cycle: Cycle, gas_work: float, gas_work_error: float, work_fluctuation: float, torque_max: float, torque_min: float
+) -> SpeedFluctuation:
+    """Return the speed fluctuation and the flywheel inertia required for the wanted irregularity, from one cylinder's
+    gas work [J] and its error, the work between the extremes of the speed [J] and those of the summed torque [N m]."""
+    engine, speed = cycle.engine, cycle.machine.speed
+    per_work = len(engine.phases) / cycle.scene.cylinder.period
+    mean_torque, inertia, wanted = per_work * gas_work, _shaft_inertia(cycle), engine.wanted_irregularity
+    torque_irregularity = flywheel = None
+    if abs(mean_torque) > per_work * gas_work_error:
+        torque_irregularity = (torque_max - torque_min) / abs(mean_torque)
+    if wanted is not None:
+        flywheel = max(work_fluctuation / (wanted * speed**2) - (inertia - engine.flywheel_inertia), 0.0)
     return SpeedFluctuation(
-        work_fluctuation=found.fluctuation,
+        work_fluctuation=work_fluctuation,
         inertia=inertia,
-        irregularity=found.fluctuation / (inertia * speed**2) if inertia > 0 else None,
-        torque_max=found.torque_max,
-        torque_min=found.torque_min,
+        irregularity=work_fluctuation / (inertia * speed**2) if inertia > 0 else None,
+        torque_max=torque_max,
+        torque_min=torque_min,
         torque_mean=mean_torque,
-        torque_irregularity=(found.torque_max - found.torque_min) / abs(mean_torque)
-        if abs(mean_torque) > mean_torque_error
-        else None,
-        flywheel_inertia_wanted=None
-        if required_irregularity is None
-        else max(found.fluctuation / (required_irregularity * speed**2) - (inertia - engine.flywheel_inertia), 0.0),
+        torque_irregularity=torque_irregularity,
+        flywheel_inertia_wanted=flywheel,
     )

@@ -16,7 +16,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.crank.cycle.forces import Cycle
-from solvers.crank.scene import Engine
 
 _ORDERS = (1, 2, 4)
 _MOST_SAMPLES = 2**16
@@ -50,7 +49,7 @@ def _harmonic_samples(cycle: Cycle) -> int:
     return min(max(256, 2 ** math.ceil(math.log2(40.0 / decay))), _MOST_SAMPLES)
 
 
-def balance(cycle: Cycle, engine: Engine) -> Balance:
+def balance(cycle: Cycle) -> Balance:
     """Compute unbalanced forces and couples, by order, from the harmonics of the exact motion.
 
     With a = r omega^2 Re sum c_k exp(i k phi), the force of order k is the sum of two vectors, one rotating with the
@@ -59,8 +58,8 @@ def balance(cycle: Cycle, engine: Engine) -> Balance:
     """
     samples = _harmonic_samples(cycle)
     angle = np.arange(samples) * (2.0 * math.pi / samples)
-    harmonics = np.fft.rfft(cycle.motion.motion_state(angle).acceleration)
-    masses = cycle.scene.masses
+    harmonics = np.fft.rfft(cycle.motion.acceleration(angle))
+    masses, engine = cycle.scene.masses, cycle.scene.engine
     per_harmonic = masses.reciprocating * cycle.machine.speed**2 / (samples / 2)
     middle = 0.5 * (min(engine.positions) + max(engine.positions)) if engine.positions else 0.0
     arms = [position - middle for position in engine.positions]

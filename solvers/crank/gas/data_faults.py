@@ -1,10 +1,15 @@
-"""Faults of indicator data: detection, the offending point, and the repair."""
+"""Faults of indicator data: detection, the offending point, and repair on request.
+
+Data is never repaired silently: by default a faulty table or stroke is rejected, naming the point; a requested repair
+returns valid data and a record of the changes.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,10 +26,12 @@ END_GAP = 5e-3
 _RADIANS_PER_DEGREE = math.pi / 180.0
 _CLOSURE_TOLERANCE = 1e-6
 """Fraction of the pressure range by which the two ends of a closed table may differ."""
+_REPEATED = 1e-12
+"""Distance of repeated points, as a fraction of the range."""
+_MAX_ROUNDS = 12
 
 
-@dataclass(frozen=True)
-class Points:
+class Points(NamedTuple):
     """Abscissae (angles [rad] or volumes [m3]) and pressures [Pa], and the range they should cover."""
 
     x: Array
@@ -36,24 +43,34 @@ class Points:
     def span(self) -> float:
         return self.high - self.low
 
+    @property
+    def steps(self) -> Array:
+        """From the point before to each, 0 for the first."""
+        return np.diff(self.x, prepend=self.x[0])
+
     def select(self, kept: Array) -> Points:
-        return replace(self, x=self.x[kept], pressure=self.pressure[kept])
+        return self._replace(x=self.x[kept], pressure=self.pressure[kept])
 
 
-class Fault:
-    """A kind of data fault; without a ``repair`` it is irreparable."""
+class Fault(NamedTuple):
+    """A kind of fault: a mask (n,) of the points that have it, what is wrong and what is allowed.
 
+    ``repaired`` describes its repair, none if empty, and ``repair`` does it: by default the points are left out.
+    """
+
+    offending: Callable[[Points], Offending]
     reason: str
     allowed: str
-    repair: str = ""
+    repaired: str = ""
+    repair: Callable[[Points], Points] | None = None
 
-    def offending(self, points: Points) -> Offending:
-        """Return a mask of the points that have the fault, (n,)."""
-        raise NotImplementedError
 
-    def repaired(self, points: Points) -> Points:
-        """Return the points with the fault repaired; by default, without the offending points."""
-        return points.select(~self.offending(points))
+@dataclass(frozen=True)
+class Repair:
+    """A repair of a user's data: the field of the first offending point, and a description for the record."""
+
+    field: str
+    what: str
 
 
 def _last(points: Points, offends: bool) -> Offending:
@@ -61,173 +78,143 @@ def _last(points: Points, offends: bool) -> Offending:
     return np.append(np.zeros(points.x.size - 1, bool), offends)
 
 
-class Radians(Fault):
-    reason = "the angles span 2 pi or 4 pi degrees: they look like radians"
-    allowed = "degrees over the whole cycle"
-    repair = "angles taken as radians"
-
-    def offending(self, points: Points) -> Offending:
-        return _last(points, 0.8 * REVOLUTION <= np.ptp(points.x) / _RADIANS_PER_DEGREE <= 1.001 * points.span)
-
-    def repaired(self, points: Points) -> Points:
-        return replace(points, x=points.x / _RADIANS_PER_DEGREE)
+def _second_turn(points: Points) -> Offending:
+    """Points after the angle of a four-stroke cycle starts at zero again."""
+    back = points.steps < 0
+    relabelled = points.span > 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
+    return np.logical_or.accumulate(back) & (
+        relabelled and np.sum(back) == 1 and points.steps.min() < -0.75 * REVOLUTION
+    )
 
 
-class RestartedAngles(Fault):
-    """The angles restart at zero in the second revolution of a four-stroke cycle."""
-
-    reason = "the angle starts again: the second turn of the cycle is labelled like the first"
-    allowed = "rising angles over two turns"
-    repair = "a turn added to the angles from this point on"
-
-    def offending(self, points: Points) -> Offending:
-        """Return a mask of the points of the second revolution."""
-        steps = np.diff(points.x, prepend=points.x[0])
-        one_revolution_labelled = points.span >= 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
-        restarted = one_revolution_labelled and np.sum(steps < 0) == 1 and steps.min() < -0.75 * REVOLUTION
-        return np.logical_or.accumulate(steps < 0) & restarted
-
-    def repaired(self, points: Points) -> Points:
-        return replace(points, x=points.x + np.where(self.offending(points), REVOLUTION, 0.0))
+def _one_turn(points: Points) -> Offending:
+    """The last point of a four-stroke cycle that ends after one turn."""
+    return _last(points, points.span > 1.5 * REVOLUTION and 0.8 * REVOLUTION <= np.ptp(points.x) <= 1.001 * REVOLUTION)
 
 
-class TwoRevolutionsAsOne(Fault):
-    """Two revolutions given as one."""
-
-    reason = "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data"
-    allowed = "angles over two turns, or strokes 2"
-    repair = "all angles doubled"
-
-    def offending(self, points: Points) -> Offending:
-        return _last(
-            points, points.span > 1.5 * REVOLUTION and 0.8 * REVOLUTION <= np.ptp(points.x) <= 1.001 * REVOLUTION
-        )
-
-    def repaired(self, points: Points) -> Points:
-        return replace(points, x=points.x[0] + 2.0 * (points.x - points.x[0]))
+def _turning_back(points: Points) -> Offending:
+    """Steps against the stroke's prevailing direction."""
+    rising = np.sum(points.steps > 0) >= np.sum(points.steps < 0)
+    return points.steps < 0 if rising else points.steps > 0
 
 
-class Unsorted(Fault):
-    reason = "does not follow the point before it"
-    allowed = "points in order"
-    repair = "points sorted"
-
-    def offending(self, points: Points) -> Offending:
-        return np.diff(points.x, prepend=points.x[0]) < 0
-
-    def repaired(self, points: Points) -> Points:
-        return points.select(np.argsort(points.x, kind="stable"))
+def _unclosed(points: Points) -> Offending:
+    """The last point one cycle after the first, with another pressure."""
+    repeats_first = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
+    gap = abs(points.pressure[-1] - points.pressure[0])
+    return _last(points, repeats_first and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
 
 
-class NotMonotone(Unsorted):
-    """The volume is not monotone along a stroke."""
-
-    reason = "the volume turns back within the stroke"
-    allowed = "volumes that only rise or only fall"
-    repair = "points sorted by volume"
-
-    def offending(self, points: Points) -> Offending:
-        steps = np.diff(points.x, prepend=points.x[0])
-        return steps < 0 if np.sum(steps > 0) >= np.sum(steps < 0) else steps > 0
+def _outside(points: Points) -> Offending:
+    tolerance = END_GAP * points.span
+    return (points.x < points.low - tolerance) | (points.x > points.high + tolerance)
 
 
-class Repeated(Fault):
-    reason = "repeats an earlier point"
-    allowed = "one pressure for each place"
-    repair = "repeated points replaced by their mean"
-
-    def offending(self, points: Points) -> Offending:
-        return np.abs(np.diff(points.x, prepend=-np.inf)) <= 1e-12 * points.span
-
-    def repaired(self, points: Points) -> Points:
-        order = np.argsort(points.x, kind="stable")
-        x, pressure = points.x[order], points.pressure[order]
-        first = np.diff(x, prepend=-np.inf) > 1e-12 * points.span
-        group = np.cumsum(first) - 1
-        return replace(points, x=x[first], pressure=np.bincount(group, pressure) / np.bincount(group))
+def _missing_ends(points: Points) -> list[tuple[int, float]]:
+    """For each dead centre that the points do not reach, the index of the nearest one and the volume."""
+    tolerance, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
+    found = [(low, points.low)] if points.x[low] > points.low + tolerance else []
+    return [*found, (high, points.high)] if points.x[high] < points.high - tolerance else found
 
 
-class NotClosed(Fault):
-    reason = "lies one cycle after the first point, with another pressure: the cycle is not closed"
-    allowed = "the first point's pressure, or no such point"
-    repair = "first and last point replaced by their mean"
-
-    def offending(self, points: Points) -> Offending:
-        repeats_first = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
-        gap = abs(points.pressure[-1] - points.pressure[0])
-        return _last(points, repeats_first and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
-
-    def repaired(self, points: Points) -> Points:
-        closed = points.pressure.copy()
-        closed[0] = closed[-1] = 0.5 * (closed[0] + closed[-1])
-        return replace(points, pressure=closed)
+def _in_order(points: Points) -> Points:
+    return points.select(np.argsort(points.x, kind="stable"))
 
 
-class LongerThanCycle(Fault):
-    reason = "lies more than one cycle after the first"
-    allowed = "one cycle: one turn for two strokes, two turns for four"
-    repair = "points beyond one cycle left out"
-
-    def offending(self, points: Points) -> Offending:
-        return points.x - points.x[0] > points.span * (1.0 + 1e-9)
+def _averaged(points: Points) -> Points:
+    points = _in_order(points)
+    first = np.diff(points.x, prepend=-np.inf) > _REPEATED * points.span
+    group = np.cumsum(first) - 1
+    return points._replace(x=points.x[first], pressure=np.bincount(group, points.pressure) / np.bincount(group))
 
 
-class LargeGap(Fault):
-    """More than half a cycle without a point, which cannot be interpolated or repaired."""
-
-    reason = "more than half of the cycle after this point holds no other"
-    allowed = "points all over the cycle"
-
-    def offending(self, points: Points) -> Offending:
-        return np.diff(points.x, append=points.x[0] + points.span) > 0.5 * points.span
+def _closed(points: Points) -> Points:
+    mean = 0.5 * (points.pressure[0] + points.pressure[-1])
+    return points._replace(pressure=np.concatenate([[mean], points.pressure[1:-1], [mean]]))
 
 
-class OutsideVolumeRange(Fault):
-    reason = "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)"
-    allowed = "between the clearance volume and it plus the swept volume"
-    repair = "points outside the cylinder's volumes left out"
-
-    def offending(self, points: Points) -> Offending:
-        tolerance = END_GAP * points.span
-        return (points.x < points.low - tolerance) | (points.x > points.high + tolerance)
+def _extended(points: Points) -> Points:
+    for last, end in _missing_ends(points):
+        points = points._replace(x=np.append(points.x, end), pressure=np.append(points.pressure, points.pressure[last]))
+    return _in_order(points)
 
 
-class MissingDeadCentre(Fault):
-    reason = "is the last before a dead centre that the points do not reach"
-    allowed = "points from the clearance volume to it plus the swept volume"
-    repair = "pressure held to the dead centre"
-
-    def _missing_ends(self, points: Points) -> list[tuple[int, float]]:
-        """Return, for each dead centre that the data do not reach, the index of the nearest point and the volume."""
-        tolerance, low, high = END_GAP * points.span, int(np.argmin(points.x)), int(np.argmax(points.x))
-        found = [(low, points.low)] if points.x[low] > points.low + tolerance else []
-        return [*found, (high, points.high)] if points.x[high] < points.high - tolerance else found
-
-    def offending(self, points: Points) -> Offending:
-        return np.isin(np.arange(points.x.size), [last for last, _ in self._missing_ends(points)])
-
-    def repaired(self, points: Points) -> Points:
-        for last, end in self._missing_ends(points):
-            points = Points(
-                np.append(points.x, end), np.append(points.pressure, points.pressure[last]), points.low, points.high
-            )
-        return points.select(np.argsort(points.x, kind="stable"))
-
-
-TABLE_FAULTS: tuple[Fault, ...] = (
-    Radians(),
-    RestartedAngles(),
-    Unsorted(),
-    Repeated(),
-    TwoRevolutionsAsOne(),
-    LongerThanCycle(),
-    NotClosed(),
-    LargeGap(),
+_REPEATED_POINT = Fault(
+    lambda p: np.abs(np.diff(p.x, prepend=-np.inf)) <= _REPEATED * p.span,
+    "repeats an earlier point",
+    "one pressure for each place",
+    "repeated points replaced by their mean",
+    _averaged,
 )
-STROKE_FAULTS: tuple[Fault, ...] = (OutsideVolumeRange(), NotMonotone(), Repeated(), MissingDeadCentre())
+TABLE_FAULTS = (
+    Fault(
+        lambda p: _last(p, 0.8 * REVOLUTION <= np.ptp(p.x) / _RADIANS_PER_DEGREE <= 1.001 * p.span),
+        "the angles span 2 pi or 4 pi degrees: they look like radians",
+        "degrees over the whole cycle",
+        "angles taken as radians",
+        lambda p: p._replace(x=p.x / _RADIANS_PER_DEGREE),
+    ),
+    Fault(
+        _second_turn,
+        "the angle starts again: the second turn of the cycle is labelled like the first",
+        "rising angles over two turns",
+        "a turn added to the angles from this point on",
+        lambda p: p._replace(x=p.x + REVOLUTION * _second_turn(p)),
+    ),
+    Fault(lambda p: p.steps < 0, "does not follow the point before it", "points in order", "points sorted", _in_order),
+    _REPEATED_POINT,
+    Fault(
+        _one_turn,
+        "the angles of a four-stroke cycle end after one turn: two turns labelled as one, or half the data",
+        "angles over two turns, or strokes 2",
+        "all angles doubled",
+        lambda p: p._replace(x=p.x[0] + 2.0 * (p.x - p.x[0])),
+    ),
+    Fault(
+        lambda p: p.x - p.x[0] > p.span * (1.0 + 1e-9),
+        "lies more than one cycle after the first",
+        "one cycle: one turn for two strokes, two turns for four",
+        "points beyond one cycle left out",
+    ),
+    Fault(
+        _unclosed,
+        "lies one cycle after the first point, with another pressure: the cycle is not closed",
+        "the first point's pressure, or no such point",
+        "first and last point replaced by their mean",
+        _closed,
+    ),
+    Fault(
+        lambda p: np.diff(p.x, append=p.x[0] + p.span) > 0.5 * p.span,
+        "more than half of the cycle after this point holds no other",
+        "points all over the cycle",
+    ),
+)
+STROKE_FAULTS = (
+    Fault(
+        _outside,
+        "lies outside the volumes of the cylinder (clearance volume, bore and crank radius tell them)",
+        "between the clearance volume and it plus the swept volume",
+        "points outside the cylinder's volumes left out",
+    ),
+    Fault(
+        _turning_back,
+        "the volume turns back within the stroke",
+        "volumes that only rise or only fall",
+        "points sorted by volume",
+        _in_order,
+    ),
+    _REPEATED_POINT,
+    Fault(
+        lambda p: np.isin(np.arange(p.x.size), [last for last, _ in _missing_ends(p)]),
+        "is the last before a dead centre that the points do not reach",
+        "points from the clearance volume to it plus the swept volume",
+        "pressure held to the dead centre",
+        _extended,
+    ),
+)
 
 
-def first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | None:
+def _first_fault(points: Points, faults: Sequence[Fault]) -> tuple[Fault, int] | None:
     """Return the first fault of data and the index of the offending point."""
     for fault in faults:
         found = np.flatnonzero(fault.offending(points))
@@ -256,6 +243,20 @@ def require_sound_table(points: Points) -> None:
 
 def require_sound(points: Points, faults: Sequence[Fault], field: str) -> None:
     """Raise InvalidInput, naming the field's first offending point, for data with one of these faults."""
-    found = first_fault(points, faults)
+    found = _first_fault(points, faults)
     if found is not None:
         raise InvalidInput(f"{field}.{found[1]}", found[0].reason, found[0].allowed)
+
+
+def repaired(points: Points, faults: Sequence[Fault], field: str, least: int) -> tuple[Points, list[Repair]]:
+    """Repair the faults one by one, leaving ``least`` points; raises InvalidInput for irreparable data."""
+    repairs: list[Repair] = []
+    while (found := _first_fault(points, faults)) is not None:
+        (fault, index), mended = found, points
+        if fault.repaired:
+            mended = fault.repair(points) if fault.repair else points.select(~fault.offending(points))
+        if mended is points or mended.x.size < least or len(repairs) == _MAX_ROUNDS:
+            raise InvalidInput(f"{field}.{index}", fault.reason + "; this cannot be repaired", fault.allowed)
+        points = mended
+        repairs.append(Repair(f"{field}.{index}", fault.repaired))
+    return points, repairs

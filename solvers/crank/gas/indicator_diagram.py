@@ -8,13 +8,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cached_property
 from itertools import accumulate
 
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import END_GAP, STROKE_FAULTS, Points, require_finite, require_sound
+from solvers.crank.gas.data_faults import (
+    END_GAP,
+    STROKE_FAULTS,
+    Points,
+    Repair,
+    repaired,
+    require_finite,
+    require_sound,
+)
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Geometry, crank_angle_at
 from solvers.errors import InvalidInput
@@ -49,19 +56,6 @@ class IndicatorPressure:
                 raise InvalidInput(f"{field}.pressure", "needs one pressure per volume", f"{count} pressures")
             require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
 
-    @cached_property
-    def _ascending(self) -> tuple[Array, Index, tuple[float, ...]]:
-        """Volumes and pressures of all strokes, each ascending in volume, (2, points); the index of each stroke's first
-        point; the ranges of the strokes' minimum and maximum volumes, and the minimum step."""
-        columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
-        columns = [c if c[0, 0] < c[0, -1] else c[:, ::-1] for c in columns]
-        points = np.concatenate(columns, axis=1)
-        first = np.array([0, *accumulate(c.shape[1] for c in columns)], np.intp)
-        least, greatest = points[0, first[:-1]].tolist(), points[0, first[1:] - 1].tolist()
-        steps = points[0, 1:] - points[0, :-1]
-        steps[first[1:-1] - 1] = math.inf  # from one stroke to the next
-        return points, first, (min(least), max(least), min(greatest), max(greatest), float(steps.min()))
-
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
         """Return the diagram over the crank angle.
 
@@ -72,10 +66,13 @@ class IndicatorPressure:
         if len(self.strokes) != len(names):
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
-        (volume, pressure), first, (a, b, c, d, step) = self._ascending
         high, gap = low + swept, END_GAP * swept
+        columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
+        columns = [column if column[0, 0] < column[0, -1] else column[:, ::-1] for column in columns]
+        volume, pressure = np.concatenate(columns, axis=1)
+        first = np.array([0, *accumulate(column.shape[1] for column in columns)], np.intp)
         # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
-        if not (low - gap < a <= b < low + gap and high - gap < c <= d < high + gap and step > 1e-12 * swept):
+        if not _sound(volume, first, low, high, gap):
             for index, stroke in enumerate(self.strokes):
                 points = Points(np.array(stroke.volume), np.array(stroke.pressure), low, high)
                 require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")
@@ -84,6 +81,16 @@ class IndicatorPressure:
         geometry = motion.geometry
         breaks, origin, cubic, stroke_of = _unrolled(volume, pressure, first, ends, geometry, cylinder.area, low)
         return Unrolled(breaks, origin, cubic, stroke_of, True, geometry, cylinder.area, low)
+
+
+@kernel
+def _sound(volume: Array, first: Index, low: float, high: float, gap: float) -> bool:
+    """Whether every stroke's volumes, from index ``first`` on, ascend and reach both ends up to a ``gap``."""
+    for s in range(first.size - 1):
+        x = volume[first[s] : first[s + 1]]
+        if not (abs(x[0] - low) < gap and abs(x[-1] - high) < gap and np.diff(x).min() > 1e-12 * (high - low)):
+            return False
+    return True
 
 
 @kernel
@@ -116,15 +123,24 @@ def _unrolled(
                 end = min(end, ends[s + 1])
             if end > start:
                 breaks[count], stroke[count] = start, s
-                if i == 0:
-                    origin[count], cubic[count, 3] = 0.0, y[0]
-                elif i == n:
-                    origin[count], cubic[count, 3] = x[n - 1], y[n - 1]
-                else:
-                    origin[count] = x[i - 1]
-                    for power in range(4):
-                        cubic[count, power] = cubics[i - 1, power]
+                origin[count], cubic[count, 3] = x[max(i - 1, 0)], y[max(i - 1, 0)]
+                for power in range(3 if 0 < i < n else 0):
+                    cubic[count, power] = cubics[i - 1, power]
                 start = end
                 count += 1
     breaks[count] = ends[-1]
     return breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+
+
+def repaired_indicator(
+    diagram: IndicatorPressure, cylinder: Cylinder, motion: ExactMotion
+) -> tuple[IndicatorPressure, tuple[Repair, ...]]:
+    """Return the repaired diagram and the repairs. Raises InvalidInput for irreparable data."""
+    low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
+    strokes, repairs = [], []
+    for index, stroke in enumerate(diagram.strokes):
+        points = Points(np.asarray(stroke.volume), np.asarray(stroke.pressure), low, low + swept)
+        points, applied = repaired(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume", 2)
+        strokes.append(Stroke(tuple(points.x.tolist()), tuple(points.pressure.tolist())))
+        repairs += applied
+    return IndicatorPressure(tuple(strokes)), tuple(repairs)

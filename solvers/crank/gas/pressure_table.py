@@ -8,12 +8,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.data_faults import Points, require_finite, require_sound_table
+from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, Repair, repaired, require_finite, require_sound_table
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
-from solvers.numerics.arrays import Array, Index
-from solvers.numerics.jit import kernel
+from solvers.numerics.arrays import Array
 from solvers.numerics.monotone_cubic import monotone_cubics
 
 
@@ -46,34 +45,17 @@ class TablePressure:
         period = cylinder.period
         require_sound_table(Points(np.array(self.angle), np.array(self.pressure), 0.0, period))
         angle, values = self.open_cycle(period)
-        centres = motion.dead_centres
-        ends = np.array([centre + 2.0 * math.pi * n for n in range(cylinder.strokes // 2) for centre in centres])
-        breaks, origin, cubic, stroke = _unrolled(angle, values, np.append(ends, ends[0] + period))
-        return Unrolled(breaks, origin, cubic, stroke, False, motion.geometry, cylinder.area, cylinder.clearance_volume)
+        angle -= math.floor(angle[0] / period) * period
+        # One point of overlap on the left and two on the right make the slopes, and hence the curve, periodic.
+        x = np.concatenate([angle[-1:] - period, angle, angle[:2] + period])
+        cubic = monotone_cubics(x, np.concatenate([values[-1:], values, values[:2]]))[1:-1]
+        one_stroke = np.zeros(angle.size, np.intp)
+        clearance = cylinder.clearance_volume
+        return Unrolled(x[1:-1], angle, cubic, one_stroke, False, motion.geometry, cylinder.area, clearance)
 
 
-@kernel
-def _unrolled(angle: Array, values: Array, ends: Array) -> tuple[Array, Array, Array, Index]:
-    """Return breaks, origins, cubics and strokes of a table between the dead centres ``ends``."""
-    n, start, period = angle.size, ends[0], ends[-1] - ends[0]
-    # One point of overlap on the left and two on the right make the slopes, and hence the curve, periodic.
-    x, y = np.empty(n + 3), np.empty(n + 3)
-    for i in range(n + 3):
-        x[i], y[i] = angle[(i - 1) % n] + (i - 1) // n * period, values[(i - 1) % n]
-    cubics = monotone_cubics(x, y)
-    shift = math.floor((start - angle[0]) / period) * period
-    breaks, origin = np.empty(n + ends.size + 1), np.empty(n + ends.size)
-    cubic, stroke = np.empty((n + ends.size, 4)), np.empty(n + ends.size, np.intp)
-    breaks[0], count, along = start, 0, 0
-    for j in range(2 * n):
-        i, low = j % n, angle[j % n] + (shift + j // n * period)
-        high = angle[(j + 1) % n] + (shift + (j + 1) // n * period)
-        while breaks[count] < high and along < ends.size - 1:
-            origin[count], stroke[count] = low, along
-            for power in range(4):
-                cubic[count, power] = cubics[i + 1, power]
-            count += 1
-            breaks[count] = min(high, ends[along + 1])
-            if ends[along + 1] <= high:
-                along += 1
-    return breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+def repaired_table(table: TablePressure, cylinder: Cylinder) -> tuple[TablePressure, tuple[Repair, ...]]:
+    """Return the repaired table and the repairs. Raises InvalidInput for irreparable data."""
+    given = Points(np.asarray(table.angle), np.asarray(table.pressure), 0.0, cylinder.period)
+    points, repairs = repaired(given, TABLE_FAULTS, "pressure.angle", 3)
+    return TablePressure(tuple(points.x.tolist()), tuple(points.pressure.tolist())), tuple(repairs)

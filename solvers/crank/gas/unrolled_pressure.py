@@ -40,7 +40,18 @@ class Unrolled(NamedTuple):
     @property
     def jumps(self) -> tuple[tuple[float, float], ...]:
         """The dead centres [rad] and the pressure after minus that before [Pa]; a table has no jumps."""
-        return tuple(zip(*map(np.ndarray.tolist, _jumps(self)), strict=True))
+        turns = 2.0 * math.pi * np.arange(round((self.breaks[-1] - self.breaks[0]) / (2.0 * math.pi)))
+        angle = (turns[:, None] + np.array(ExactMotion(*self.geometry[:3]).dead_centres)).ravel()
+        before = self.pressure(np.nextafter(angle, -np.inf) if self.by_volume else angle)
+        return tuple(zip(angle.tolist(), (self.pressure(angle) - before).tolist(), strict=True))
+
+    def divided(self, angle: Array) -> Unrolled:
+        """The same pressures with additional breaks at these angles [rad]."""
+        breaks = np.union1d(self.breaks, angle[(self.breaks[0] < angle) & (angle < self.breaks[-1])])
+        piece = np.searchsorted(self.breaks, breaks[:-1], side="right") - 1
+        return self._replace(
+            breaks=breaks, origin=self.origin[piece], cubic=self.cubic[piece], stroke=self.stroke[piece]
+        )
 
     def pressure(self, angle: ArrayLike) -> Array:
         """p(phi) [Pa], same shape as the angles; periodic."""
@@ -140,49 +151,22 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
 
 
 @kernel
-def _jumps(gas: Unrolled) -> tuple[Array, Array]:
-    """Return the angles [rad] at which strokes begin, and the pressure jump [Pa] at each; the cycle is periodic."""
-    count = gas.stroke.size
-    angle, jump, found = np.empty(count), np.zeros(count), 0
-    for k in range(count):
-        if k == 0 or gas.stroke[k] != gas.stroke[k - 1]:
-            angle[found] = gas.breaks[k]
-            if gas.by_volume:
-                before = k - 1 if k > 0 else count - 1
-                jump[found] = pressure_at(gas.breaks[k], k, gas) - pressure_at(gas.breaks[before + 1], before, gas)
-            found += 1
-    return angle[:found], jump[:found]
-
-
-@kernel
-def refined(gas: Unrolled, extra_breaks: Array, longest: float) -> Unrolled:
-    """Return the same pressures in pieces no longer than ``longest`` [rad], with breaks at the ascending angles
-    ``extra_breaks``."""
-    next_extra, count, size = 0, 0, gas.breaks.size + extra_breaks.size
-    ends, source_piece = np.empty(size), np.empty(size, np.intp)
-    for k in range(gas.stroke.size):
-        ends[count], source_piece[count] = gas.breaks[k], k
-        count += 1
-        while next_extra < extra_breaks.size and extra_breaks[next_extra] < gas.breaks[k + 1]:
-            if extra_breaks[next_extra] > ends[count - 1]:
-                ends[count], source_piece[count] = extra_breaks[next_extra], k
-                count += 1
-            next_extra += 1
-    ends[count] = gas.breaks[-1]
-    total = 0
-    for k in range(count):
-        total += max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
+def refined(gas: Unrolled, longest: float) -> Unrolled:
+    """Return the same pressures in pieces no longer than ``longest`` [rad]."""
+    parts = np.empty(gas.stroke.size, np.intp)
+    for k in range(parts.size):
+        parts[k] = max(math.ceil((gas.breaks[k + 1] - gas.breaks[k]) / longest), 1)
+    total, n = parts.sum(), 0
     breaks, origin, cubic = np.empty(total + 1), np.empty(total), np.empty((total, 4))
-    stroke, n = np.empty(total, np.intp), 0
-    for k in range(count):
-        parts = max(math.ceil((ends[k + 1] - ends[k]) / longest), 1)
-        for part in range(parts):
-            breaks[n] = ends[k] + (ends[k + 1] - ends[k]) * (part / parts)
-            origin[n], stroke[n] = gas.origin[source_piece[k]], gas.stroke[source_piece[k]]
+    stroke = np.empty(total, np.intp)
+    for k in range(parts.size):
+        for part in range(parts[k]):
+            breaks[n] = gas.breaks[k] + (gas.breaks[k + 1] - gas.breaks[k]) * (part / parts[k])
+            origin[n], stroke[n] = gas.origin[k], gas.stroke[k]
             for i in range(4):
-                cubic[n, i] = gas.cubic[source_piece[k], i]
+                cubic[n, i] = gas.cubic[k, i]
             n += 1
-    breaks[total] = ends[count]
+    breaks[total] = gas.breaks[-1]
     return Unrolled(breaks, origin, cubic, stroke, gas.by_volume, gas.geometry, gas.area, gas.clearance)
 
 

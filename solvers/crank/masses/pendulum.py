@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.crank.masses.reduced_rod import RodMasses, evaluate, reduced_masses, require_known
+from solvers.crank.masses.reduced_rod import RodMasses, evaluate, inputs_of, reduced_masses, require_known
 from solvers.errors import InvalidInput, require, require_not_negative, require_positive
 from solvers.numerics.uncertainty import combined, sensitivities
 
@@ -60,13 +60,13 @@ class Pendulum:
         require_positive(self, "", "pivot_distance", "period_small_end", "period_big_end", "rod_mass", "gravity")
         require(0 <= self.amplitude < math.pi / 2, "amplitude", "must be less than a right angle", "[0, pi/2)")
         require_not_negative(self, "", "small_end_bore_radius", "big_end_bore_radius")
-        between = self.pivot_distance - self.small_end_bore_radius - self.big_end_bore_radius
-        require(between > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
+        require(self.length > 0, "pivot_distance", "leaves no room between the bores", "more than both bore radii")
         require_known(self, self.uncertainty)
 
-
-_INPUTS = tuple(field.name for field in fields(Pendulum) if field.name != "uncertainty")
-"""Names of the measured quantities."""
+    @property
+    def length(self) -> float:
+        """Distance of the bores' centres [m]."""
+        return self.pivot_distance - self.small_end_bore_radius - self.big_end_bore_radius
 
 
 def reduced_length(period: NDArray, amplitude: NDArray, gravity: NDArray) -> NDArray:
@@ -91,25 +91,21 @@ def swing(pendulum: Pendulum) -> RodMasses:
     Raises InvalidInput, stating the uncertainty, if the periods hardly determine the centre of mass (the denominator
     tends to 0), or if no rod has such periods.
     """
-    values = {name: float(getattr(pendulum, name)) for name in _INPUTS}
+    values, length = inputs_of(pendulum), pendulum.length
     given = {name: float(u) for name, u in pendulum.uncertainty.items() if u > 0}
-    assumed = given or {
-        n: _NOMINAL_UNCERTAINTY * values[n] for n in ("period_small_end", "period_big_end", "pivot_distance")
-    }
-    length = pendulum.pivot_distance - pendulum.small_end_bore_radius - pendulum.big_end_bore_radius
+    measured = "period_small_end", "period_big_end", "pivot_distance"
+    assumed = given or {name: _NOMINAL_UNCERTAINTY * values[name] for name in measured}
     with np.errstate(all="ignore"):
         results = _pendulum_formulas({name: np.array(value) for name, value in values.items()})
         derivatives = sensitivities(_pendulum_formulas, values)["rod_cg_from_pin"]
         cg_uncertainty = combined(derivatives, assumed) if np.isfinite(list(results.values())).all() else math.inf
     if not cg_uncertainty <= _MAX_RELATIVE_UNCERTAINTY * length:
-        condition = (
-            "" if given else f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
-        )
-        statement = (
-            f"is uncertain by {cg_uncertainty:.3g} m{condition}"
-            if math.isfinite(cg_uncertainty)
-            else "is not determined at all"
-        )
+        condition = ""
+        if not given:
+            condition = f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
+        statement = "is not determined at all"
+        if math.isfinite(cg_uncertainty):
+            statement = f"is uncertain by {cg_uncertainty:.3g} m{condition}"
         raise InvalidInput(
             "period_big_end",
             f"the periods fit almost every centre of mass: its distance from the wrist pin {statement}, the rod being "
@@ -131,4 +127,4 @@ def swing(pendulum: Pendulum) -> RodMasses:
             f"a common error of +0.1 % in both periods moves the centre of mass by {1e3 * shift:+.2f} mm; "
             "weighing both ends is the robust alternative"
         )
-    return evaluate(_pendulum_formulas, values, pendulum.uncertainty, warnings)
+    return evaluate(_pendulum_formulas, pendulum, warnings)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,12 +43,17 @@ def reduced_masses(cg: NDArray, length: NDArray, mass: NDArray, inertia: NDArray
     }
 
 
-def evaluate(
-    formula: Function, values: Mapping[str, float], uncertainty: Mapping[str, float], warnings: Sequence[str]
-) -> RodMasses:
-    """Evaluate a formula at input values, and propagate their standard uncertainties if any is positive."""
+def inputs_of(owner: Any) -> dict[str, float]:
+    """The quantities of a measurement that were given, by name."""
+    values = {field.name: getattr(owner, field.name) for field in fields(owner) if field.name != "uncertainty"}
+    return {name: float(value) for name, value in values.items() if value is not None}
+
+
+def evaluate(formula: Function, owner: Any, warnings: Sequence[str]) -> RodMasses:
+    """Evaluate a formula of a measurement's inputs, and propagate their uncertainties if any is positive."""
+    values = inputs_of(owner)
     found = formula({name: np.array(value) for name, value in values.items()})
-    given = {name: float(u) for name, u in uncertainty.items() if u > 0 and name in values}
+    given = {name: float(u) for name, u in owner.uncertainty.items() if u > 0}
     return RodMasses(
         {name: float(np.asarray(value)) for name, value in found.items()},
         propagate(formula, values, given) if given else None,

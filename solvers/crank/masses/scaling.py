@@ -42,11 +42,10 @@ def estimate(request: Estimate) -> RodMasses:
         area = math.pi * x["bore"] ** 2 / 4.0
         return {"piston_mass": x["piston_area_density"] * area, "rod_mass": x["rod_area_density"] * area}
 
-    values = {name: float(getattr(request, name)) for name in ("bore", "piston_area_density", "rod_area_density")}
     warnings = []
     for part, index, value in (("piston group", 0, request.piston_area_density), ("rod", 1, request.rod_area_density)):
         low = min(ranges[index][0] for ranges in USUAL.values())
         high = max(ranges[index][1] for ranges in USUAL.values())
         if not low <= value <= high:
             warnings.append(f"the {part} lies outside {low:g} … {high:g} kg/m2, the usual figures of textbooks")
-    return evaluate(scaled, values, request.uncertainty, warnings)
+    return evaluate(scaled, request, warnings)

@@ -8,10 +8,9 @@ Source: any text on engine dynamics, e.g. C. F. Taylor, The Internal Combustion 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from solvers.errors import require, require_not_negative
+from solvers.errors import require, require_not_negative, require_positive
 
 
 @dataclass(frozen=True)
@@ -27,19 +26,15 @@ class RodMass:
     inertia: float | None = None
 
     def __post_init__(self) -> None:
-        require(math.isfinite(self.length) and self.length > 0, "masses.rod_length", "must be positive", "(0, inf)")
-        require(math.isfinite(self.mass) and self.mass >= 0, "masses.rod", "must not be negative", "[0, inf)")
+        require_positive(self, "masses.rod", "length")
+        require_not_negative(
+            self, "masses.rod", "mass", "cg_from_pin", *(["inertia"] if self.inertia is not None else [])
+        )
         require(
-            math.isfinite(self.cg_from_pin) and 0 <= self.cg_from_pin <= self.length,
+            self.cg_from_pin <= self.length,
             "masses.rod_cg_from_pin",
             "the centre of mass lies outside the rod",
             "between 0 and the rod's length",
-        )
-        require(
-            self.inertia is None or (math.isfinite(self.inertia) and self.inertia >= 0),
-            "masses.rod_inertia",
-            "must not be negative",
-            "[0, inf) or none",
         )
 
     @property

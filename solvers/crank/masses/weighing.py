@@ -52,9 +52,6 @@ def weigh(weighing: Weighing) -> RodMasses:
 
     Raises InvalidInput if the readings do not add up to the rod's mass, or no rod has the period.
     """
-    names = ["length", "small_end_reading", "big_end_reading", "amplitude", "gravity", "small_end_bore_radius"]
-    has_period = weighing.period_small_end is not None
-    values = {name: float(getattr(weighing, name)) for name in [*names, *(["period_small_end"] if has_period else [])]}
     total = weighing.small_end_reading + weighing.big_end_reading
     warnings = []
     if weighing.rod_mass is not None:
@@ -72,13 +69,13 @@ def weigh(weighing: Weighing) -> RodMasses:
         mass = x["small_end_reading"] + x["big_end_reading"]
         cg = x["length"] * x["big_end_reading"] / mass
         found = reduced_masses(cg, x["length"], mass, np.zeros_like(cg))
-        if not has_period:
+        if weighing.period_small_end is None:
             return {name: v for name, v in found.items() if name not in ("rod_inertia", "inertia_defect")}
         arm = cg + x["small_end_bore_radius"]
         inertia = mass * arm * (reduced_length(x["period_small_end"], x["amplitude"], x["gravity"]) - arm)
         return reduced_masses(cg, x["length"], mass, inertia)
 
-    masses = evaluate(formulas, values, weighing.uncertainty, warnings)
+    masses = evaluate(formulas, weighing, warnings)
     require(
         masses.values.get("rod_inertia", 1.0) > 0,
         "period_small_end",

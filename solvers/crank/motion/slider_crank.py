@@ -22,18 +22,6 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import inlined_kernel, kernel
 
 
-class MotionState(NamedTuple):
-    """Motion at crank angles, each array of their shape: displacement x [m], sin phi, cos phi, tan beta,
-    d2x/dphi2 [m] and d2beta/dphi2."""
-
-    displacement: Array
-    sine: Array
-    cosine: Array
-    tangent: Array
-    acceleration: Array
-    rod_acceleration: Array
-
-
 class Geometry(NamedTuple):
     """Geometry of a mechanism: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
 
@@ -79,14 +67,20 @@ class ExactMotion:
         return Geometry(r, length, e, math.asin(sine), sine, math.sqrt((1.0 - sine) * (1.0 + sine)))
 
     def displacement(self, angle: ArrayLike) -> Array:
-        """x [m] from the upper dead centre toward the crank."""
-        return self.motion_state(angle).displacement
+        """x [m] at crank angles [rad], from the upper dead centre toward the crank; same shape as the angles."""
+        return self._motion(angle)[0]
 
-    def motion_state(self, angle: ArrayLike) -> MotionState:
-        """Motion at crank angles [rad]: d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta);
-        d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
+    def acceleration(self, angle: ArrayLike) -> Array:
+        """d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta) [m]."""
+        return self._motion(angle)[1]
+
+    def rod_acceleration(self, angle: ArrayLike) -> Array:
+        """d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
+        return self._motion(angle)[2]
+
+    def _motion(self, angle: ArrayLike) -> Array:
         phi = np.asarray(angle, dtype=float)
-        return MotionState(*_motion_states(phi.ravel(), self.geometry).reshape(6, *phi.shape))
+        return _motion(phi.ravel(), self.geometry).reshape(3, *phi.shape)
 
 
 class AngleFunctions(NamedTuple):
@@ -156,12 +150,12 @@ def rod_acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
 
 
 @kernel
-def _motion_states(phi: Array, geometry: Geometry) -> Array:
-    out = np.empty((6, phi.size))
+def _motion(phi: Array, geometry: Geometry) -> Array:
+    out = np.empty((3, phi.size))
     for i in range(phi.size):
         at = angle_functions(phi[i], geometry)
-        out[0, i], out[1, i], out[2, i] = displacement_of(at, geometry), at.sine, at.cosine
-        out[3, i], out[4, i], out[5, i] = at.tangent, acceleration_of(at, geometry), rod_acceleration_of(at, geometry)
+        out[0, i], out[1, i] = displacement_of(at, geometry), acceleration_of(at, geometry)
+        out[2, i] = rod_acceleration_of(at, geometry)
     return out
 
 

@@ -14,6 +14,7 @@ from solvers.pin.ring import ovalization
 from solvers.pin.scene import BushingGeometry, Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.initial_panels import initial_stations
+from solvers.verdict import per_cent
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     if weak is not None:
         diameters.append(least_outer_diameter(scene, criterion))
         why = (
-            f"the solid section is too weak {_where(weak)}, by {100.0 * (weak.utilisation - 1.0):.3g} %; an outer "
+            f"the solid section is too weak {_where(weak)}, by {per_cent(weak.utilisation - 1.0)} %; an outer "
             f"diameter of at least {_at_least(diameters[-1])} mm would do"
         )
         found.append(Shortfall("force", scene.force, greatest, why))

@@ -161,6 +161,7 @@ def count_runs(client) -> int:
         ("GET", "/api/v1/runs/none", 404),
         ("GET", "/api/v1/runs?limit=0", 422),
         ("GET", "/api/v1/runs?cursor=!!", 422),
+        ("GET", "/api/v1/batches?cursor=zz", 422),
         ("GET", "/api/v1/runs?created_after=2026-01-01T00:00:00", 422),
         ("GET", "/api/v1/effects/none", 404),
         ("GET", "/nowhere", 404),

@@ -64,3 +64,18 @@ def test_the_linkage_closes_as_drawn():
     assert ends["rocker"].end == ends["coupler"].end
     assert ends["base"].path == "lengths_mm.base"
     assert any(isinstance(shape, Circle) and shape.layer is Layer.CENTER for shape in drawing.shapes)
+
+
+def test_the_drawing_of_a_free_bushing_has_its_greatest_diameter():
+    """It is neither at the end nor in the middle."""
+    kind = KINDS["pin-profile"]
+    request = kind.jobs[Mode.DESIGN].request.model_validate(
+        {**kind.others(Mode.DESIGN)["a bushing"], "form": {"kind": "free"}}
+    )
+    answer = kind.jobs[Mode.DESIGN].solve(request)
+    run = {"mode": "design", "status": answer.status, "result": answer.result, "spec": request.model_dump(mode="json")}
+    drawing = kind.part(run, None).drawing
+    greatest = max(float(point["outer_diameter_mm"]) for point in answer.result["profile"])
+    sizes = [float(each.words.removeprefix("ø ")) for each in drawing.dimensions if each.words.startswith("ø ")]
+    assert max(sizes) == pytest.approx(greatest, rel=1e-4)
+    assert len(sizes) == 4  # end, middle, greatest, bore

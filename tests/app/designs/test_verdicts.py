@@ -11,6 +11,7 @@ import pytest
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.designs.verdict import VerdictResult, Word, verdict_json
+from bench.rod_problems import request
 from solvers import rod
 from solvers.outcome import Accuracy
 from solvers.rod.optimum.full_model.model import FullModel
@@ -62,8 +63,17 @@ def test_an_analysis_has_no_verdict(slug):
 def test_an_infeasible_design_and_a_refusal_have_no_verdict():
     infeasible = answered("pin-profile", Mode.DESIGN, {"load": {"force_n": 20000}})
     assert (infeasible.status, infeasible.verdict) == ("infeasible", None)
+    assert infeasible.result["warnings"] == []
     refused = answered("pin-profile", Mode.DESIGN, {"limits": {"max_slope": 1.0}})
     assert (refused.status, refused.verdict) == ("refused", None)
+
+
+def test_an_infeasible_design_says_so_if_what_is_attainable_is_less_accurate_than_was_asked():
+    job = KINDS["flexible-rod"].jobs[Mode.DESIGN]
+    answer = job.run(job.request.model_validate(request(245)))
+    assert (answer.status, answer.accuracy["met"]) == ("infeasible", False)
+    (warning,) = answer.result["warnings"]
+    assert warning.startswith("the accuracy of 1e-6 is not met: the estimated error is ")
 
 
 # -- failing parts that once passed --------------------------------------------------------------------------------

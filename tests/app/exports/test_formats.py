@@ -68,8 +68,9 @@ def test_drawings_are_valid_and_dimensions_match_the_result(shape, size):
         "linkage": lambda: [p[f"{name}_mm"] for name in ("base", "crank", "coupler", "rocker")],
         "constant": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_mm"]],
         "constant bushing": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_mm"]],
+        "bushing": lambda: [p[f"{name}_mm"] for name in ("length", "outer_end", "outer_mid", "max_outer", "bore")],
         **dict.fromkeys(
-            ("bushing", "drillable bushing", "stepped bushing"),
+            ("drillable bushing", "stepped bushing"),
             lambda: [p["length_mm"], p["outer_end_mm"], p["outer_mid_mm"], p["bore_mm"]],
         ),
         "stepped": lambda: [p["length_mm"], p["outer_diameter_mm"], p["bore_end_mm"], p["bore_mid_mm"],

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import json
+import re
 import time
 
 import pyarrow
@@ -54,6 +56,59 @@ def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:
     told = client.get(f"{place}/map", params={"x": fields[0], "colour": "holds", "beside": ",".join(fields)}).json()
     assert told["varied"] == fields[:3] and told["fields"][-4:] == ["holds", *fields[1:]]
     assert len(told["points"]) == 8 and all(isinstance(value, float | int) for value in told["points"][0][-3:])
+
+
+def test_items_without_an_answer_say_why(client: TestClient) -> None:
+    """Those whose requirements cannot be met, and those that are no request."""
+    example = KINDS["pin-profile"].example(Mode.DESIGN)
+    lines = [
+        json.dumps({**example, "load": load}) for load in ({"force_n": 1e6}, {"force_n": "much"}, {"force_n": 9e3})
+    ]
+    file = {"cases": ("night.ndjson", "\n".join(lines).encode(), "application/x-ndjson")}
+    data = {"kind": "pin-profile", "mode": "design"}
+    answer = client.post("/batches/upload", data=data, files=file, follow_redirects=False)
+    place = answer.headers["location"]
+    text = settled(client, place)
+    rows = re.findall(r"</td><td>(\w+)</td><td><a href=\"(/runs/[^\"]+)\">(\d+)</a></td>", text)
+    assert [(row[0], row[2]) for row in rows] == [("infeasible", "1"), ("refused", "2")]
+    assert [client.get(row[1]).status_code for row in rows] == [200, 200]
+    assert "<li><code>load.force_n</code>" in client.get(rows[1][1]).text
+    assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
+    results = f"/api/v1{place}/results"
+    told = [json.loads(line) for line in client.get(results).text.splitlines()]
+    assert told[0]["diagnosis"].startswith("force_n: required 1000000, attainable ") and told[0]["problem"] is None
+    assert [row["diagnosis"] for row in told[1:]] == [None, None] and "/load/force_n" in told[1]["problem"]
+    assert told[0]["diagnosis"] in client.get(results, params={"format": "csv", "status": "infeasible"}).text
+    assert list(told[0])[-2:] == ["diagnosis", "problem"]
+
+
+def test_a_map_begins_with_what_differs(client: TestClient) -> None:
+    """The template of a table has a column for every field, most of which are left alone."""
+    header, first = client.get("/batches/table?kind=pin-profile&mode=check").text.splitlines()
+    table = "\n".join([header, *(first.replace("15000", str(force)) for force in (9000, 9000, 12000))])
+    data = {"kind": "pin-profile", "mode": "check"}
+    file = {"cases": ("cases.csv", table.encode(), "text/csv")}
+    place = client.post("/batches/upload", data=data, files=file, follow_redirects=False).headers["location"]
+    settled(client, place)
+    told = client.get(f"{place}/map").json()
+    assert told["varied"] == ["load.force_n"] and "geometry.gap_mm" in told["results"]
+
+
+@pytest.mark.parametrize("code", ["en", "ru"])
+def test_columns_keep_their_names_in_messages(client: TestClient, code: str) -> None:
+    """A file's author has to write them."""
+    file = {"cases": ("a.csv", b"load.forc_n,geometry.gap_mm\n1,2\n", "text/csv")}
+    data = {"kind": "pin-profile", "mode": "check"}
+    answer = client.post("/batches/upload", data=data, files=file, headers={"accept-language": code})
+    assert answer.status_code == 422
+    assert "<code>load.forc_n</code>" in answer.text
+    assert "load.force_n?" in answer.text and "geometry.outer_diameter_mm" in answer.text
+
+
+def test_a_table_in_another_encoding_is_told_so(client: TestClient) -> None:
+    file = {"cases": ("a.csv", "load.force_n\n1\n".encode("utf-16"), "text/csv")}
+    answer = client.post("/batches/upload", data={"kind": "pin-profile", "mode": "check"}, files=file)
+    assert answer.status_code == 422 and "a table saved as CSV in UTF-8" in answer.text
 
 
 def test_a_parquet_file_is_accepted(client: TestClient) -> None:

@@ -38,6 +38,8 @@ def test_each_form_starts_with_its_example_and_a_drawing(client, slug, mode):
     assert "<svg" in page.text
     assert len(page.content) < 100_000
     assert "style=" not in page.text
+    described = " ".join(re.findall(r'aria-describedby="([^"]+)"', page.text)).split()
+    assert set(described) <= set(re.findall(r' id="([^"]+)"', page.text))
 
 
 def test_a_submitted_form_is_a_run_under_its_name(client):
@@ -137,6 +139,21 @@ def test_live_answers_are_not_stored(client):
     assert client.post("/designs/pin-profile/answer?mode=check", data=fields | {"bore_mm": "99"}).status_code == 422
     assert client.post("/designs/pin-profile/answer?mode=design", data=fields).status_code == 409
     assert len(client.get("/api/v1/runs").json()["items"]) == before
+
+
+def test_live_figures_of_an_engine_are_those_of_all_its_cylinders(client):
+    fields = texts_of("crank-dynamics", "analysis")
+    assert int(fields["engine.cylinders"]) == 4
+    run = client.post("/api/v1/analyses/crank-dynamics", json=KINDS["crank-dynamics"].example(Mode.ANALYSIS)).json()
+    shown = client.post("/designs/crank-dynamics/answer?mode=analysis", data=fields).text
+    assert f"{run['result']['engine']['indicated_power_w']:.6g}" in shown
+    assert f"{run['result']['indicated_power_w']:.6g}" not in shown
+
+
+def test_a_form_offers_no_more_time_than_the_service_gives(client):
+    longest = client.app.state.service.solve_budget_s
+    page = client.get("/designs/flexible-rod?mode=design").text
+    assert f"0.001 … {longest:g}; empty: as long as the service allows" in page
 
 
 def test_an_infeasible_design_explains_itself(client):

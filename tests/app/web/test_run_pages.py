@@ -270,6 +270,16 @@ def test_inch_units_are_displayed(client, pins):
     client.cookies.clear()
 
 
+def test_figures_and_their_units_are_of_one_system(client):
+    """Whatever pages were rendered before."""
+    run = made(client, "checks/pin-profile", example("pin-profile", Mode.CHECK))
+    length = run["result"]["profile"][-1]["x_mm"]
+    for chosen, unit, size in (("metric", "mm", 1.0), ("inch", "in", 25.4), ("metric", "mm", 1.0)):
+        page = client.get(f"/runs/{run['id']}", headers={"cookie": f"units={chosen}"}).text
+        assert f'<th scope="col">x, {unit}</th>' in page
+        assert f'<th scope="row">{length / size:.5g}</th>' in page
+
+
 def test_pin_sensitivities_are_loaded_after_the_page(client):
     """A bore of one diameter under bending alone: (d/D)^4 = 1 - W/sigma, and the mass scales with 1 - (d/D)^2."""
     request = example("pin-profile", Mode.DESIGN, criterion="fibre", form={"kind": "constant"}, limits={})

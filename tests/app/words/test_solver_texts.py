@@ -12,7 +12,8 @@ from app.designs.registry import KINDS
 from app.reports.build import report_of
 from app.reports.html import html
 from app.words.languages import speaking
-from app.words.solver_texts import PATTERNS_FILE, spoken
+from app.words.solver_texts import PATTERNS_FILE, is_foreign, spoken
+from app.words.units import System, measuring
 from scripts.sentences import patterns, sentences
 from tests.app.reports.runs import example
 
@@ -41,6 +42,37 @@ def texts_of(slug: str, mode: Mode, changes: dict) -> set[str]:
         found |= {*(answer.verdict or {}).get("cautions", ()), *(result.get("warnings") or ())}
         found |= {item["advice"] for item in result.get("diagnosis") or ()} | {e["why"] for e in answer.effects}
     return found
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("an outer diameter of at least 25.4 mm would do", "an outer diameter of at least 1 in would do"),
+        (
+            "the strength is exceeded for 24.13 < x < 30.9 mm, by 5 %",
+            "the strength is exceeded for 0.95 < x < 1.217 in, by 5 %",
+        ),
+        ("between 0.254 and 2.54 mm", "between 0.01 and 0.1 in"),
+        ("the deflection of 25.4 µm exceeds its limit", "the deflection of 1 mil exceeds its limit"),
+        (
+            "the ring's hoop stress exceeds 150 MPa where it is thin",
+            "the ring's hoop stress exceeds 21756 psi where it is thin",
+        ),
+        ("order 2 at 3 N, 5 mm² and 12 N/mm²", "order 2 at 3 N, 0.0078 in² and 12 N/mm²"),
+    ],
+)
+def test_figures_in_sentences_are_in_the_units_chosen(text, said):
+    assert spoken(text) == text
+    with measuring(System.INCH):
+        assert spoken(text) == said
+
+
+def test_a_sentence_in_inches_is_no_less_translated():
+    text = "the wall is 2.54 mm at its thinnest, not the 5.08 mm asked"
+    with measuring(System.INCH), speaking("ru"):
+        assert spoken(text) == "стенка в тончайшем месте 0.1 in, а не 0.2 in, как требовалось"
+        assert not is_foreign(text)
+        assert is_foreign("a sentence of 3 mm that no one knows")
 
 
 @pytest.mark.parametrize("code", ["ru", "uk"])
@@ -73,7 +105,7 @@ def test_sentences_are_extracted_from_the_sources():
     # names.
     assert {
         "the crank is not shorter than the rod, so the mechanism cannot turn",
-        "the wall is {} mm at its thinnest, not the {} asked",
+        "the wall is {} mm at its thinnest, not the {} mm asked",
         "the bounds of all that is left out add up to at most {}",
         "no {} of this form that keeps strength and limits is lighter than the bound",
         "pressure behind the piston{}",

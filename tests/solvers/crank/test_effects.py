@@ -57,8 +57,8 @@ def test_auto_leaves_out_what_cannot_matter():
 def test_an_offset_moves_the_dead_centres_and_can_be_left_out():
     shifted = car(mechanism=replace(CAR, offset=0.01))
     found = crank.analyse(shifted, ALL).value
-    assert found.dead_centres == pytest.approx((math.asin(0.01 / 0.18), math.pi + math.asin(0.01 / 0.10)))
-    assert found.stroke == pytest.approx(math.sqrt(0.18**2 - 1e-4) - math.sqrt(0.1**2 - 1e-4))
+    assert found.cycle.motion.dead_centres == pytest.approx((math.asin(0.01 / 0.18), math.pi + math.asin(0.01 / 0.10)))
+    assert found.cycle.motion.stroke == pytest.approx(math.sqrt(0.18**2 - 1e-4) - math.sqrt(0.1**2 - 1e-4))
     excluded = EffectSelection(exclude=frozenset({"pin_offset"}), automatic=False)
     ours, never = crank.analyse(shifted, excluded).value, crank.analyse(car(), excluded).value
     assert np.array_equal(ours.series.tangential, never.series.tangential)

@@ -11,7 +11,7 @@ from scipy.interpolate import PchipInterpolator
 from scipy.optimize import minimize_scalar
 
 from solvers import crank
-from solvers.crank.cycle.forces import Composition, Cycle
+from solvers.crank.cycle.forces import Cycle
 from solvers.effects import ALL, EffectSelection
 from tests.solvers.crank.machines import CAR, CYLINDER, MASSES, car, cooler
 
@@ -122,9 +122,9 @@ def _shaft_torque_of_real_rod(cycle: Cycle, angle: float) -> float:
 @pytest.mark.parametrize("angle", [0.3, 1.0, 1.8, 2.9, 4.2, 5.5])
 def test_the_two_masses_with_the_couple_are_the_real_rod(angle):
     scene = SCENES["car"]
-    curve, masses = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder), scene.masses
-    moving = Composition(0.0, masses.reciprocating, masses.piston, masses.rod.inertia_defect)
-    with_inertia, gas_alone = Cycle(scene, moving, curve), Cycle(scene, Composition(), curve)
+    curve = scene.pressure.unroll(scene.mechanism.motion, scene.cylinder)
+    with_inertia = Cycle(scene, frozenset({"reciprocating_inertia", "rod_inertia_couple"}), curve)
+    gas_alone = Cycle(scene, frozenset(), curve)
     at = np.array([angle])
     torque = (with_inertia.forces(at).torque - gas_alone.forces(at).torque)[0]
     assert torque == pytest.approx(_shaft_torque_of_real_rod(with_inertia, angle), rel=1e-6, abs=1e-4)
@@ -158,7 +158,7 @@ def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
 
     def slowed(a):
         rod = math.sqrt(1.0 - (0.04 / 0.14 * math.sin(a)) ** 2)
-        return CAR.angular_speed**2 * float(CAR.motion.motion_state(a).acceleration) / rod
+        return CAR.angular_speed**2 * float(CAR.motion.acceleration(a)) / rod
 
     pressed = minimize_scalar(slowed, bounds=(2.0, math.pi - 0.1), method="bounded", options={"xatol": 1e-12})
     rng = np.random.default_rng(seed)

@@ -18,7 +18,6 @@ _LOOSEST = {
     "min_stability_safety": 1.0,
 }  # fmt: skip
 """Values of the requirements that every strip short of buckling meets, those most sensitive to vibration first."""
-_COARSE_ACCURACY = 1e-4
 
 
 class AttainableBest(NamedTuple):
@@ -33,8 +32,8 @@ class AttainableBest(NamedTuple):
 class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    accuracy       accuracy of the design whose requirements these are
-    design_of      design of another problem on the full model, to an accuracy
+    accuracy       accuracy of the designs
+    design_of      design of another problem on the full model
     local_search   end of one such local search on the full model from a strip; None if it violates a requirement
     quick          whether a design takes little time
     found          results so far, by requirement
@@ -42,8 +41,8 @@ class RequirementsAsObjectives:
 
     problem: RodProblem
     accuracy: float
-    design_of: Callable[[RodProblem, float], AttainableBest | None]
-    local_search: Callable[[RodProblem, Dimensions, float], Outcome[RodCheck] | None]
+    design_of: Callable[[RodProblem], AttainableBest | None]
+    local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
     quick: bool
     found: dict[str, AttainableBest | None] = field(default_factory=dict)
 
@@ -57,26 +56,16 @@ class RequirementsAsObjectives:
     def best(self, c: Constraint) -> AttainableBest | None:
         """The strip with the best value of a requirement's result under all other requirements."""
         if c.name not in self.found:
-            other = self._with_objective(c)
-            best = self.design_of(other, self.coarse_accuracy)
-            is_open = best is not None and self.may_be_met_by(best) and not self.problem.requirements.met_by(best.check)
-            if is_open and self.accuracy < self.coarse_accuracy:
-                best = self.design_of(other, self.accuracy) or best
-            self.found[c.name] = best
+            self.found[c.name] = self.design_of(self._with_objective(c))
         return self.found[c.name]
 
     def may_be_met_by(self, best: AttainableBest) -> bool:
-        """Whether all requirements are met, as far as a design of low accuracy tells."""
-        return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * self.coarse_accuracy).met_by(best.check)
-
-    @property
-    def coarse_accuracy(self) -> float:
-        """The accuracy of attainable values, unless that leaves open whether they meet the requirement."""
-        return max(self.accuracy, _COARSE_ACCURACY)
+        """Whether all requirements are met, as far as the accuracy of a design tells."""
+        return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * self.accuracy).met_by(best.check)
 
     def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
         """The local optimum for a requirement's result near a strip."""
-        return self.local_search(self._with_objective(c), strip, self.coarse_accuracy)
+        return self.local_search(self._with_objective(c), strip)
 
     def _with_objective(self, c: Constraint) -> RodProblem:
         p = self.problem

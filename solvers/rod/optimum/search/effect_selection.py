@@ -1,0 +1,47 @@
+"""The effects that a design selects at its strips, as a check of each would."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from solvers.effects import Choice, EffectSelection
+from solvers.outcome import EffectReport, EffectState
+from solvers.rod.effects import RodEffect, choose_for
+from solvers.rod.problem import RodProblem
+from solvers.rod.scene import Dimensions
+
+_ON_THE_WAY = "needed by a strip that the search evaluated"
+
+
+@dataclass
+class EffectsAtStrips:
+    """Effects selected for a problem at any strip, to an effect ``tolerance``."""
+
+    problem: RodProblem
+    selection: EffectSelection
+    tolerance: float
+    _choices: dict[Dimensions, Choice[RodEffect]] = field(default_factory=dict)
+
+    def at(self, strip: Dimensions) -> frozenset[str]:
+        """Names of the effects selected at a strip."""
+        return frozenset(effect.name for effect in self._choice(strip).active)
+
+    def influence(self, strip: Dimensions, names: tuple[str, ...]) -> float:
+        """Sum of the bounds of some effects at a strip."""
+        return sum(report.influence for report in self._choice(strip).manifest if report.name in names)
+
+    def manifest(self, strip: Dimensions, chosen: frozenset[str]) -> tuple[EffectReport, ...]:
+        """The effects of an answer found with those ``chosen``, some of them perhaps at strips on the way only."""
+        return tuple(
+            report._replace(state=EffectState.ACTIVE, why=_ON_THE_WAY)
+            if report.name in chosen and report.state is EffectState.SKIPPED
+            else report
+            for report in self._choice(strip).manifest
+        )
+
+    def _choice(self, strip: Dimensions) -> Choice[RodEffect]:
+        if strip not in self._choices:
+            p = self.problem
+            demands = p.requirements.demands() + p.objective.demands()
+            self._choices[strip] = choose_for(p.scene, strip, self.selection, self.tolerance, demands)
+        return self._choices[strip]

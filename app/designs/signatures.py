@@ -141,7 +141,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
     ),
     ("impact-linkage", "check"): (
         ("solvers.linkage.loads.coupler_elasticity.first_peak", "f"),
-        ("solvers.linkage.loads.torque_and_pin_force.peaks_per_energy", "f2 f1 i i"),
+        ("solvers.linkage.loads.torque_and_pin_force.peaks_per_energy", "f1 f"),
         ("solvers.linkage.mechanism.angular_velocity_ratio.transfer_and_slope", "f1 f1"),
         ("solvers.linkage.steady_state.collocation.inertias", "solvers.linkage.steady_state.collocation.Machine f2"),
         ("solvers.linkage.steady_state.collocation.integrate_revolution", "f2 f2 f solvers.linkage.steady_state.collocation.Machine"),
@@ -152,7 +152,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.swept_area.outline.extents", "f1 f"),
     ),
     ("impact-linkage", "design"): (
-        ("solvers.linkage.optimum.load_bounds.load_lower_bounds", "f2 f2 f2 f1 f i"),
+        ("solvers.linkage.optimum.load_bounds.load_lower_bounds", "f2 f2 f2 f1 f i b"),
         ("solvers.linkage.optimum.radius_bounds.radius_lower_bounds", "f2 f2 f2 f2 f1 f"),
         ("solvers.linkage.swept_area.bounding_box.minimum_misfits", "f2 f1 f1 f f f"),
     ),

@@ -7,8 +7,8 @@ outcome = linkage.check(scene, linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.0
 """
 
 from solvers.effects import ALL, AUTO, EffectSelection
-from solvers.linkage.bulk import LinkageTable, check_family, check_many
-from solvers.linkage.check import Case, check, of_ratio
+from solvers.linkage.bulk import Case, check_many
+from solvers.linkage.check import check, of_ratio
 from solvers.linkage.design import LinkageDesign, design
 from solvers.linkage.effects import EFFECTS
 from solvers.linkage.limits import Limits, demands_of
@@ -17,7 +17,7 @@ from solvers.linkage.mechanism.lengths import Lengths, Mechanism, of_lengths
 from solvers.linkage.pareto_front import AGAINST, MOST_POINTS, FrontPoint, front
 from solvers.linkage.problem import OBJECTIVES, LinkageProblem
 from solvers.linkage.result import LinkageCheck
-from solvers.linkage.scene import Drive, Motor, Restitution, Scene
+from solvers.linkage.scene import Drive, Restitution, Scene
 from solvers.linkage.verdict import Given, judge
 
 __all__ = [
@@ -41,13 +41,10 @@ __all__ = [
     "LinkageCheck",
     "LinkageDesign",
     "LinkageProblem",
-    "LinkageTable",
     "Mechanism",
-    "Motor",
     "Restitution",
     "Scene",
     "check",
-    "check_family",
     "check_many",
     "demands_of",
     "design",

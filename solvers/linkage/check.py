@@ -6,7 +6,6 @@ import math
 import time
 from dataclasses import replace
 from functools import lru_cache
-from typing import NamedTuple
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
@@ -76,15 +75,15 @@ def check(
     situation = Situation(scene, mechanism, limits, accuracy, loads)
     choice = choose_for(situation, effects, effect_tolerance, demands)
     effect_results = compose(choice, situation)
-    confined, closure = mechanism.confined, mechanism.closure
+    closure = mechanism.closure
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
     if effect_results.running is not None:
         settings["steps"] = effect_results.running.steps
     value = LinkageCheck(
         mechanism=mechanism,
         rotatable=mechanism.rotatable,
-        confined=confined,
-        strike=_strike(scene, mechanism, loads, confined) if mechanism.can_strike else None,
+        confined=mechanism.confined,
+        strike=_strike(scene, mechanism, loads) if mechanism.can_strike else None,
         window=None if closure.closes else window(mechanism.bar, closure.surplus),
         **vars(effect_results),
     )
@@ -97,27 +96,10 @@ def check(
     )
 
 
-class Case(NamedTuple):
-    """Arguments of one call of ``check``."""
-
-    scene: Scene
-    mechanism: Mechanism
-    limits: Limits = NO_LIMITS
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-    demands: tuple[Demand, ...] = ()
-
-    def evaluate(self) -> Outcome[LinkageCheck]:
-        return check(*self)
-
-
-def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None, confined: float | None) -> Strike:
+def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None) -> Strike:
     bar = mechanism.bar
     design_restitution = bar.restitution
     return Strike(
-        mechanism=mechanism,
-        confined=confined,
         u31_start=bar.u31_start,
         u31_end=bar.u31_end,
         restitution=design_restitution,

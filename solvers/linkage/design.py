@@ -6,8 +6,11 @@ import math
 import time
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, EffectSelection
+from solvers.errors import InvalidInput
 from solvers.linkage.check import check
 from solvers.linkage.constraints import active
 from solvers.linkage.effects import Situation, choose_for
@@ -17,7 +20,7 @@ from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
 from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
 from solvers.linkage.optimum.infeasibility import diagnose
-from solvers.linkage.optimum.unbounded import refuse_unbounded
+from solvers.linkage.optimum.quantities import Quantities
 from solvers.linkage.problem import LinkageProblem
 from solvers.linkage.result import LinkageCheck
 from solvers.linkage.scene import Scene
@@ -29,6 +32,10 @@ _LEAST_GAP = 1e-6
 _ACTIVE, _WIDE = 1e-7, 5e-4
 _EQUALITY_TOLERANCE = 1e-10
 """Relative tolerance for equality of quantities that are closed forms or extrema converged to less."""
+
+
+_VANISHING = 1e-3
+"""|u31(2 pi)| at an end of the family below which the base is assumed to grow without bound toward that end."""
 
 
 @dataclass(frozen=True)
@@ -67,16 +74,15 @@ def design(
     started = time.perf_counter()
     require_accuracy(accuracy)
     gap = max(accuracy, _LEAST_GAP)
-    refuse_unbounded(problem)
-    found: list[tuple[Family, FamilyOptimum]] = []
+    _refuse_unbounded(problem)
+    found: list[FamilyOptimum] = []
     for kind in problem.kinds:
-        family = Family(kind, problem.scene.restitution.gain)
-        known = min((proven.cost for _, proven in found), default=math.inf)
-        found.append((family, search(problem, family, gap, known)))
-    feasible = [(family, proven) for family, proven in found if proven.q is not None]
+        known = min((other.cost for other in found), default=math.inf)
+        found.append(search(problem, Family(kind, problem.scene.restitution.gain), gap, known))
+    best = min(found, key=lambda other: other.cost)
     settings: dict[str, float | int | str] = {"gap": gap}
-    if not feasible:
-        nominal = Mechanism(found[0][0].member(0.0), 1.0, Closure(problem.kinds[0], 0.0, 0.0))
+    if best.mechanism is None:
+        nominal = Mechanism(best.family.member(0.0), 1.0, Closure(best.family.kind, 0.0, 0.0))
         situation = Situation(problem.scene, nominal, problem.limits, accuracy, None)
         choice = choose_for(situation, effects, effect_tolerance, problem.demands())
         return Outcome(
@@ -88,53 +94,71 @@ def design(
             diagnosis=diagnose(problem),
             timing={"solve_s": time.perf_counter() - started},
         )
-    family, best = min(feasible, key=lambda pair: pair[1].cost)
-    mechanism = _mechanism(family, best)
-    scene = problem.settled(best.scale, mechanism.bar.u31_end)
-    outcome = check(scene, mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
+    scene = problem.settled(best.scale, best.mechanism.bar.u31_end)
+    outcome = check(scene, best.mechanism, problem.limits, effects, effect_tolerance, accuracy, problem.demands())
     value = problem.objective.value(best.cost)
     # The checked value may differ from the one used in the search: the bound is relaxed by the difference.
     difference = abs(problem.objective.read(outcome.value, scene) / value - 1.0)
-    bound = min(proven.bound for _, proven in found) * (1.0 - (difference if difference > _EQUALITY_TOLERANCE else 0.0))
-    alternatives = tuple(_alternative(problem, family, proven) for family, proven in found)
+    bound = min(other.bound for other in found) * (1.0 - (difference if difference > _EQUALITY_TOLERANCE else 0.0))
     excluded_to = max(1.0 - bound / best.cost, 0.0)
-    check_with_warning = _with_search_warning(outcome.value, family, best, excluded_to, gap)
     result = LinkageDesign(
-        check_with_warning,
+        replace(outcome.value, warnings=(*outcome.value.warnings, *_search_warnings(best, excluded_to, gap))),
         scene,
         problem.objective.name,
         value,
         active(problem.limits, outcome.value, _ACTIVE),
-        alternatives,
+        tuple(_alternative(problem, other) for other in found),
     )
-    certificate = Certificate(_METHOD, problem.objective.value(bound), excluded_to, _evidence(found))
     return Outcome(
         Status.SUCCEEDED,
         result,
         outcome.effects,
         Accuracy(accuracy, max(outcome.accuracy.estimated, 1e-12), {**outcome.accuracy.settings, **settings}),
-        certificate=certificate,
+        certificate=Certificate(_METHOD, problem.objective.value(bound), excluded_to, _evidence(found)),
         timing={"solve_s": time.perf_counter() - started},
     )
 
 
-def _mechanism(family: Family, proven: FamilyOptimum) -> Mechanism:
-    bar = family.member(proven.q)
-    crank = proven.scale / (float(bar.ratios.rocker) * bar.u31_end)
-    return Mechanism(bar, crank, Closure(family.kind, 0.0, 0.0))
+def _refuse_unbounded(problem: LinkageProblem) -> None:
+    """Raise InvalidInput if longer links improve the objective indefinitely.
+
+    With a tool at its own radius the blow frequency is v/(2 pi r |u31(2 pi)|), and |u31(2 pi)| = (g + 1)/e tends to 0
+    as the base, and with it e, grows without bound: the largest rocker for lambda2 -> g^2, the largest base for
+    lambda0 -> inf. The transmission angle then tends to 2 asin(1/g), and in crank lengths all dimensions of the swept
+    area except its length along the base converge. So if a sufficiently distant member is feasible, all members beyond
+    it are feasible too, each better than the one before.
+    """
+    limits = problem.limits
+    boxed = limits.width is not None and limits.height is not None
+    if boxed or limits.longest_link is not None or limits.enclosing_radius is not None:
+        return
+    if not problem.objective.improves_with_lower_u31_end or problem.scene.tool_radius is None:
+        return
+    for kind in problem.kinds:
+        family = Family(kind, problem.scene.restitution.gain)
+        q = np.array(family.proof_range)
+        ends = Quantities(problem, family, q, q)
+        if np.any((ends.u31_end_low < _VANISHING) & np.less(*ends.scale)):
+            raise InvalidInput(
+                "limits.longest_link",
+                f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "
+                "radius, without end",
+                "a limit on the longest link, the enclosing radius, or both width and height",
+            )
 
 
-def _alternative(problem: LinkageProblem, family: Family, proven: FamilyOptimum) -> Alternative:
-    if proven.q is None:
+def _alternative(problem: LinkageProblem, best: FamilyOptimum) -> Alternative:
+    kind, why = best.family.kind, ""
+    if best.mechanism is None and best.cells == 0:
+        why = "no mechanism of this type turns fully with links, transmission angle and speed as asked for"
+    elif best.mechanism is None:
         why = "no mechanism of this type meets the limits"
-        if proven.cells == 0:
-            why = "no mechanism of this type turns fully with links, transmission angle and speed as asked for"
-        return Alternative(family.kind, None, None, why)
-    return Alternative(family.kind, _mechanism(family, proven), problem.objective.value(proven.cost), "")
+    value = None if best.mechanism is None else problem.objective.value(best.cost)
+    return Alternative(kind, best.mechanism, value, why)
 
 
-def _evidence(found: list[tuple[Family, FamilyOptimum]]) -> dict[str, float | int | str]:
-    out: dict[str, float | int | str] = {f"ranges_{family.kind.name}": proven.cells for family, proven in found}
+def _evidence(found: list[FamilyOptimum]) -> dict[str, float | int | str]:
+    out: dict[str, float | int | str] = {f"ranges_{best.family.kind.name}": best.cells for best in found}
     out["searched"] = (
         f"designs: free ratios beyond their least value, relative to it, by {MIN_PARALLELOGRAM_MARGIN:g} "
         f"(largest rocker: {MIN_LONG_LINK_MARGIN:g} (1 - 1/g^2)) to {MAX_MARGIN:g}; "
@@ -145,23 +169,18 @@ def _evidence(found: list[tuple[Family, FamilyOptimum]]) -> dict[str, float | in
     return out
 
 
-def _with_search_warning(
-    value: LinkageCheck, family: Family, best: FamilyOptimum, excluded_to: float, gap: float
-) -> LinkageCheck:
-    """The check with a warning if a better mechanism is not excluded to the gap."""
-    messages = []
-    low, high = family.design_range
+def _search_warnings(best: FamilyOptimum, excluded_to: float, gap: float) -> tuple[str, ...]:
+    """A warning if a better mechanism is not excluded to the gap."""
+    low, high = best.family.design_range
     if abs(best.q - low) < _ACTIVE or abs(high - best.q) < _ACTIVE:
         possible_gain = 1.0 / (1.0 - min(excluded_to, 0.5)) - 1.0
-        unbounded = best.q > low or family.kind.minimum_margin(family.gain) != MIN_PARALLELOGRAM_MARGIN
+        unbounded = best.q > low or best.family.kind.minimum_margin(best.family.gain) != MIN_PARALLELOGRAM_MARGIN
         where = "links without end" if unbounded else "the parallelogram"
         message = (
             f"the best mechanism lies at the edge of the search, next to {where}: farther out at most "
             f"{per_cent(possible_gain)} % of the objective would be gained"
         )
-        messages.append(
-            f"{message}; a limit on the size would give a mechanism that can be built" if unbounded else message
-        )
-    elif excluded_to > 2.0 * max(gap, _WIDE):
-        messages.append(f"a better mechanism is excluded only to {per_cent(excluded_to)} %")
-    return replace(value, warnings=(*value.warnings, *messages)) if messages else value
+        return (f"{message}; a limit on the size would give a mechanism that can be built" if unbounded else message,)
+    if excluded_to > 2.0 * max(gap, _WIDE):
+        return (f"a better mechanism is excluded only to {per_cent(excluded_to)} %",)
+    return ()

@@ -16,10 +16,9 @@ import numpy as np
 
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
-from solvers.linkage.design import LinkageDesign, design
+from solvers.linkage.design import design
 from solvers.linkage.problem import OBJECTIVES, LinkageProblem
 from solvers.linkage.result import LinkageCheck
-from solvers.outcome import Outcome
 
 MOST_POINTS = 25
 _ROUNDING = 1e-9
@@ -34,9 +33,8 @@ AGAINST = {"longest_link": "longest_link", "enclosing_radius": "enclosing_radius
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """One design of the front: its limit, both quantities, and the gap of its proof."""
+    """One design of the front: both quantities, and the gap of its proof."""
 
-    limit: float
     objective: float
     against: float
     gap: float
@@ -66,35 +64,27 @@ def front(
     if not 2 <= points <= MOST_POINTS:
         raise InvalidInput("front.points", "lies outside what can be asked for", f"2 … {MOST_POINTS}")
 
-    def solution(of: LinkageProblem) -> Outcome[LinkageDesign]:
-        found = design(of, _SIZES_AND_LOADS, accuracy=accuracy)
-        solved()
-        return found
-
     other = OBJECTIVES[against]
 
-    def point(outcome: Outcome[LinkageDesign], limit: float) -> FrontPoint:
-        answer = outcome.value
-        reached = other.read(answer.check, problem.scene)
-        return FrontPoint(limit, answer.value, reached, outcome.certificate.gap, answer.check)
+    def point(of: LinkageProblem) -> FrontPoint | None:
+        outcome = design(of, _SIZES_AND_LOADS, accuracy=accuracy)
+        solved()
+        if outcome.value is None:
+            return None
+        quantities = (objective.read(outcome.value.check, problem.scene) for objective in (problem.objective, other))
+        return FrontPoint(*quantities, outcome.certificate.gap, outcome.value.check)
 
-    best = solution(problem)
-    least = solution(replace(problem, objective=other))
-    if best.value is None or least.value is None:
-        return ()
-    low, high = least.value.value, other.read(best.value.check, problem.scene)
-    if high <= low * (1.0 + _ROUNDING):
-        return (point(best, high),)
     # The design with the least second quantity is known; a limit that tight would leave no range to search.
-    end = problem.objective.read(least.value.check, problem.scene)
-    found = [FrontPoint(low, end, low, least.certificate.gap, least.value.check)]
+    found = [point(problem), point(replace(problem, objective=other))]
+    if None in found:
+        return ()
+    high, low = (each.against for each in found)
+    if high <= low * (1.0 + _ROUNDING):
+        return (found[0],)
     for limit in np.geomspace(low, high, points)[1:-1]:
         tightened = replace(problem.limits, **{AGAINST[against]: float(limit)})
-        outcome = solution(replace(problem, limits=tightened))
-        if outcome.value is not None:
-            found.append(point(outcome, float(limit)))
-    found.append(point(best, high))
-    return tuple(_without_repeats(found))
+        found.append(point(replace(problem, limits=tightened)))
+    return tuple(_without_repeats([each for each in found if each is not None]))
 
 
 def _without_repeats(points: list[FrontPoint]) -> list[FrontPoint]:

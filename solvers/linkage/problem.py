@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
-from typing import Protocol
+from dataclasses import dataclass, replace
+from typing import Any
 
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require
@@ -21,34 +21,11 @@ from solvers.linkage.scene import Scene
 from solvers.numerics.arrays import Array
 
 
-class Quantities(Protocol):
-    """Quantities of members (one per row), or bounds over ranges of members, at least as good as any in the range.
-
-    ``scale`` is the minimum and maximum feasible V; ``crank`` and ``u31_end_high`` are upper bounds, the others lower
-    ones: per V the crank, the longest link, the enclosing radius; per energy torque and force times V; |u31(2 pi)|; the
-    minimum over orientations of max(W/width, H/height) per V; and nu(pi) from the allowed range.
-    """
-
-    subproblem: Subproblem
-    scale: tuple[Array, Array]
-    crank: Array
-    longest: Array
-    radius: Array
-    misfit: Array
-    torque: Array
-    force: Array
-    u31_end_low: Array
-    u31_end_high: Array
-
-    def area(self, scale: Array) -> Array:
-        """Minimum box area at a V; inf if no orientation keeps within width and height."""
-
-
 @dataclass(frozen=True)
 class Objective:
     """The objective, as a positive cost to be minimised.
 
-    cost                cost of members, or its lower bound over ranges of members
+    cost                cost of members, or its lower bound over ranges of members (``optimum.quantities``)
     read                the objective [SI] of a checked linkage in its scene
     sign                -1 for maximisation: the cost is then the reciprocal
     effect              the effect required for its value
@@ -59,7 +36,7 @@ class Objective:
     """
 
     name: str
-    cost: Callable[[Quantities], Array]
+    cost: Callable[[Any], Array]
     read: Callable[[LinkageCheck, Scene], float]
     sign: int = 1
     effect: str | None = None
@@ -72,14 +49,14 @@ class Objective:
         return cost if self.sign > 0 else 1.0 / cost
 
 
-def _cost_of_speed(quantities: Quantities) -> Array:
-    stroke = quantities.subproblem.stroke(quantities.scale[1], quantities.u31_end_high)
-    return 1.0 / (quantities.subproblem.scene.crank_speed * stroke)
+def _cost_of_speed(quantities: Any) -> Array:
+    stroke = quantities.problem.stroke(quantities.scale[1], quantities.u31_end_high)
+    return 1.0 / (quantities.problem.scene.crank_speed * stroke)
 
 
-def _cost_of_frequency(quantities: Quantities) -> Array:
-    stroke = quantities.subproblem.stroke(quantities.scale[0], quantities.u31_end_low)
-    return 2.0 * math.pi * stroke / quantities.subproblem.scene.impact_speed
+def _cost_of_frequency(quantities: Any) -> Array:
+    stroke = quantities.problem.stroke(quantities.scale[0], quantities.u31_end_low)
+    return 2.0 * math.pi * stroke / quantities.problem.scene.impact_speed
 
 
 BOX_AREA = Objective("box_area", lambda q: q.area(q.scale[0]), lambda check, scene: check.box.area, effect="envelope")
@@ -88,18 +65,18 @@ LONGEST_LINK = Objective(
 )
 ENCLOSING_RADIUS = Objective(
     "enclosing_radius",
-    lambda q: q.scale[0] * q.radius + q.subproblem.limits.joint_radius,
+    lambda q: q.scale[0] * q.radius + q.problem.limits.joint_radius,
     lambda check, scene: check.enclosing_radius,
     effect="envelope",
 )
 PEAK_TORQUE = Objective(
     "peak_torque",
-    lambda q: q.subproblem.scene.impact_energy * q.torque,
+    lambda q: q.problem.scene.impact_energy * q.torque,
     lambda check, scene: check.strike.peaks.torque,
 )
 PIN_FORCE = Objective(
     "pin_force",
-    lambda q: q.subproblem.scene.impact_energy * q.force / q.scale[1],
+    lambda q: q.problem.scene.impact_energy * q.force / q.scale[1],
     lambda check, scene: check.strike.peaks.force,
     improves_with_scale=True,
 )
@@ -127,32 +104,37 @@ OBJECTIVES: dict[str, Objective] = {
 
 
 @dataclass(frozen=True)
-class Subproblem:
-    """Scene, limits and objective: the input of the search over one family."""
+class LinkageProblem:
+    """A scene, its limits, the objective, and the allowed kinds."""
 
     scene: Scene
     limits: Limits
     objective: Objective
-    boxed: bool = field(default=True, kw_only=True)
-    """Whether width and height are limits, or only the reference of the misfit."""
-    free_motion: bool = field(default=False, kw_only=True)
-    """Whether speed or frequency is free although it is not the objective."""
+    kinds: tuple[ChangePoint, ...] = tuple(KINDS.values())
 
-    @property
-    def _open_motion(self) -> bool:
-        return self.free_motion or self.objective.set_motion is not None
+    def __post_init__(self) -> None:
+        require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
+        limits, grows = self.limits, self.objective.improves_with_scale
+        if self.fixed_scale is not None:
+            return
+        if grows and not limits.sized:
+            reason = f"the larger the mechanism the better its {self.objective.name}"
+            raise InvalidInput("limits", reason, "a limit on its size")
+        if not grows and limits.min_link == 0 and limits.max_pin_force is None:
+            reason = "nothing keeps the mechanism from vanishing"
+            raise InvalidInput("limits.min_link", reason, "a least link length above 0")
 
     @property
     def fixed_scale(self) -> float | None:
         """V [m] if fixed by speed and frequency."""
-        if self._open_motion or self.scene.tool_radius is not None:
+        if self.objective.set_motion is not None or self.scene.tool_radius is not None:
             return None
         return self.scene.impact_speed / self.scene.crank_speed
 
     @property
     def fixed_u31_end(self) -> float | None:
         """|u31(2 pi)| if fixed by speed, frequency and tool radius."""
-        if self._open_motion or self.scene.tool_radius is None:
+        if self.objective.set_motion is not None or self.scene.tool_radius is None:
             return None
         return self.scene.impact_speed / (self.scene.crank_speed * self.scene.tool_radius)
 
@@ -171,30 +153,6 @@ class Subproblem:
         """Impact speed over the crank's angular speed [m]: V, or |u31(2 pi)| times the tool radius."""
         radius = self.scene.tool_radius
         return scale if radius is None else radius * end
-
-
-@dataclass(frozen=True)
-class LinkageProblem(Subproblem):
-    """A scene, its limits, the objective, and the allowed kinds."""
-
-    kinds: tuple[ChangePoint, ...] = tuple(KINDS.values())
-
-    def __post_init__(self) -> None:
-        require(bool(self.kinds), "types", "allows no type at all", "at least one of " + ", ".join(KINDS))
-        free = self.fixed_scale is None
-        if free and self.objective.improves_with_scale and not self.limits.sized:
-            raise InvalidInput(
-                "limits", f"the larger the mechanism the better its {self.objective.name}", "a limit on its size"
-            )
-        if (
-            free
-            and not self.objective.improves_with_scale
-            and self.limits.min_link == 0
-            and self.limits.max_pin_force is None
-        ):
-            raise InvalidInput(
-                "limits.min_link", "nothing keeps the mechanism from vanishing", "a least link length above 0"
-            )
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects required by limits and objective."""

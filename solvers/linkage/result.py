@@ -23,11 +23,9 @@ class Strike:
     """The impact of a mechanism whose links close.
 
     |u31| after and before it, R_k, the tool's speed [m/s], nu at mid-cycle [rad], peak loads. ``u31_max`` is the
-    maximum |u31| over the cycle; ``confined`` as in ``LinkageCheck``.
+    maximum |u31| over the cycle.
     """
 
-    mechanism: Mechanism
-    confined: float | None
     u31_start: float
     u31_end: float
     restitution: float
@@ -36,25 +34,6 @@ class Strike:
     transmission_angle: float
     peaks: Peaks | None
     u31_max: float
-
-    @cached_property
-    def angles(self) -> Array:
-        """Crank angles [rad] over the cycle; if the crank does not rotate fully only the reachable ones, in two
-        runs."""
-        if self.confined is None:
-            return np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
-        # The end of the reachable range is omitted: u31 is unbounded there.
-        run = np.linspace(0.0, self.confined, TRANSFER_POINTS // 2 + 1)[:-1]
-        return np.concatenate([run, 2.0 * math.pi - run[::-1]])
-
-    @cached_property
-    def transfer(self) -> Array:
-        """u31 at these angles."""
-        # Angles beyond pi are measured back from the end of the cycle, which they reach exactly.
-        angles = self.angles
-        return self.mechanism.bar.transfer(
-            np.where(angles > math.pi, np.minimum(angles - 2.0 * math.pi, -1e-300), angles)
-        )
 
 
 @dataclass(frozen=True)
@@ -85,3 +64,22 @@ class LinkageCheck(EffectResults):
     confined: float | None
     strike: Strike | None
     window: Window | None
+
+    @cached_property
+    def angles(self) -> Array:
+        """Crank angles [rad] over the cycle; if the crank does not rotate fully only the reachable ones, in two
+        runs."""
+        if self.confined is None:
+            return np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
+        # The end of the reachable range is omitted: u31 is unbounded there.
+        run = np.linspace(0.0, self.confined, TRANSFER_POINTS // 2 + 1)[:-1]
+        return np.concatenate([run, 2.0 * math.pi - run[::-1]])
+
+    @cached_property
+    def transfer(self) -> Array:
+        """u31 at these angles, where the links close."""
+        # Angles beyond pi are measured back from the end of the cycle, which they reach exactly.
+        angles = self.angles
+        return self.mechanism.bar.transfer(
+            np.where(angles > math.pi, np.minimum(angles - 2.0 * math.pi, -1e-300), angles)
+        )

@@ -52,30 +52,21 @@ class Restitution:
 
 
 @dataclass(frozen=True)
-class Motor:
-    """A motor with a linear torque-speed line at the crank: stall torque [N m], no-load speed [rad/s]."""
+class Drive:
+    """A motor with a linear torque-speed line at the crank: stall torque [N m] and no-load speed [rad/s]; the combined
+    inertia of crank and flywheel [kg m^2]."""
 
     stall_torque: float
     free_speed: float
+    crank_inertia: float
 
     def __post_init__(self) -> None:
-        require_positive(self, "drive", "stall_torque", "free_speed")
+        require_positive(self, "drive", "stall_torque", "free_speed", "crank_inertia")
 
     @property
     def slope(self) -> float:
         """Slope of the torque-speed line [N m s], as a positive number."""
         return self.stall_torque / self.free_speed
-
-
-@dataclass(frozen=True)
-class Drive:
-    """The motor and the combined inertia of crank and flywheel [kg m^2]."""
-
-    motor: Motor
-    crank_inertia: float
-
-    def __post_init__(self) -> None:
-        require_positive(self, "drive", "crank_inertia")
 
 
 _GIVEN = ("blow_frequency", "impact_speed", "impact_energy")

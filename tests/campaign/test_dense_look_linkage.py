@@ -78,7 +78,7 @@ def irregularity_seen(scene, mechanism, running):
     first = running.impact_speed / (bar.u31_end * tool) * (1.0 + running.jump)
     energy = 0.5 * (drive.crank_inertia + rocker * bar.u31_start**2) * first**2
     steps = mesh(bar.coefficients, PARTS)
-    machine = Machine(bar.coefficients, drive.crank_inertia, rocker, drive.motor.stall_torque, drive.motor.slope)
+    machine = Machine(bar.coefficients, drive.crank_inertia, rocker, drive.stall_torque, drive.slope)
     work, _ = integrate_revolution(inertias(machine, steps), steps, energy, machine)
     transfer = bar.transfer(np.append(steps[:, 0], -1e-300))
     speed = np.sqrt(2.0 * (energy + work) / (drive.crank_inertia + rocker * transfer**2))

@@ -82,7 +82,7 @@ def _answer(
     verdict = linkage.judge(outcome.value, case.scene, outcome.accuracy, case.limits, given)
     result = result_of(outcome.value, case.scene, request, given.size)
     if detail is Detail.FULL:
-        result["transfer"] = transfer_json(outcome.value.strike)
+        result["transfer"] = transfer_json(outcome.value)
     return envelope(request, outcome, result, verdict_json(verdict, WORDS, outcome.accuracy))
 
 
@@ -173,7 +173,7 @@ def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answ
         return envelope(request, outcome, {"diagnosis": diagnosis, "warnings": [], "certificate": certificate})
     result = {
         **result_of(found.check, found.scene, request),
-        "transfer": transfer_json(found.check.strike),
+        "transfer": transfer_json(found.check),
         "objective": found.objective,
         "value": found.value / unit,
         "value_unit": words,

@@ -97,8 +97,7 @@ class Drive(Group):
     )
 
     def to_solver(self) -> linkage.Drive:
-        motor = linkage.Motor(self.stall_torque_nm, 2.0 * math.pi * self.free_speed_hz)
-        return linkage.Drive(motor, self.crank_inertia_kg_m2)
+        return linkage.Drive(self.stall_torque_nm, 2.0 * math.pi * self.free_speed_hz, self.crank_inertia_kg_m2)
 
 
 class LinkageRequest(SolverRequest):

@@ -152,12 +152,12 @@ def _strike(strike: Strike | None) -> dict[str, Any]:
     }
 
 
-def transfer_json(strike: Strike | None) -> list[dict[str, float]]:
+def transfer_json(check: linkage.LinkageCheck) -> list[dict[str, float]]:
     """u31 over the cycle; empty if there is no blow."""
-    if strike is None:
+    if check.strike is None:
         return []
-    shown = np.degrees(strike.angles).tolist()
-    return [{"phi_deg": p, "u31": u} for p, u in zip(shown, strike.transfer.tolist(), strict=True)]
+    shown = np.degrees(check.angles).tolist()
+    return [{"phi_deg": p, "u31": u} for p, u in zip(shown, check.transfer.tolist(), strict=True)]
 
 
 def result_of(

@@ -53,12 +53,8 @@ def first_peak(mismatch: float) -> float:
     return previous
 
 
-def elastic_peak(stiffness: float, energy: float, restitution: float, kinematic_restitution: float) -> float:
-    """First pin-force peak [N] after a blow of restitution R in a mechanism with R_k, due to elasticity alone."""
-    mismatch = restitution - kinematic_restitution
-    return first_peak(mismatch / (1.0 + kinematic_restitution)) * math.sqrt(2.0 * stiffness * energy) * abs(mismatch)
-
-
 def worst_elastic_peak(bar: FourBar, stiffness: float, energy: float, restitution: Restitution) -> float:
-    """The larger peak [N] of both ends of a restitution range."""
-    return max(elastic_peak(stiffness, energy, end, bar.restitution) for end in (restitution.low, restitution.high))
+    """First pin-force peak [N] due to elasticity alone, after a blow at the worse end of the restitution's range."""
+    mismatches = [end - bar.restitution for end in (restitution.low, restitution.high)]
+    peaks = (first_peak(mismatch / (1.0 + bar.restitution)) * abs(mismatch) for mismatch in mismatches)
+    return math.sqrt(2.0 * stiffness * energy) * max(peaks)

@@ -27,6 +27,9 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
+INFINITE = 1e150
+"""Magnitude of cot(phi/2) at the blow: its square is finite."""
+
 
 @kernel
 def transfer_and_slope(coefficients: Array, angles: Array) -> tuple[Array, Array]:
@@ -56,3 +59,23 @@ def ratio_at_half_angle(coefficients: Array, s: float, c: float) -> tuple[float,
     factor = numerator / (root * b)
     rate = factor * (a / b * gap * gap / root - 0.5 * base_coupler * margin / (root * root))
     return factor * a, rate, root
+
+
+@kernel
+def resolving_cotangents(coefficients: Array, step: float, share: float) -> Array:
+    """cot(phi/2) of a design over the cycle, decreasing, both ends included: scale sinh(t) at equal steps of t.
+
+    Steps are even within the scale that resolves a second change point near pi, and beyond it in proportion to the
+    distance from pi and then from the blow, down to a ``share`` of the angle e or sqrt(lambda3 kappa/M) within which a
+    fast rocker turns.
+    """
+    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
+    margin = max(margin, 1e-30)
+    scale = min(math.sqrt(margin / (base * coupler * rocker)), 1.0)
+    least = share * min(math.sqrt(rocker * kappa / margin), 0.5 * kappa / abs(numerator), 1.0)
+    half = math.ceil(math.asinh(1.0 / (least * scale)) / step) + 1
+    out = np.empty(2 * half + 1)
+    for k in range(out.size):
+        out[k] = scale * math.sinh(step * (half - k))
+    out[0], out[-1] = INFINITE, -INFINITE
+    return out

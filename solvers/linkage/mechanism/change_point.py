@@ -18,9 +18,8 @@ docs/theory/impact-linkage.md); the families in this form are derived there.
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import Any
 
 Number = Any
 """A float, an array, or an interval."""
@@ -93,7 +92,7 @@ def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
 
 
 @dataclass(frozen=True)
-class ChangePoint(ABC):
+class ChangePoint:
     """One collinear configuration of the four links.
 
     ``crank_sign`` and ``rocker_sign`` give the side of crank pin and rocker joint at the blow, along the base from
@@ -101,27 +100,46 @@ class ChangePoint(ABC):
     crank_sign lambda0 - rocker_sign lambda2 + crank_sign rocker_sign lambda3 = 1.
     """
 
-    name: ClassVar[str]
-    parameter: ClassVar[str]
-    crank_sign: ClassVar[float]
-    rocker_sign: ClassVar[float]
+    name: str
+    parameter: str
+    crank_sign: float
+    rocker_sign: float
 
-    @abstractmethod
+    @property
+    def _opposed(self) -> bool:
+        """Whether the two signs differ: only those of the largest rocker."""
+        return self.crank_sign != self.rocker_sign
+
     def family(self, gain: Gain, parameter: Number) -> Ratios:
         """The mechanism with R_k = R and the free ratio ``parameter``."""
+        one_less, square_less = parameter - 1.0, gain.square_minus_one
+        if self._opposed:
+            divisor = gain.square_excess_of(parameter)
+            rocker_minus_one = (one_less * one_less + square_less) / divisor
+            rocker = 1.0 + rocker_minus_one
+        else:
+            divisor = parameter + gain.square
+            rocker_minus_one = gain.excess_of(parameter) * (parameter + gain.value) / divisor
+            rocker = parameter * (parameter + 1.0) / divisor
+        other_minus_one = parameter * square_less / divisor
+        if self.crank_sign > 0.0:
+            return Ratios(1.0 + other_minus_one, parameter, rocker, other_minus_one, one_less, rocker_minus_one)
+        # Closure and restitution are those of the largest coupler with base and coupler exchanged.
+        return Ratios(parameter, 1.0 + other_minus_one, rocker, one_less, other_minus_one, rocker_minus_one)
 
     def parameter_limit(self, gain: Gain) -> float:
         """Lower limit of the free ratio for full rotation of the crank; there, the largest coupler and the largest base
         are parallelograms."""
-        return gain.value
+        return gain.square if self._opposed else gain.value
 
     def pole(self, gain: Gain) -> float:
         """Free ratio up to which no mechanism exists."""
-        return 0.0
+        return gain.square if self._opposed else 0.0
 
     def minimum_margin(self, gain: Gain) -> float:
-        """Minimum relative distance of a design's free ratio above ``parameter_limit``."""
-        return MIN_PARALLELOGRAM_MARGIN
+        """Minimum relative distance of a design's free ratio above ``parameter_limit``; the base of the largest rocker
+        is then about 1000 g^2 cranks long."""
+        return MIN_LONG_LINK_MARGIN * gain.square_minus_one / gain.square if self._opposed else MIN_PARALLELOGRAM_MARGIN
 
     @property
     def closure_signs(self) -> tuple[float, float, float]:
@@ -150,74 +168,11 @@ class ChangePoint(ABC):
 
     def _rocker_minus_sign(self, ratios: Ratios) -> Number:
         """lambda3 - crank_sign rocker_sign."""
-        return ratios.rocker_minus_one if self.crank_sign * self.rocker_sign > 0 else ratios.rocker + 1.0
+        return ratios.rocker + 1.0 if self._opposed else ratios.rocker_minus_one
 
 
-@dataclass(frozen=True)
-class LargestCoupler(ChangePoint):
-    name = "largest_coupler"
-    parameter = "lambda2"
-    crank_sign = 1.0
-    rocker_sign = 1.0
-
-    def family(self, gain: Gain, parameter: Number) -> Ratios:
-        denominator = parameter + gain.square
-        base_minus_one = parameter * gain.square_minus_one / denominator
-        return Ratios(
-            base=1.0 + base_minus_one,
-            coupler=parameter,
-            rocker=parameter * (parameter + 1.0) / denominator,
-            base_minus_one=base_minus_one,
-            coupler_minus_one=parameter - 1.0,
-            rocker_minus_one=gain.excess_of(parameter) * (parameter + gain.value) / denominator,
-        )
-
-
-@dataclass(frozen=True)
-class LargestRocker(ChangePoint):
-    name = "largest_rocker"
-    parameter = "lambda2"
-    crank_sign = 1.0
-    rocker_sign = -1.0
-
-    def family(self, gain: Gain, parameter: Number) -> Ratios:
-        coupler_minus_one = parameter - 1.0
-        denominator = gain.square_excess_of(parameter)
-        base_minus_one = parameter * gain.square_minus_one / denominator
-        rocker_minus_one = (coupler_minus_one * coupler_minus_one + gain.square_minus_one) / denominator
-        return Ratios(
-            base=1.0 + base_minus_one,
-            coupler=parameter,
-            rocker=1.0 + rocker_minus_one,
-            base_minus_one=base_minus_one,
-            coupler_minus_one=coupler_minus_one,
-            rocker_minus_one=rocker_minus_one,
-        )
-
-    def parameter_limit(self, gain: Gain) -> float:
-        return gain.square
-
-    def pole(self, gain: Gain) -> float:
-        return gain.square
-
-    def minimum_margin(self, gain: Gain) -> float:
-        # The base is then about 1000 g^2 cranks long.
-        return MIN_LONG_LINK_MARGIN * gain.square_minus_one / gain.square
-
-
-@dataclass(frozen=True)
-class LargestBase(ChangePoint):
-    name = "largest_base"
-    parameter = "lambda0"
-    crank_sign = -1.0
-    rocker_sign = -1.0
-
-    def family(self, gain: Gain, parameter: Number) -> Ratios:
-        # Closure and restitution are those of the largest coupler with base and coupler exchanged.
-        r = LARGEST_COUPLER.family(gain, parameter)
-        return Ratios(r.coupler, r.base, r.rocker, r.coupler_minus_one, r.base_minus_one, r.rocker_minus_one)
-
-
-LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE = LargestCoupler(), LargestRocker(), LargestBase()
+LARGEST_COUPLER = ChangePoint("largest_coupler", "lambda2", crank_sign=1.0, rocker_sign=1.0)
+LARGEST_ROCKER = ChangePoint("largest_rocker", "lambda2", crank_sign=1.0, rocker_sign=-1.0)
+LARGEST_BASE = ChangePoint("largest_base", "lambda0", crank_sign=-1.0, rocker_sign=-1.0)
 KINDS: dict[str, ChangePoint] = {kind.name: kind for kind in (LARGEST_COUPLER, LARGEST_ROCKER, LARGEST_BASE)}
 """The kinds by name."""

@@ -1,6 +1,6 @@
 """Global optimum of a one-parameter family of linkages, with a certified lower bound.
 
-Branch and bound over the free ratio: a subinterval is discarded if its bounds (``range_bounds``) show that it contains
+Branch and bound over the free ratio: a subinterval is discarded if its bounds (``quantities``) show that it contains
 no feasible member, or none cheaper than the best known one by more than the gap. Members are tried at midpoints of the
 subintervals that remain, and the best is refined without derivatives (the cost may have kinks).
 
@@ -13,14 +13,16 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from operator import itemgetter
 
 import numpy as np
 
+from solvers.linkage.mechanism.closure import Closure
+from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.optimum.family import Family
-from solvers.linkage.optimum.member_quantities import EXCESS, MemberQuantities
-from solvers.linkage.optimum.range_bounds import RangeBounds
-from solvers.linkage.problem import Quantities, Subproblem
+from solvers.linkage.optimum.quantities import EXCESS, Quantities
+from solvers.linkage.problem import LinkageProblem
 from solvers.numerics.arrays import Array
 
 _SUBINTERVALS, _TAIL_SUBINTERVALS, _PARTS = 24, 8, 6
@@ -52,15 +54,24 @@ class FamilyOptimum:
     ``q`` is None if no member is feasible. The bound also covers members outside the design range.
     """
 
+    family: Family
     q: float | None = None
     scale: float = math.nan
     cost: float = math.inf
     bound: float = math.inf
     cells: int = 0
 
+    @cached_property
+    def mechanism(self) -> Mechanism | None:
+        """The best member, sized."""
+        if self.q is None:
+            return None
+        bar = self.family.member(self.q)
+        return Mechanism(bar, self.scale / (bar.ratios.rocker * bar.u31_end), Closure(self.family.kind, 0.0, 0.0))
+
 
 def search(
-    subproblem: Subproblem,
+    problem: LinkageProblem,
     family: Family,
     gap: float,
     known: float = math.inf,
@@ -73,20 +84,18 @@ def search(
     tails too if feasible members are found there first, or considerably better ones; slightly better ones only lower
     the bound.
     """
-    if subproblem.fixed_u31_end is not None:
-        return _only_member(subproblem, family)
-    low, high = _allowed_range(subproblem, family)
+    low, high = _allowed_range(problem, family)
+    if low > high:
+        return FamilyOptimum(family)
+    if low == high:
+        ends = low, high
     first, last = np.clip((low, high), *(ends or family.design_range))
-    if low > high or (first == last and ends):
-        return FamilyOptimum()
     tails = np.linspace(low, first, _TAIL_SUBINTERVALS + 1), np.linspace(last, high, _TAIL_SUBINTERVALS + 1)
     edges = np.unique(np.concatenate([*tails, np.linspace(first, last, _SUBINTERVALS + 1)]))
     lows, highs, bounds = edges[:-1], edges[1:], np.zeros(edges.size - 1)
-    bound, cells = math.inf, 0
     # Limits that an answer just meets may leave one end of the range only.
-    q, cost = min(
-        zip((first, last), _costs(subproblem, family, np.array([first, last])), strict=True), key=itemgetter(1)
-    )
+    q, cost = min(zip((first, last), _costs(problem, family, np.array([first, last])), strict=True), key=itemgetter(1))
+    bound, sought, cells = math.inf, cost, 1
     while lows.size:
         widths = highs - lows
         # The cheapest subintervals may all lie just outside a narrow feasible range: try others as well, and all that
@@ -95,18 +104,18 @@ def search(
         last_chance = np.flatnonzero(widths < _MIN_WIDTH) if math.isinf(cost) else spread[:0]
         tried = np.concatenate([np.argsort(bounds)[:_TRIALS], spread, last_chance])
         middles = 0.5 * (lows + highs)[tried]
-        costs = _costs(subproblem, family, middles)
+        costs = _costs(problem, family, middles)
         inside = np.where((middles >= first) & (middles <= last), costs, np.inf)
         k = int(np.argmin(inside))
         if inside[k] < cost * (1.0 - _ROUNDING):
             near = np.clip(middles[k] + widths[tried[k]] * np.array([-1.0, 0.0, 1.0]), first, last)
-            q, cost = min((q, cost), _minimise(subproblem, family, np.unique(near)), key=itemgetter(1))
+            q, cost = min((q, cost), _minimise(problem, family, np.unique(near)), key=itemgetter(1))
         rival = min(known, cost) if math.isfinite(cost) else cost
         if np.min(costs) < rival * (1.0 - _MIN_TAIL_GAIN) and ends is None:
-            return search(subproblem, family, gap, known, family.proof_range)
+            return search(problem, family, gap, known, family.proof_range)
         sought = rival * (1.0 - gap) * (1.0 + _BEYOND)
         cutoff = max(sought, cost * (1.0 - max(gap, _OTHER_TYPES_GAP)))
-        bounds = _cost(RangeBounds(subproblem, family, lows, highs, cutoff))
+        bounds = Quantities(problem, family, lows, highs, cutoff).cost
         cells += lows.size
         outside = (highs <= first) | (lows >= last)
         alive = bounds < np.where(outside, sought, cutoff)
@@ -117,63 +126,50 @@ def search(
             done = alive
         bound = np.min(bounds[done], initial=bound)
         alive &= ~done
+        if bound < rival * (1.0 - _OTHER_TYPES_GAP):
+            # The tails leave a wider gap: what differs less from the best member does not narrow it.
+            alive &= bounds < rival * (1.0 - _OTHER_TYPES_GAP)
         lows, widths, bounds = lows[alive], widths[alive], bounds[alive]
         # Subdivide into several equal parts: a few large batches cost less than many small ones.
         edges = lows[:, None] + widths[:, None] * np.arange(_PARTS + 1) / _PARTS
         edges[:, -1] = highs[alive]
         lows, highs, bounds = edges[:, :-1].ravel(), edges[:, 1:].ravel(), np.repeat(bounds, _PARTS)
     if not math.isfinite(cost):
-        return FamilyOptimum(cells=cells)
-    return FamilyOptimum(q, _scale(subproblem, family, q), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
+        return FamilyOptimum(family, cells=cells)
+    member = np.array([q])
+    scale = Quantities(problem, family, member, member).scale[1 if problem.objective.improves_with_scale else 0]
+    return FamilyOptimum(family, q, float(scale[0]), cost, min(float(bound), sought) * (1.0 - _BEYOND), cells)
 
 
-def _only_member(subproblem: Subproblem, family: Family) -> FamilyOptimum:
-    """The optimum if speed, frequency and tool radius determine the free ratio: at most one member."""
-    q = family.solve(lambda bar: bar.u31_end, subproblem.fixed_u31_end, *family.design_range)
-    if q is None:
-        return FamilyOptimum()
-    cost = float(_costs(subproblem, family, np.array([q]))[0])
-    return (
-        FamilyOptimum(q, _scale(subproblem, family, q), cost, cost, 1)
-        if math.isfinite(cost)
-        else FamilyOptimum(cells=1)
-    )
+def _allowed_range(problem: LinkageProblem, family: Family) -> tuple[float, float]:
+    """Range of q within the limits on quantities monotone in q: nu(pi) and the crank per V decrease with it.
 
-
-def _allowed_range(subproblem: Subproblem, family: Family) -> tuple[float, float]:
-    """Range of q within the limits on quantities monotone in q: nu(pi) and the crank per V decrease with it."""
+    A single member if speed, frequency and tool radius determine |u31(2 pi)|.
+    """
     low, high = family.proof_range
-    if subproblem.limits.transmission_angle is not None:
-        low, high = family.subrange(lambda bar: bar.middle_transmission_angle, *subproblem.limits.transmission_angle)
-    if subproblem.fixed_scale is not None and subproblem.limits.min_link > 0:
-        crank = subproblem.limits.min_link / subproblem.fixed_scale * (1.0 - EXCESS)
+    if problem.fixed_u31_end is not None:
+        q = family.solve(lambda bar: bar.u31_end, problem.fixed_u31_end, low, high)
+        return (math.inf, -math.inf) if q is None else (q, q)
+    if problem.limits.transmission_angle is not None:
+        low, high = family.subrange(lambda bar: bar.middle_transmission_angle, *problem.limits.transmission_angle)
+    if problem.fixed_scale is not None and problem.limits.min_link > 0:
+        crank = problem.limits.min_link / problem.fixed_scale * (1.0 - EXCESS)
         first, last = family.subrange(lambda bar: 1.0 / (bar.ratios.rocker * bar.u31_end), crank, math.inf)
         low, high = max(low, first), min(high, last)
     return low, high
 
 
-def _scale(subproblem: Subproblem, family: Family, q: float) -> float:
-    low, high = MemberQuantities(subproblem, family, np.array([q])).scale
-    return float(high[0] if subproblem.objective.improves_with_scale else low[0])
+def _costs(problem: LinkageProblem, family: Family, q: Array) -> Array:
+    return Quantities(problem, family, q, q).cost
 
 
-def _cost(quantities: Quantities) -> Array:
-    low, high = quantities.scale
-    with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
-        return np.where(low <= high * (1.0 + EXCESS), quantities.subproblem.objective.cost(quantities), np.inf)
-
-
-def _costs(subproblem: Subproblem, family: Family, q: Array) -> Array:
-    return _cost(MemberQuantities(subproblem, family, q))
-
-
-def _minimise(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, float]:
+def _minimise(problem: LinkageProblem, family: Family, q: Array) -> tuple[float, float]:
     """Minimise the cost within a bracket of increasing q, its ends included: (q, cost), cost inf if none is feasible.
 
     The best point and its neighbours form the next bracket. Trials are evenly spaced, for costs that a limit cuts off,
     and around two estimates of the minimiser, which is often at a kink.
     """
-    costs = _costs(subproblem, family, q)
+    costs = _costs(problem, family, q)
     while True:
         k = int(np.argmin(costs))
         near = slice(max(k - 2, 0), k + 3)
@@ -185,7 +181,7 @@ def _minimise(subproblem: Subproblem, family: Family, q: Array) -> tuple[float, 
         trials = np.append(q[low] + (q[high] - q[low]) * _EVENLY_SPACED, _estimated_minimisers(q, costs, k))
         trials = np.clip(trials, q[low], q[high])
         q, places = np.unique(np.append(q, trials), return_index=True)
-        costs = np.append(costs, _costs(subproblem, family, trials))[places]
+        costs = np.append(costs, _costs(problem, family, trials))[places]
 
 
 def _estimated_minimisers(q: Array, costs: Array, k: int) -> Array:

@@ -51,15 +51,10 @@ class Family:
         low, high = self.design_range
         return low - math.log(PROOF_RANGE_FACTOR), high + math.log(PROOF_RANGE_FACTOR)
 
-    def member(self, q: float) -> FourBar:
-        return FourBar(self.kind, self.kind.family(self.gain, float(self._parameter(q))))
-
-    def members(self, q: Array) -> FourBar:
-        """The members at an array of q, as one mechanism with arrays for ratios."""
-        return FourBar(self.kind, self.kind.family(self.gain, self._parameter(q)))
-
-    def _parameter(self, q: Array | float) -> Array:
-        return self.kind.parameter_limit(self.gain) * (1.0 + np.exp(q))
+    def member(self, q: Array | float) -> FourBar:
+        """The member at q; at an array of q all of them, as one mechanism with arrays for ratios."""
+        parameter = self.kind.parameter_limit(self.gain) * (1.0 + np.exp(q))
+        return FourBar(self.kind, self.kind.family(self.gain, parameter if np.ndim(q) else float(parameter)))
 
     def subrange(self, quantity: Callable[[FourBar], float], least: float, greatest: float) -> tuple[float, float]:
         """Range of q in which ``quantity``, decreasing in q, lies within limits; (inf, -inf): none."""
@@ -80,11 +75,3 @@ class Family:
             return float(brentq(lambda q: quantity(self.member(q)) - wanted, low, high, xtol=1e-15, rtol=1e-15))
         except ValueError:
             return None
-
-
-def lengths_per_stroke(members: FourBar) -> Array:
-    """Sizes of members per V: crank, base, coupler, rocker, (n, 4)."""
-    r = members.ratios
-    out = np.empty((r.base.size, 4))
-    out[:, 0], out[:, 1], out[:, 2], out[:, 3] = 1.0, r.base, r.coupler, r.rocker
-    return out / (r.rocker * members.u31_end)[:, None]

@@ -31,15 +31,18 @@ _MAX_LOCATED = 128
 
 
 @kernel
-def load_lower_bounds(low: Array, rows: Array, high: Array, u31_end: Array, gain: float, quantity: int) -> Array:
+def load_lower_bounds(
+    low: Array, rows: Array, high: Array, u31_end: Array, gain: float, quantity: int, each: bool
+) -> Array:
     """Lower bounds of torque/E (0) or force V/E (1) over ranges of the free ratio, shape (n,).
 
     ``low``, ``rows`` and ``high`` are the coefficients of the members at the low end, within and at the high end of
-    each range, (n, 7) each; ``u31_end`` is |u31(2 pi)| of those within.
+    each range, (n, 7) each; ``u31_end`` is |u31(2 pi)| of those within. With a crank angle for ``each``, bounds over
+    single members are their peaks.
     """
     out, angle = np.empty(rows.shape[0]), 0.0
     for i in range(out.size):
-        if i % (1 + out.size // _MAX_LOCATED) == 0:
+        if each or i % (1 + out.size // _MAX_LOCATED) == 0:
             cotangents, samples = sampled_loads(rows[i], u31_end[i])
             _, angle = refined_peak(rows[i], u31_end[i], cotangents, samples[quantity], quantity)
         out[i] = _load_lower_bound(
@@ -68,11 +71,9 @@ def _load_lower_bound(low: Array, row: Array, high: Array, gain: float, quantity
     b = add(squared(d, extent), scaled(squared(n, extent), ss), extent)
     if not b[1] > 0.0:
         return 0.0
-    first, second = (
-        divide(multiply(a, squared(h, extent), extent), b, extent),
-        scaled(divide(m, t, extent), 0.5 * square),
-    )
-    factor = divide(subtract(first, second, extent), multiply(multiply(root_square, t, extent), b, extent), extent)
+    first = divide(multiply(a, squared(h, extent), extent), b, extent)
+    numerator = subtract(first, scaled(divide(m, t, extent), 0.5 * square), extent)
+    factor = divide(numerator, multiply(multiply(root_square, t, extent), b, extent), extent)
     if quantity == TORQUE:
         load, scale = divide(multiply(factor, a, extent), b, extent), 2.0 * s * (gain - 1.0) ** 2
     else:

@@ -65,7 +65,7 @@ def _contact_directions(outline: Array) -> Array:
 
 
 @kernel
-def _length_factors(outline: Array, swing_deficit: float) -> tuple[float, float, float, float, float, float]:
+def _length_factors(outline: Array, swing_deficit: float) -> Array:
     """Factors of l1, l0, l3, the position at the blow, the joint's displacement along the base and its rise in
     sum w_i h(n_i), lowered by 1 + |sum w_i n_i|."""
     crank, base, rocker, blow, _, rise, first, last = outline
@@ -91,8 +91,7 @@ def _length_factors(outline: Array, swing_deficit: float) -> tuple[float, float,
             if support == support_at_end:
                 factors[4] += weight * cos * sign_along
                 factors[5] += weight * sin * sign_across
-    factors /= 1.0 + math.hypot(x, y)
-    return factors[0], factors[1], factors[2], factors[3], factors[4], factors[5]
+    return factors / (1.0 + math.hypot(x, y))
 
 
 @kernel

@@ -22,9 +22,10 @@ def ratios(
     y_low, n_low, w_low, gap_low = _of_member(high, gain)
     y_mid, n_mid, w_mid, gap_mid = _of_member(row, gain)
     y_high, n_high, w_high, gap_high = _of_member(low, gain)
+    # The same distance three times, which differ by rounding.
     extent = (
-        _largest_of_three(y_mid - y_low, n_mid - n_low, gap_mid - gap_low),
-        _largest_of_three(y_high - y_mid, n_high - n_mid, gap_high - gap_mid),
+        max(y_mid - y_low, max(abs(n_mid - n_low), gap_low - gap_mid)),
+        max(y_high - y_mid, max(abs(n_high - n_mid), gap_mid - gap_high)),
     )
     y = (y_mid, y_low, y_high, 1.0, 1.0)
     rising = 1.0 if n_high >= n_low else -1.0
@@ -39,9 +40,3 @@ def _of_member(row: Array, gain: float) -> tuple[float, float, float, float]:
     """y, n, w and g - y of a member, each without cancellation where it is small."""
     y, n = row[0] / row[2], abs(row[3]) / row[2]
     return y, n, row[0] * n, row[4] / (row[2] * row[2] * (gain + y))
-
-
-@kernel
-def _largest_of_three(one: float, two: float, three: float) -> float:
-    """Maximum of three evaluations of the same distance, which differ by rounding."""
-    return max(abs(one), abs(two), abs(three))

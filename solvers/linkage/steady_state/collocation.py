@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
+from solvers.linkage.mechanism.angular_velocity_ratio import resolving_cotangents, transfer_and_slope
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
 
 _STAGES = 4
-_UNIFORM_EDGES, _GRADING = 9, 3.0
-_MIN_SCALE = 1e-10
+_STEP, _SHARE = 0.5, 0.17
+"""Spacing of the coarsest mesh (``resolving_cotangents``)."""
 
 
 def _gauss() -> tuple[Array, Array, Array]:
@@ -48,34 +48,17 @@ class Machine(NamedTuple):
 
 
 @kernel
-def _graded(scale: float) -> Array:
-    """Distances from pi/2 down to a third of a scale, in geometric progression with ratio 1/3."""
-    count = math.ceil(math.log(0.5 * math.pi / max(scale, _MIN_SCALE)) / math.log(_GRADING)) + 2
-    return 0.5 * math.pi * _GRADING ** -np.arange(count).astype(np.float64)
-
-
-@kernel
 def mesh(coefficients: Array, parts: int) -> Array:
-    """Steps of a revolution, each divided into ``parts``: rows of start angle and length, shape (n, 2)."""
-    base, coupler, rocker, numerator, margin, kappa, _ = coefficients
-    blow_scale = min(math.sqrt(rocker * kappa / max(margin, 1e-30)), 0.5 * kappa / abs(numerator), 1.0)
-    change_point_scale = min(math.sqrt(max(margin, 0.0) / (base * coupler * rocker)), 1.0)
-    uniform = np.linspace(0.0, math.pi, _UNIFORM_EDGES)
-    half = np.sort(np.concatenate((uniform, _graded(blow_scale), math.pi - _graded(change_point_scale))))
-    # Merging two nearly coincident meshes would leave tiny steps.
-    edges, count = np.zeros(half.size), 1
-    for i in range(1, half.size):
-        if half[i] - half[i - 1] > 0.1 * min(half[i], math.pi - half[i - 1]):
-            edges[count] = half[i]
-            count += 1
-    edges[count - 1] = math.pi
-    half_count = (count - 1) * parts
-    steps = np.empty((2 * half_count, 2))
-    for k in range(half_count):
-        edge, width_of_element = edges[k // parts], edges[k // parts + 1] - edges[k // parts]
-        start, width = edge + width_of_element * (k % parts / parts), width_of_element / parts
-        steps[k, 0], steps[k, 1] = start, width
-        steps[2 * half_count - 1 - k, 0], steps[2 * half_count - 1 - k, 1] = -(start + width), width
+    """Steps of a revolution, more with more ``parts``: rows of start angle and length, shape (n, 2)."""
+    cotangents = resolving_cotangents(coefficients, _STEP / parts, _SHARE / parts)
+    half = cotangents.size // 2
+    steps = np.empty((2 * half, 2))
+    start = 0.0
+    for k in range(half):
+        end = 2.0 * math.atan2(1.0, cotangents[k + 1])
+        steps[k, 0], steps[k, 1] = start, end - start
+        steps[2 * half - 1 - k, 0], steps[2 * half - 1 - k, 1] = -end, end - start
+        start = end
     return steps
 
 

@@ -95,7 +95,7 @@ def _steady(
     from scipy.optimize import brentq
 
     crank, rocker = drive.crank_inertia, rocker_inertia(bar, scene)
-    machine = Machine(bar.coefficients, crank, rocker, drive.motor.stall_torque, drive.motor.slope)
+    machine = Machine(bar.coefficients, crank, rocker, drive.stall_torque, drive.slope)
     steps = mesh(bar.coefficients, parts)
     inertia = inertias(machine, steps)
     deficit = _energy_deficit(bar, crank, rocker, restitution)
@@ -108,7 +108,7 @@ def _steady(
         return float(work[-1]) - deficit * energy
 
     # If the speed never falls below the no-load speed, the motor only brakes.
-    high = 0.5 * max(float(inertia.max()), crank + rocker * bar.u31_end**2) * drive.motor.free_speed**2 * (1.0 + 1e-12)
+    high = 0.5 * max(float(inertia.max()), crank + rocker * bar.u31_end**2) * drive.free_speed**2 * (1.0 + 1e-12)
     low = high
     for _ in range(60):
         low *= 0.25

@@ -95,7 +95,7 @@ def _minimum(outline: Array, search: OrientationSearch) -> tuple[float, float, b
 @kernel
 def _minimum_near_base_line(
     outline: Array, edges: Array, search: OrientationSearch, width: float, height: float, best: float
-) -> tuple[float, float]:  # fmt: skip
+) -> tuple[float, float]:
     """``_minimum`` for orientations within pi/4 of the base line; ``best`` is the incumbent."""
     tips, at, misfit = arc_ends(outline), 0.0, search.misfit
     unit_w, unit_h, most_w, most_h = 1.0, 1.0, width, height

@@ -16,7 +16,6 @@ import math
 
 import numpy as np
 
-from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -24,38 +23,26 @@ from solvers.numerics.jit import kernel
 _EIGHTH = 0.25 * math.pi
 
 
-def sweep(bar: FourBar, crank: float) -> Array:
-    """The swept outline of one mechanism: see ``outlines``; shape (8,)."""
-    return outlines(bar.kind, bar.ratios, crank, bar.swing)
-
-
-def outlines(kind: ChangePoint, ratios: Ratios, crank: Array | float, swing: Array | float) -> Array:
-    """Crank radius, base, rocker; x of the rocker's joint at the blow; its displacement along and, signed, across the
-    base; first and last direction of the rocker. Shape (..., 8); six lengths, two angles.
+def sweep(bar: FourBar, crank: Array | float) -> Array:
+    """The swept outline of a mechanism, or of many: crank radius, base, rocker; x of the rocker's joint at the blow;
+    its displacement along and, signed, across the base; first and last direction of the rocker. Shape (..., 8); six
+    lengths, two angles.
 
     At the blow all links are collinear with the joint at sigma N from the crank's pivot; its displacements are
     2 lambda2/lambda0 and 2 sqrt(lambda2 (lambda0 lambda3 - lambda2))/lambda0, free of cancellation for long links and a
-    small swing.
+    small swing. The rocker departs upward from the blow, except for the largest rocker.
     """
+    kind, ratios, swing = bar.kind, bar.ratios, bar.swing
     away = 2.0 * ratios.coupler / ratios.base
-    side = (
-        kind.crank_sign
-        * kind.rocker_sign
-        * np.sqrt(np.maximum(kind.straight_swing_margin(ratios), 0.0) / ratios.coupler)
-    )
+    side = np.sqrt(np.maximum(kind.straight_swing_margin(ratios), 0.0) / ratios.coupler)
+    rise = away * side * kind.crank_sign * kind.rocker_sign
     blow = kind.rocker_sign * kind.half_angle_coefficient(ratios)
     out = np.empty((*np.shape(away * crank), 8))
-    for k, length in enumerate((1.0, ratios.base, ratios.rocker, blow, away, away * side)):
+    for k, length in enumerate((1.0, ratios.base, ratios.rocker, blow, away, rise)):
         out[..., k] = crank * length
-    out[..., 6], out[..., 7] = _arc(kind, swing)
+    first = 0.0 if kind.rocker_sign > 0 else math.pi if kind.crank_sign > 0 else math.pi - swing
+    out[..., 6], out[..., 7] = first, first + swing
     return out
-
-
-def _arc(kind: ChangePoint, swing: Array | float) -> tuple[Array | float, Array | float]:
-    """First and last direction of the rocker: it departs upward from the blow, except for the largest rocker."""
-    if kind.rocker_sign > 0:
-        return 0.0, swing
-    return (math.pi, math.pi + swing) if kind.crank_sign > 0 else (math.pi - swing, math.pi)
 
 
 @kernel

@@ -31,7 +31,7 @@ def test_lengths_are_the_same_mechanism_as_their_ratio():
     links = by_ratio.mechanism.lengths
     by_lengths = checked((links.base, links.crank, links.coupler, links.rocker))
     assert by_lengths.mechanism.bar.kind is linkage.LARGEST_COUPLER
-    assert by_lengths.strike.transfer == pytest.approx(by_ratio.strike.transfer, rel=1e-11, abs=1e-12)
+    assert by_lengths.transfer == pytest.approx(by_ratio.transfer, rel=1e-11, abs=1e-12)
     assert by_lengths.strike.peaks.force == pytest.approx(by_ratio.strike.peaks.force, rel=1e-10)
     assert by_lengths.box.area == pytest.approx(by_ratio.box.area, rel=1e-10)
 
@@ -44,9 +44,9 @@ def test_a_crank_that_cannot_turn_is_confined_and_told_so():
     r = bar.bar.ratios
     wall = math.acos((float(r.base) ** 2 + 1 - (float(r.coupler) + float(r.rocker)) ** 2) / (2 * float(r.base)))
     assert found.confined == pytest.approx(wall, rel=1e-12)
-    inside = np.minimum(found.strike.angles, 2 * math.pi - found.strike.angles)
+    inside = np.minimum(found.angles, 2 * math.pi - found.angles)
     assert inside.max() < wall
-    assert np.isfinite(found.strike.transfer).all()
+    assert np.isfinite(found.transfer).all()
     assert found.box is None
     assert any("cannot turn" in text for text in found.warnings)
 
@@ -111,7 +111,7 @@ def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():
     assert states["envelope"] is EffectState.ACTIVE
     assert plain.value.running is None
     assert plain.value.coupler_peak is None
-    motor = linkage.Drive(linkage.Motor(5.0, 2 * math.pi * 27), 2e-3)
+    motor = linkage.Drive(5.0, 2 * math.pi * 27, 2e-3)
     full = replace(CLEANER, drive=motor, coupler_stiffness=2e7, length_tolerance=2e-5)
     everything = linkage.check(full, bar, effects=linkage.ALL)
     assert all(effect.state is EffectState.ACTIVE for effect in everything.effects)
@@ -119,7 +119,7 @@ def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():
     # What a last digit of R makes of the root of 2 k_c E.
     assert everything.value.coupler_peak <= 2.0**-50 * math.sqrt(2 * 2e7 * CLEANER.impact_energy)
     assert everything.value.tolerance_window.blocked
-    assert np.array_equal(everything.value.strike.transfer, plain.value.strike.transfer)
+    assert np.array_equal(everything.value.transfer, plain.value.transfer)
     left_out = linkage.check(full, bar, effects=linkage.EffectSelection(exclude=frozenset({"envelope"})))
     assert left_out.value.box is None
     with pytest.raises(InvalidInput):

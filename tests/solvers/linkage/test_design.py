@@ -12,14 +12,17 @@ from solvers import linkage
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.linkage.limits import Limits
 from solvers.linkage.optimum.family import Family
-from solvers.linkage.optimum.member_quantities import MemberQuantities
-from solvers.linkage.optimum.range_bounds import RangeBounds
+from solvers.linkage.optimum.quantities import Quantities
 from tests.solvers.linkage import brute_force
 from tests.solvers.linkage.machines import BREAKER, BREAKER_LIMITS, CLEANER, CLEANER_LIMITS, problem
 
 KINDS = tuple(linkage.KINDS)
 SHARES = (0.0, 0.27, 0.5, 0.81, 1.0)
 """Of a range: where a member is looked at."""
+
+
+def of_members(asked, family, q):
+    return Quantities(asked, family, q, q)
 
 
 def designed(scene, limits, objective, *kinds, **more):
@@ -253,13 +256,13 @@ def test_bounds_of_ranges_lie_below_every_member_within(kind, restitution):
     low = rng.uniform(-9.0, 5.0, 60)
     high = low + 10 ** rng.uniform(-4.0, -0.3, 60)
     scale = np.full(60, subproblem.fixed_scale)
-    area = RangeBounds(subproblem, family, low, high, math.inf).area(scale)
-    ranges = RangeBounds(fitted, family, low, high, math.inf)
+    area = Quantities(subproblem, family, low, high, math.inf).area(scale)
+    ranges = Quantities(fitted, family, low, high, math.inf)
     for share in SHARES:
         q = low + share * (high - low)
-        member = MemberQuantities(subproblem, family, q)
+        member = of_members(subproblem, family, q)
         assert np.all(area <= member.area(scale) * (1 + 1e-9))
-        assert np.all(ranges.misfit <= MemberQuantities(fitted, family, q).misfit * (1 + 1e-9))
+        assert np.all(ranges.misfit(fitted.room) <= of_members(fitted, family, q).misfit(fitted.room) * (1 + 1e-9))
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -272,8 +275,8 @@ def test_bounds_lie_below_every_member_within_and_close_in_by_the_square_of_the_
     rng = np.random.default_rng(6)
     low = rng.uniform(-9.0, 5.0, 80)
     width = 10 ** rng.uniform(-3.0, -0.3, 80)
-    bound = getattr(RangeBounds(subproblem, family, low, low + width, math.inf), quantity)
-    members = [getattr(MemberQuantities(subproblem, family, low + share * width), quantity) for share in SHARES]
+    bound = getattr(Quantities(subproblem, family, low, low + width, math.inf), quantity)
+    members = [getattr(of_members(subproblem, family, low + share * width), quantity) for share in SHARES]
     least = np.min(members, axis=0)
     assert np.all(bound <= least * (1 + 1e-10))
     narrow = width < 0.03
@@ -311,7 +314,7 @@ def test_a_certificate_holds_for_links_without_end_and_a_design_says_when_it_lie
     assert any("next to links without end" in said for said in found.value.check.warnings)
     family = Family(linkage.LARGEST_ROCKER, BLOW.restitution.gain)
     margins = np.geomspace(1e-12, 1e12, 4001)
-    figures = MemberQuantities(asked, family, np.log(margins))
+    figures = of_members(asked, family, np.log(margins))
     costs = np.where(figures.scale[0] <= figures.scale[1], asked.objective.cost(figures), np.inf)
     assert 1e-5 < 1 - costs.min() / found.value.value < 1e-2
     assert found.certificate.bound <= costs.min()
@@ -332,7 +335,7 @@ def test_beyond_the_tails_nothing_changes_but_what_grows_without_end(kind, resti
     subproblem = problem(scene, Limits(), "peak_torque", kind)
     low, high = family.proof_range
     for end, step in ((low, -math.log(1e3)), (high, math.log(1e3))):
-        near, far = (MemberQuantities(subproblem, family, np.array([q])) for q in (end, end + step))
+        near, far = (of_members(subproblem, family, np.array([q])) for q in (end, end + step))
 
         def told(figures):
             lengths = figures.lengths[0]
@@ -357,7 +360,7 @@ def test_a_frequency_without_end_is_refused_and_the_missing_limit_named():
     for base in (36.0, 360.0):
         family, gain = Family(linkage.LARGEST_ROCKER, scene.restitution.gain), scene.restitution.gain
         q = math.log(gain.square_minus_one / (base / 8e-3 - gain.square))
-        member = MemberQuantities(asked, family, np.array([q]))
+        member = of_members(asked, family, np.array([q]))
         assert member.members.ratios.base[0] == pytest.approx(base / 8e-3, rel=1e-9)
         frequencies.append(1.0 / asked.objective.cost(member)[0])
     assert frequencies[0] == pytest.approx(28655.85, rel=1e-3)
@@ -455,3 +458,20 @@ def test_what_is_attainable_does_not_depend_on_the_speed_that_is_sought(limit, v
     for factor, attained in ((1 + 1e-6, True), (0.98, False)):
         eased = replace(asked, **{limit: pad + (entry.attainable - pad) * factor})
         assert (designed(scene, eased, "impact_speed").value is not None) == attained
+
+
+def test_a_gap_that_the_tails_leave_is_not_narrowed_elsewhere():
+    scene = replace(BREAKER, restitution=linkage.Restitution(0.09, 0.09))
+    outcome = designed(scene, Limits(height=0.05), "impact_speed", "largest_base")
+    assert 1e-3 < outcome.certificate.gap < 5.1e-3
+    assert outcome.certificate.evidence["ranges_largest_base"] < 30_000
+
+
+@pytest.mark.parametrize("kind", ["largest_coupler", "largest_rocker"])
+def test_a_tool_may_settle_a_ratio_beyond_the_range_of_designs(kind):
+    family = Family(linkage.KINDS[kind], CLEANER.restitution.gain)
+    member = family.member(family.design_range[1] + 1.0)
+    scene = replace(CLEANER, tool_radius=CLEANER.impact_speed / (CLEANER.crank_speed * member.u31_end))
+    found = designed(scene, replace(CLEANER_LIMITS, transmission_angle=None), "longest_link", kind).value.check
+    assert found.mechanism.bar.ratios.coupler == pytest.approx(member.ratios.coupler, rel=1e-6)
+    assert found.strike.impact_speed == pytest.approx(scene.impact_speed, rel=1e-9)

@@ -25,7 +25,7 @@ def test_box_against_pin_force_over_all_types():
     kinds = [point.check.mechanism.bar.kind.name for point in points]
     assert (kinds[0], kinds[-1]) == ("largest_base", "largest_coupler")
     middle = points[2]
-    held = replace(BREAKER_LIMITS, max_pin_force=middle.limit)
+    held = replace(BREAKER_LIMITS, max_pin_force=middle.against)
     alone = linkage.design(problem(BREAKER, held, "box_area")).value
     assert middle.objective == pytest.approx(alone.value, rel=1e-4)
 

@@ -15,7 +15,7 @@ from solvers.linkage.mechanism.kinematics import of_family
 from solvers.linkage.steady_state.periodic_solution import rocker_inertia, speed_ratio_over_blow, steady_state_running
 from tests.solvers.linkage.machines import CLEANER
 
-DRIVE = linkage.Drive(linkage.Motor(stall_torque=5.0, free_speed=2 * math.pi * 27), crank_inertia=2e-3)
+DRIVE = linkage.Drive(stall_torque=5.0, free_speed=2 * math.pi * 27, crank_inertia=2e-3)
 BAR = of_family(linkage.LARGEST_BASE, 0.3, 3.2)
 
 
@@ -28,7 +28,7 @@ def in_time(speed: float) -> tuple[float, float]:
         at = phi if phi <= math.pi else min(phi - 2 * math.pi, -1e-300)
         u, slope = (float(row[0]) for row in transfer_and_slope(BAR.coefficients, np.array([at])))
         total = DRIVE.crank_inertia + inertia * u * u
-        torque = DRIVE.motor.stall_torque * (1 - w / DRIVE.motor.free_speed)
+        torque = DRIVE.stall_torque * (1 - w / DRIVE.free_speed)
         return [w, (torque - inertia * u * slope * w * w) / total]
 
     def turned(_: float, state: np.ndarray) -> float:
@@ -99,7 +99,7 @@ def test_steps_that_were_right_by_chance_do_not_make_the_next_look_better(blow, 
     stall, free, inertia = motor
     bar = of_family(linkage.LARGEST_BASE, restitution, ratio)
     scene = linkage.Scene(linkage.Restitution(restitution, restitution), frequency, 5.0, energy)
-    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * free), inertia)
+    drive = linkage.Drive(stall, 2 * math.pi * free, inertia)
     found = steady_state_running(bar, scene, drive, 0.05, restitution, wanted)
     told = (found.blow_frequency, found.impact_speed, found.irregularity, found.power)
     assert max(abs(a / b - 1) for a, b in zip(told, exact, strict=True)) <= found.error <= max(wanted, 2e-14)
@@ -109,7 +109,7 @@ def test_steps_that_were_right_by_chance_do_not_make_the_next_look_better(blow, 
 def test_a_motor_whose_line_is_steep_is_as_irregular_as_by_another_integrator(stall, inertia):
     # The motor makes good within a small angle what the blow takes, and its speed has its extremes there.
     bar = of_family(linkage.LARGEST_COUPLER, 0.01, 1.5)
-    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * 27), inertia)
+    drive = linkage.Drive(stall, 2 * math.pi * 27, inertia)
     found = steady_state_running(bar, CLEANER, drive, 0.05, 0.01, 1e-7)
     rocker = rocker_inertia(bar, CLEANER)
 
@@ -119,7 +119,7 @@ def test_a_motor_whose_line_is_steep_is_as_irregular_as_by_another_integrator(st
 
     first = found.impact_speed / (bar.u31_end * 0.05) * (1 + found.jump)
     turn = solve_ivp(
-        lambda phi, energy: stall - drive.motor.slope * speeds(phi, energy),
+        lambda phi, energy: stall - drive.slope * speeds(phi, energy),
         (0.0, 2 * math.pi),
         [0.5 * (inertia + rocker * bar.u31_start**2) * first**2],
         method="Radau",
@@ -144,7 +144,7 @@ def test_trends():
     [(1e-3, 0.02, 1e-6), (5000.0, 0.02, 1e-6), (1e-3, 1000.0, 10.0), (5000.0, 900.0, 1e-6)],
 )
 def test_extreme_drives_are_answered_or_marked(stall, free, inertia):
-    drive = linkage.Drive(linkage.Motor(stall, 2 * math.pi * free), inertia)
+    drive = linkage.Drive(stall, 2 * math.pi * free, inertia)
     scene = replace(CLEANER, drive=drive)
     bar = linkage.of_ratio(scene, linkage.LARGEST_BASE, 3.2)
     found = linkage.check(scene, bar, effects=linkage.EffectSelection(include=frozenset({"impact_dynamics"}))).value
@@ -159,7 +159,7 @@ def test_a_rocker_that_comes_within_a_thousandth_of_a_turn_is_not_stepped_over()
     # u31 rises to 1/e within e of the blow; steps of a hundredth of a turn would not see it.
     scene = linkage.Scene(linkage.Restitution(1e-3, 1e-3), 10.0, 5.0, 10.0)
     bar = of_family(linkage.LARGEST_COUPLER, 1e-3, 3.0)
-    drive = linkage.Drive(linkage.Motor(8.0, 2 * math.pi * 11), crank_inertia=0.02)
+    drive = linkage.Drive(8.0, 2 * math.pi * 11, crank_inertia=0.02)
     found = steady_state_running(bar, scene, drive, 0.05, 1e-3, 1e-10)
     crude, sharp = (steady_state_running(bar, scene, drive, 0.05, 1e-3, wanted) for wanted in (1e-2, 1e-12))
     for name in ("blow_frequency", "impact_speed", "irregularity", "power"):
@@ -184,5 +184,5 @@ def test_a_heavy_flywheel_costs_no_digits():
     inertia, speed = rocker_inertia(BAR, CLEANER), 2 * math.pi * heavy.blow_frequency
     toll = 0.5 * inertia * (BAR.u31_end**2 + BAR.u31_start**2 - 2 * 0.35 * BAR.u31_start * BAR.u31_end) * speed**2
     assert heavy.power == pytest.approx(toll * heavy.blow_frequency, rel=1e-6)
-    torque = DRIVE.motor.stall_torque - DRIVE.motor.slope * speed
+    torque = DRIVE.stall_torque - DRIVE.slope * speed
     assert heavy.power == pytest.approx(torque * speed, rel=1e-6)

@@ -95,12 +95,12 @@ def test_a_coupler_that_gives_way_is_judged_by_the_pin_force():
 
 
 def test_a_motor_that_stalls_or_is_too_weak_for_the_speed_required_does_not_hold():
-    driven = replace(CLEANER, drive=linkage.Drive(linkage.Motor(5.0, 2 * math.pi * 27), 2e-3))
+    driven = replace(CLEANER, drive=linkage.Drive(5.0, 2 * math.pi * 27, 2e-3))
     outcome = linkage.check(driven, GOOD)
     assert linkage.judge(outcome.value, driven, EXACT, CLEANER_LIMITS).holds
     stalled = replace(outcome.value, running=None, warnings=(NO_STEADY_RUNNING,))
     assert failing(linkage.judge(stalled, driven, EXACT, CLEANER_LIMITS)) == {"runs_steadily"}
-    driven = replace(driven, drive=linkage.Drive(linkage.Motor(1e-3, 2 * math.pi * 25), 1e-4))
+    driven = replace(driven, drive=linkage.Drive(1e-3, 2 * math.pi * 25, 1e-4))
     weak = judged(GOOD, driven)
     assert failing(weak) == {"runs_steadily"}
     assert any("with this motor the tool strikes at" in text for text in weak.cautions)

@@ -1,0 +1,203 @@
+"""Lower bounds of the output quantities over ranges of members, and the scales at which a member is feasible.
+
+Over a range of the free ratio every length per V, |u31(2 pi)| and the swing lie between their values at the ends
+(``family``). No point of the swept outline of a member is farther from that of the midpoint of the range than
+
+    d_x = max(change of l1, change of l0 + change of l3 + l3 sin (change of the swing)),
+    d_y = max(change of l1, sin (change of l3) + l3 (change of the swing)),   sin: its maximum over the arc,
+
+along and across the base, so width and height in a direction n change by at most 2 (d_x |n_x| + d_y |n_y|): a long base
+hardly affects the height. Enclosing radius and peak loads: see ``radius_bounds`` and ``load_bounds``. Over a range that
+is a single member all bounds are its own quantities.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solvers.linkage.loads.torque_and_pin_force import FORCE, TORQUE
+from solvers.linkage.mechanism.change_point import Ratios
+from solvers.linkage.mechanism.kinematics import FourBar
+from solvers.linkage.optimum.family import Family
+from solvers.linkage.optimum.load_bounds import load_lower_bounds
+from solvers.linkage.optimum.radius_bounds import radius_lower_bounds
+from solvers.linkage.problem import LinkageProblem
+from solvers.linkage.swept_area.bounding_box import minimum_box_areas, minimum_misfits
+from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
+from solvers.linkage.swept_area.outline import sweep
+from solvers.numerics.arrays import Array
+
+EXCESS = 1e-10
+"""Relative excess over limits by which a member is still feasible: the search tells members apart by 1e-11, and two
+limits that an answer just meets may leave that one member. Also the allowance for rounding in a bound."""
+
+_AREA_TOLERANCE, _FIT_TOLERANCE, _MEMBER_TOLERANCE = 1e-3, 1e-9, 1e-13
+"""Relative tolerances of the orientation search within bounds, and for a member. A bound of the area is only compared
+with ``cutoff``, so it need not be sharp; a misfit decides feasibility."""
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Bounds over the ranges [low, high] of q, shape (n,), or quantities of members if both are the same array.
+
+    ``scale`` is the minimum and maximum feasible V (minimum > maximum: none); ``crank`` and ``u31_end_high`` are upper
+    bounds, the others lower ones: per V the crank, the longest link and the enclosing radius; torque per energy and
+    force times V per energy; |u31(2 pi)|. Areas above ``cutoff`` need not be sharp.
+    """
+
+    problem: LinkageProblem
+    family: Family
+    low: Array
+    high: Array
+    cutoff: float = math.inf
+
+    @property
+    def _single(self) -> bool:
+        """Whether the ranges are single members."""
+        return self.low is self.high
+
+    @cached_property
+    def members(self) -> FourBar:
+        """Members at lower ends, upper ends and midpoints, in this order; single members once."""
+        if self._single:
+            return self.family.member(self.low)
+        return self.family.member(np.concatenate([self.low, self.high, 0.5 * (self.low + self.high)]))
+
+    def _three(self, values: Array) -> tuple[Array, Array, Array]:
+        """Values of ``members`` at lower ends, upper ends and midpoints, (n, ...) each."""
+        return (values, values, values) if self._single else tuple(values.reshape(3, -1, *values.shape[1:]))
+
+    def _ends(self, values: Array) -> tuple[Array, Array]:
+        """Lowest and highest value over the ranges of a quantity of ``members`` that is monotone in q."""
+        low, high, _ = self._three(values)
+        return np.minimum(low, high), np.maximum(low, high)
+
+    @cached_property
+    def lengths(self) -> Array:
+        """Crank, base, coupler, rocker of ``members`` per V: (..., 4)."""
+        r = self.members.ratios
+        out = np.empty((r.base.size, 4))
+        out[:, 0], out[:, 1], out[:, 2], out[:, 3] = 1.0, r.base, r.coupler, r.rocker
+        return out / (r.rocker * self.members.u31_end)[:, None]
+
+    @cached_property
+    def _outlines(self) -> Array:
+        """Swept outlines per V of the midpoints."""
+        ratios = Ratios(*(self._three(values)[2] for values in vars(self.members.ratios).values()))
+        return sweep(FourBar(self.family.kind, ratios), self._three(self.lengths)[2][:, 0])
+
+    @cached_property
+    def _displacement_bounds(self) -> tuple[Array, Array]:
+        """d_x and d_y per V."""
+        if self._single:
+            return np.zeros_like(self.low), np.zeros_like(self.low)
+        low, high, middle = self._three(self.lengths)
+        crank, base, _, rocker = np.maximum(np.abs(low - middle), np.abs(high - middle)).T
+        least, widest = self._ends(self.members.swing)
+        swing = self._three(self.members.swing)[2]
+        swing = np.maximum(widest - swing, swing - least)
+        sine = np.where(widest < 0.5 * math.pi, np.sin(widest), 1.0) * (1.0 + 1e-12)
+        arc_displacement = np.maximum(low[:, 3], high[:, 3]) * swing
+        along, across = base + rocker + sine * arc_displacement, sine * rocker + arc_displacement
+        return np.maximum(crank, along), np.maximum(crank, across)
+
+    @cached_property
+    def crank(self) -> Array:
+        return self._ends(self.lengths[:, 0])[1]
+
+    @cached_property
+    def longest(self) -> Array:
+        return self._ends(self.lengths)[0].max(axis=1)
+
+    @cached_property
+    def radius(self) -> Array:
+        if self._single:
+            return enclosing_radii(self._outlines)
+        low, high, middle = self._three(self.members.coefficients)
+        swing_deficits = np.maximum(self._three(self.members.swing)[2] - self._ends(self.members.swing)[0], 0.0)
+        bounds = radius_lower_bounds(low, middle, high, self._outlines, swing_deficits, self.family.gain.value)
+        return bounds * (1.0 - 1e-12)
+
+    def misfit(self, room: tuple[float, float]) -> Array:
+        """The minimum over orientations of max(W/width, H/height) per V without pads."""
+        tolerance = _MEMBER_TOLERANCE if self._single else _FIT_TOLERANCE
+        found = minimum_misfits(self._outlines, *self._displacement_bounds, *room, tolerance)
+        return np.maximum(found * (1.0 - tolerance), 0.0)
+
+    def _peak(self, which: int) -> Array:
+        low, high, middle = self._three(self.members.coefficients)
+        end = self._three(self.members.u31_end)[2]
+        return load_lower_bounds(low, middle, high, end, self.family.gain.value, which, self._single)
+
+    @cached_property
+    def torque(self) -> Array:
+        return self._peak(TORQUE)
+
+    @cached_property
+    def force(self) -> Array:
+        return self._peak(FORCE)
+
+    @property
+    def u31_end_low(self) -> Array:
+        return self._ends(self.members.u31_end)[0]
+
+    @property
+    def u31_end_high(self) -> Array:
+        return self._ends(self.members.u31_end)[1]
+
+    @cached_property
+    def scale(self) -> tuple[Array, Array]:
+        problem, limits = self.problem, self.problem.limits
+        low, high = np.zeros_like(self.low), np.full_like(self.low, np.inf)
+        if limits.min_link > 0:
+            low = np.maximum(low, limits.min_link / self.crank)
+        if limits.max_pin_force is not None:
+            low = np.maximum(low, problem.scene.impact_energy * self.force / limits.max_pin_force)
+        with np.errstate(divide="ignore"):
+            if limits.longest_link is not None:
+                high = np.minimum(high, limits.longest_link / self.longest)
+            if limits.enclosing_radius is not None:
+                high = np.minimum(high, (limits.enclosing_radius - limits.joint_radius) / self.radius)
+            if problem.room is not None:
+                high = np.minimum(high, 1.0 / self.misfit(problem.room))
+        if not self._single:
+            low, high = low * (1.0 - EXCESS), high * (1.0 + EXCESS)
+        if limits.transmission_angle is not None:
+            least, greatest = limits.transmission_angle
+            narrowest, widest = self._ends(self.members.middle_transmission_angle)
+            met = (widest >= least - 1e-12) & (narrowest <= greatest + 1e-12)
+            low, high = np.where(met, low, np.inf), np.where(met, high, -np.inf)
+        fixed = problem.fixed_scale
+        if fixed is None:
+            return low, high
+        met = (low <= fixed * (1.0 + EXCESS)) & (fixed * (1.0 - EXCESS) <= high)
+        return np.where(met, fixed, np.inf), np.where(met, fixed, -np.inf)
+
+    def area(self, scale: Array) -> Array:
+        """Minimum box area at a V; inf if no orientation keeps within width and height."""
+        limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
+        tolerance = _MEMBER_TOLERANCE if self._single else _AREA_TOLERANCE
+        room = (side * (1.0 + 1e-12) for side in limits.sides)
+        areas = minimum_box_areas(
+            self._outlines, scale, *self._displacement_bounds, pads, *room, tolerance, self.cutoff
+        )[:, 0]
+        if self._single:
+            return areas
+        areas = np.where(areas < self.cutoff, areas * (1.0 - tolerance), areas)
+        # A coarse bound, but insensitive to a wide range: each side is at least twice the crank, and the longer one at
+        # least the base over sqrt(2).
+        crank, base = self._ends(self.lengths[:, :2])[0].T
+        with np.errstate(invalid="ignore"):
+            side = 2.0 * crank * scale + pads
+            return np.fmax(areas, side * np.maximum(side, base * scale / math.sqrt(2.0) + pads))
+
+    @property
+    def cost(self) -> Array:
+        """The objective's cost, inf where infeasible."""
+        low, high = self.scale
+        with np.errstate(invalid="ignore", divide="ignore", over="ignore"):
+            return np.where(low <= high * (1.0 + EXCESS), self.problem.objective.cost(self), np.inf)

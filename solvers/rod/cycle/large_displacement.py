@@ -64,13 +64,8 @@ class ElasticaExpansion:
         return self
 
     @property
-    def curvature_terms(self) -> int:
-        """Number of Legendre coefficients of V''."""
-        return self.nodes + 2
-
-    @property
-    def deflection_terms(self) -> int:
-        """Number of Legendre coefficients of V."""
+    def terms(self) -> int:
+        """Number of Legendre coefficients of V'' and of V."""
         return self.nodes + 2
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:

@@ -15,9 +15,9 @@ from oracles.textbook import rod_beam_column
 from oracles.textbook.rod_beam_column import solve
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.large_displacement import ElasticaExpansion
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
+from solvers.rod.cycle.state import FORCE
 from solvers.rod.strip.buckling import critical_phase
-from solvers.rod.strip.elastica_kernels import collocation, linear_slope, nodes_for, scratch, third_order
+from solvers.rod.strip.elastica_kernels import collocation, nodes_for, scratch, third_order
 from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP, bent
 
@@ -192,15 +192,3 @@ def test_very_strong_tension_has_nodes_enough(q):
         shear, series = 0.05 * float(constants.clamp_shear[0]), np.empty((2, slope.size + 1))
         found.append(third_order(q, shear, head, slope, tables, scratch(slope.size - 1), *series))
     assert found[0] == pytest.approx(found[1], rel=1e-10)
-
-
-@pytest.mark.parametrize("force", [-160.0, 0.0, 1e-9, 100.0, 5000.0])
-@pytest.mark.parametrize("shear", [False, True])
-def test_the_compiled_slope_is_the_shapes(force, shear):
-    shape = bent(PAPER, STRIP, np.array([force]), np.array([1.0]), shears=shear)
-    nodes, state = collocation(24).nodes, shape.states[:, 0]
-    parts = tuple(float(state[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
-    out = np.empty(25)
-    linear_slope(*parts, STRIP.l, nodes, 1.0 / state[SOFTENING], -shape.strip.compliance * state[SHEAR], out)
-    expected = shape.slope(nodes * STRIP.l)[:, 0]
-    assert out == pytest.approx(expected, rel=1e-12, abs=1e-13 * np.abs(expected).max())

@@ -32,6 +32,7 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.vibration.natural_frequencies import all_polynomials
 
 Array = NDArray[np.float64]
 
@@ -212,7 +213,7 @@ class Situation:
         """Parameters of the strip's inertia."""
         d, material = self.dimensions, self.scene.material
         line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
-        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical)
+        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical, all_polynomials())
 
     @property
     def corrected(self) -> CorrectedRevolution | None:

@@ -134,7 +134,7 @@ def check_chosen(
     found = check_linear(cycle, diagram, contact, accuracy)
     if found.is_stable and cycle.composition.corrections:
         found = _with_corrections(cycle, diagram, contact, accuracy, found)
-    value = _check_of(cycle, found, criterion, contact, choice.has("large_displacement"))
+    value = check_of(cycle, found, criterion, contact, choice.has("large_displacement"))
     settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
     return Outcome(
         status=Status.SUCCEEDED,
@@ -145,7 +145,7 @@ def check_chosen(
     )
 
 
-def _check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact: bool, large: bool) -> RodCheck:
+def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact: bool, large: bool) -> RodCheck:
     """The check of a strip from its results; ``large``: large displacement is active."""
     scene, dimensions = cycle.scene, cycle.dimensions
     material, piston, stresses = scene.material, scene.piston, None

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.check import outcome_of
+from solvers.rod.check import check_of
 from solvers.rod.cycle import large_displacement
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.large_displacement import LargeDisplacement
@@ -110,10 +110,10 @@ def test_without_friction_its_results_do_not_exist_and_are_not_computed(monkeypa
     rows = []
 
     def told(*arguments):
-        rows.append(arguments[5])
-        return outcome_of(*arguments)
+        rows.append(arguments[1])
+        return check_of(*arguments)
 
-    monkeypatch.setattr(import_module("solvers.rod.check"), "outcome_of", told)
+    monkeypatch.setattr(import_module("solvers.rod.check"), "check_of", told)
     stresses = rod.check(PAPER, STRIP, only(others)).value.stresses
     assert stresses.contact_pressure_max is None
     assert stresses.friction_power is None

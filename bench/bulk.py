@@ -71,16 +71,12 @@ def _rods(name: str, effects: EffectSelection) -> Row:
     request = KINDS["flexible-rod"].jobs[Mode.CHECK].request.model_validate(KINDS["flexible-rod"].example(Mode.CHECK))
     scene, strip = request.scene(), request.strip()
     rng = np.random.default_rng(0)
-    sizes = np.array([strip.b, strip.h, strip.l]) * rng.uniform(0.95, 1.1, (COUNT, 3))
+    sizes = np.array([strip.b, strip.h, strip.l]) * rng.uniform(0.95, 1.1, (FEW, 3))
     sizes[:, 2] = np.minimum(sizes[:, 2], scene.mechanism.rod_length)
-    cases = [rod.Case(scene, rod.Dimensions(*row), effects) for row in sizes[:FEW].tolist()]
-    table = None
-    if effects is not AUTO:
-        choice = rod.choose_for(scene, strip, effects)
-        table = _per_item(lambda: rod.check_strips(scene, sizes, rod.compose(choice), choice.has("friction")), COUNT)
+    cases = [rod.Case(scene, rod.Dimensions(*row), effects) for row in sizes.tolist()]
     return Row(
         name,
-        table,
+        None,
         _per_item(lambda: rod.check_many(cases), FEW),
         _per_item(lambda: [case.evaluate() for case in cases], FEW),
         _joblib(_alone, cases),

@@ -14,7 +14,6 @@ by the middle one is a much sharper estimate; if not, as at a kink, the chord bo
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -105,23 +104,3 @@ def shrink_bracket(place: Array, value: Array, points: Array, heights: Array) ->
 def _divided_difference(a: float, fa: float, c: float, fc: float, b: float, fb: float) -> float:
     """Second divided difference: half the second derivative of the parabola through three points."""
     return ((fb - fc) / (b - c) - (fc - fa) / (c - a)) / (b - a)
-
-
-@kernel
-def mark_candidate_maxima(samples: Array, peaks: NDArray[np.bool_]) -> None:
-    """Mark every local maximum of periodic samples (n,) that may contain the maximum; ``peaks`` is False initially.
-
-    Between samples the function may exceed a sample by half its second difference (a parabola: an eighth). A plateau,
-    constant to rounding, is represented by its first sample; constant samples by their largest.
-    """
-    count, highest, none_marked = samples.size, np.argmax(samples), True
-    for n in range(count):
-        before, value, after = samples[n - 1], samples[n], samples[n + 1 if n < count - 1 else 0]
-        # a deep minimum elsewhere must not make a low maximum count as constant
-        rounding = 8.0 * _EPS * max(abs(before), abs(value), abs(after))
-        upper_bound = value + 0.5 * abs(before - 2.0 * value + after)
-        if value > before + rounding and value >= after - rounding and upper_bound >= samples[highest]:
-            peaks[n] = True
-            none_marked = False
-    if none_marked:
-        peaks[highest] = True

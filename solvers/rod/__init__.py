@@ -8,7 +8,7 @@ outcome = rod.check(scene, rod.Dimensions(b=9e-3, h=0.46e-3, l=23e-3))
 
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.materials import CATALOGUE, Material
-from solvers.rod.bulk import Case, RodTable, check_many, check_strips
+from solvers.rod.bulk import Case, check_many
 from solvers.rod.check import RodCheck, check
 from solvers.rod.design import RodDesign, design
 from solvers.rod.effects import EFFECTS, choose_for, compose
@@ -37,13 +37,11 @@ __all__ = [
     "RodCheck",
     "RodDesign",
     "RodProblem",
-    "RodTable",
     "Scene",
     "SchmidtLoad",
     "TableLoad",
     "check",
     "check_many",
-    "check_strips",
     "choose_for",
     "compose",
     "design",

@@ -13,11 +13,11 @@ from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, Demand, EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import FatigueCriterion, serensen
+from solvers.fatigue.kernels import Diagram
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
 from solvers.rod.cycle.sampled import SampledCycle
-from solvers.rod.cycle.sampling import rule_for
 from solvers.rod.cycle.section import STRIP_RESULTS
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
@@ -27,7 +27,6 @@ from solvers.rod.linear_check import (
     SAMPLING_FRACTION,
     Results,
     check_linear,
-    inputs_of,
     stations_for,
 )
 from solvers.rod.piston.skirt import contact_load, pressure_per_load
@@ -130,34 +129,28 @@ def check_chosen(
     The corrections are prepared in that cycle, so the caller can reuse them.
     """
     started = time.perf_counter()
-    scene, dimensions, composition = cycle.scene, cycle.dimensions, cycle.composition
-    criterion = criterion or serensen(scene.material)
-    lines, parabola = criterion.diagram()
-    contact = choice.has("friction")
-    inputs = np.array(inputs_of(scene, dimensions, composition, contact, accuracy), dtype=float)
-    results, stations = np.empty((1, len(Results._fields))), stations_for(accuracy)
-    rule = rule_for(scene.load, accuracy)
-    check_linear(scene.load, inputs[None], lines[None], parabola[None], rule, stations, results)
-    found = Results(*results[0].tolist())
-    if found.is_stable and composition.corrections:
-        found = _with_corrections(cycle, lines, parabola, contact, accuracy, found)
-    return outcome_of(scene, dimensions, choice, criterion, accuracy, found, time.perf_counter() - started)
+    criterion = criterion or serensen(cycle.scene.material)
+    diagram, contact = criterion.diagram(), choice.has("friction")
+    found = check_linear(cycle, diagram, contact, accuracy)
+    if found.is_stable and cycle.composition.corrections:
+        found = _with_corrections(cycle, diagram, contact, accuracy, found)
+    value = check_of(cycle, found, criterion, contact, choice.has("large_displacement"))
+    settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
+    return Outcome(
+        status=Status.SUCCEEDED,
+        value=value,
+        effects=choice.manifest,
+        accuracy=Accuracy(accuracy, found.error, settings),
+        timing={"solve_s": time.perf_counter() - started},
+    )
 
 
-def outcome_of(
-    scene: Scene,
-    dimensions: Dimensions,
-    choice: Choice[RodEffect],
-    criterion: FatigueCriterion,
-    accuracy: float,
-    found: Results,
-    seconds: float,
-) -> Outcome[RodCheck]:
-    """Assemble the outcome of a check from the results of a strip."""
+def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact: bool, large: bool) -> RodCheck:
+    """The check of a strip from its results; ``large``: large displacement is active."""
+    scene, dimensions = cycle.scene, cycle.dimensions
     material, piston, stresses = scene.material, scene.piston, None
     safety = found.critical_force / found.compression if found.compression > 0.0 else None
     if found.is_stable:
-        touches = choice.has("friction")
         stresses = Stresses(
             fatigue_safety=1.0 / found.utilisation if found.utilisation > 0.0 else None,
             yield_safety=material.yield_strength / found.max_stress if found.max_stress > 0.0 else None,
@@ -170,11 +163,11 @@ def outcome_of(
             clamp_moment_max=found.moment,
             deflection_ratio=found.deflection / dimensions.l,
             contact_pressure_max=found.contact_load * pressure_per_load(piston.diameter, piston.skirt_length)
-            if touches
+            if contact
             else None,
-            friction_power=found.power if touches else None,
+            friction_power=found.power if contact else None,
         )
-    value = RodCheck(
+    return RodCheck(
         dimensions=dimensions,
         stability_safety=safety,
         critical_force=found.critical_force,
@@ -185,15 +178,7 @@ def outcome_of(
         natural_frequency=found.natural_frequency,
         criterion=criterion.name,
         stresses=stresses,
-        warnings=warnings_of(scene, stresses, found.by_friction != 0.0, choice.has("large_displacement")),
-    )
-    settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
-    return Outcome(
-        status=Status.SUCCEEDED,
-        value=value,
-        effects=choice.manifest,
-        accuracy=Accuracy(accuracy, found.error, settings),
-        timing={"solve_s": seconds},
+        warnings=warnings_of(scene, stresses, found.by_friction != 0.0, large),
     )
 
 
@@ -203,9 +188,7 @@ def require_within_rod(scene: Scene, dimensions: Dimensions) -> None:
         raise InvalidInput("dimensions.l", "the free length exceeds the rod", "at most mechanism.rod_length")
 
 
-def _with_corrections(
-    cycle: Cycle, lines: Array, parabola: Array, contact: bool, accuracy: float, found: Results
-) -> Results:
+def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float, found: Results) -> Results:
     """Results of a strip with corrections, starting from the results ``found`` without them.
 
     Small differences of large quantities, such as an amplitude beside a large mean, need a finer discretisation.
@@ -217,7 +200,7 @@ def _with_corrections(
         used_tolerance = max(tolerance, min(0.1 * cycle.refinement_error, _MAX_TOLERANCE))
         sampled = SampledCycle.of(cycle, used_tolerance, accuracy, panels)
         panels = sampled.panels
-        power, error = sampled.evaluate(lines, parabola, stations, contact, strip_out, guide_out)
+        power, error = sampled.evaluate(*diagram, stations, contact, strip_out, guide_out)
         correction_error = cycle.refinement_error
         if contact and correction_error:
             correction_error = max(correction_error, _guide_error(cycle, guide_out, power))

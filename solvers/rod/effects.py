@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache, partial
 
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
-from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Correction
+from solvers.rod.cycle.composition import Composition, Correction
 from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effect_bounds.first_order import always, in_closed_form, large_displacement, rod_inertia
 from solvers.rod.effect_bounds.main_results import (
@@ -37,10 +37,6 @@ class RodEffect:
     add_to: Callable[[Composition], Composition]
 
 
-def _with_shear(composition: Composition) -> Composition:
-    return replace(composition, beam=composition.beam.with_shear())
-
-
 def _with_correction(correction: Correction, composition: Composition) -> Composition:
     return replace(composition, corrections=(*composition.corrections, correction))
 
@@ -62,14 +58,14 @@ EFFECTS: tuple[RodEffect, ...] = (
         summary="the axial force stiffens (tension) or softens (compression) the strip",
         measure="greatest relative change of the main results in plain bending, times a margin",
         influence=partial(in_closed_form, part=AXIAL_COUPLING),
-        add_to=partial(replace, beam=BEAM_COLUMN),
+        add_to=partial(replace, couples=True),
     ),
     RodEffect(
         name="shear",
         summary="shear flexibility of the strip (Engesser)",
         measure="greatest relative change of the main results rigid in shear, times a margin",
         influence=partial(in_closed_form, part=SHEAR_FLEXIBILITY),
-        add_to=_with_shear,
+        add_to=partial(replace, shears=True),
     ),
     RodEffect(
         name="friction_feedback",
@@ -123,7 +119,7 @@ def compose(choice: Choice[RodEffect]) -> Composition:
 
 @lru_cache(maxsize=128)
 def _composed(active: tuple[RodEffect, ...]) -> Composition:
-    composition = Composition(beam=PLAIN_BENDING)
+    composition = Composition()
     for effect in active:
         composition = effect.add_to(composition)
     return composition

@@ -15,7 +15,7 @@ import pytest
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.effects import EFFECTS
 from solvers.rod.strip import beam_column, shape
 from tests.hard_cases.make_rod_references import load_cases
@@ -135,7 +135,7 @@ def test_kernels(case):
 def fed_back(case):
     """The axial force at the case's angle."""
     scene, dimensions = scene_of(case)
-    cycle = Cycle(scene, dimensions, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(scene, dimensions, Composition(couples=True, feedback=True))
     return float(cycle.axial_force(np.array([case["angle"]]))[0])
 
 

@@ -219,7 +219,7 @@ class _Rod:
 
         def stress(angle: np.ndarray) -> np.ndarray:
             turn = cycle.at(angle)
-            bent = turn.shape.curvature([section])[0]
+            bent = turn.curvature([section])[0]
             return turn.force / (d.b * d.h) + fibre * 0.5 * modulus * d.h * bent
 
         return stress
@@ -288,7 +288,7 @@ class _Rod:
         angles = np.linspace(0.0, _TURN, 361)
         turn, stations = cycle.at(angles), np.linspace(0.0, length, 61)
         d, modulus = cycle.dimensions, cycle.scene.material.elastic_modulus
-        direct, bending = turn.force / (d.b * d.h), 0.5 * modulus * d.h * turn.shape.curvature(stations)
+        direct, bending = turn.force / (d.b * d.h), 0.5 * modulus * d.h * turn.curvature(stations)
         both = np.stack([np.abs(direct + bending), np.abs(direct - bending)])
         layer, place, _ = np.unravel_index(int(np.argmax(both)), both.shape)
         fibre, section = 1 - 2 * int(layer), float(stations[place])
@@ -296,7 +296,7 @@ class _Rod:
         section = greatest_at(
             lambda z: np.abs(
                 cycle.at([angle]).force / (d.b * d.h)
-                + fibre * 0.5 * modulus * d.h * cycle.at([angle]).shape.curvature(z)[:, 0]
+                + fibre * 0.5 * modulus * d.h * cycle.at([angle]).curvature(z)[:, 0]
             ),
             0.0, length, 121,
         )  # fmt: skip
@@ -319,10 +319,10 @@ class _Rod:
         lever, offset = 6.0 / (piston.skirt_length_mm * MILLI), piston.clamp_offset_mm * MILLI
 
         def side(angle: np.ndarray) -> np.ndarray:
-            return np.abs(cycle.at(angle).shape.side_force())
+            return np.abs(cycle.at(angle).side_force())
 
         def contact(angle: np.ndarray) -> np.ndarray:
-            shape = cycle.at(angle).shape
+            shape = cycle.at(angle)
             return np.abs(shape.side_force()) + lever * np.abs(shape.clamp_moment() + shape.side_force() * offset)
 
         c.title("The piston in its guide")

@@ -10,7 +10,8 @@ from app.designs.flexible_rod.request import CheckRequest
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Degrees, Linear, Say, around
 from app.designs.units import MEGA, MILLI
 from solvers.effects import EffectSelection
-from solvers.rod.cycle.composition import Cycle, Instants
+from solvers.rod.cycle.bent_strip import BentStrip
+from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import choose_for, compose
 
 _TURN = Degrees(0.0, 360.0)
@@ -34,7 +35,7 @@ def settled(run: dict[str, Any]) -> EffectSelection:
     return EffectSelection(active, frozenset(effect["name"] for effect in run["effects"]) - active)
 
 
-def _turn(run: dict[str, Any]) -> tuple[CheckRequest, Instants]:
+def _turn(run: dict[str, Any]) -> tuple[CheckRequest, BentStrip]:
     """The check of the run's strip, and its cycle."""
     request = request_of(run)
     choice = choose_for(request.scene(), request.strip(), settled(run), request.effect_tolerance)
@@ -42,11 +43,11 @@ def _turn(run: dict[str, Any]) -> tuple[CheckRequest, Instants]:
     return request, cycle.at(np.radians(np.linspace(0.0, 360.0, _ANGLES)))
 
 
-def _fibres(request: CheckRequest, turn: Instants, stations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _fibres(request: CheckRequest, turn: BentStrip, stations: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Stresses [MPa] of both fibres, N/(b h) ± E h V''/2, of shape (stations, angles)."""
     d, material = request.strip(), request.material.to_solver()
-    direct = turn.shape.axial_force(stations) / (d.b * d.h)
-    bending = 0.5 * material.elastic_modulus * d.h * turn.shape.curvature(stations)
+    direct = turn.axial_force(stations) / (d.b * d.h)
+    bending = 0.5 * material.elastic_modulus * d.h * turn.curvature(stations)
     return (direct + bending) / MEGA, (direct - bending) / MEGA
 
 
@@ -54,7 +55,7 @@ def forces_over_angle(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the axial force in the strip and the side force on the piston, with the critical compression."""
     _, turn = _turn(run)
     angles = np.degrees(turn.angle).tolist()
-    axial, side = turn.force.tolist(), turn.shape.side_force().tolist()
+    axial, side = turn.force.tolist(), turn.side_force().tolist()
     critical = -run["result"]["critical_force_n"]
     scale = around([*axial, *side, 0.0])
     if critical > scale.low - 0.5 * (scale.high - scale.low):

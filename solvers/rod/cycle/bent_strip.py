@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
+from solvers.rod.cycle.state import ANGLE, CLAMP, COUPLING, FORCE, HEAD, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.shape import bend
 
 Array = NDArray[np.float64]
@@ -31,6 +31,16 @@ class BentStrip:
     side_correction: Array
     moment_correction: Array
     inclined: bool
+
+    @property
+    def angle(self) -> Array:
+        """The crank angles [rad], (angles,)."""
+        return self.states[ANGLE]
+
+    @property
+    def force(self) -> Array:
+        """The axial force P [N], (angles,)."""
+        return self.states[FORCE]
 
     @staticmethod
     def linear(strip: Strip, states: Array) -> BentStrip:

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.section import RingingShape
-from solvers.rod.cycle.state import FORCE, ROWS, STROKE, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of
@@ -31,8 +31,7 @@ class Refinement(Protocol):
 
     error              estimate of its numerical error, relative to the maximum bending
     lasting_error      the part of the error that does not average out over the revolution
-    curvature_terms    number of Legendre coefficients of V''
-    deflection_terms   number of Legendre coefficients of V
+    terms              number of Legendre coefficients of V'' and of V
     inclines           whether the axial force becomes tangential to the deflected strip
     highest_frequency  of its oscillations other than ringing [1/rad]; 0 if it follows force and stroke
     without_ringing    the correction without its free vibration
@@ -41,8 +40,7 @@ class Refinement(Protocol):
 
     error: float
     lasting_error: float
-    curvature_terms: int
-    deflection_terms: int
+    terms: int
     inclines: bool
     highest_frequency: float
 
@@ -68,48 +66,19 @@ class Correction(Protocol):
 
 
 @dataclass(frozen=True)
-class BeamModel:
-    """Bending model: ``couples`` is 1.0 if the axial force contributes to bending, else 0.0; ``shears`` whether the
-    strip is flexible in shear."""
-
-    couples: float
-    shears: bool = False
-
-    def with_shear(self) -> BeamModel:
-        """This model with shear."""
-        return replace(self, shears=True)
-
-
-PLAIN_BENDING = BeamModel(couples=0.0)
-"""Bending without the axial force: q = 0."""
-BEAM_COLUMN = BeamModel(couples=1.0)
-"""The axial force stiffens or softens the strip: q = P/EI."""
-
-
-def strip_of(scene: Scene, dimensions: Dimensions, beam: BeamModel, friction: float) -> Strip:
-    """Kernel representation of a strip; ``friction`` is the coefficient fed back to the axial force."""
-    d, length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
-    stiffness = bending_stiffness(scene, d)
-    return Strip(
-        stiffness=stiffness,
-        length=d.l,
-        rod_length=length,
-        couples=beam.couples,
-        compliance=stiffness / shear_stiffness(scene, d) if beam.shears else 0.0,
-        friction=4.0 / math.pi * friction,
-        lever=6.0 / scene.piston.skirt_length,
-        offset=scene.piston.clamp_offset,
-        buckled_force=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
-    )
-
-
-@dataclass(frozen=True)
 class Composition:
-    """The models of a cycle: whether the reciprocating mass adds its inertia to the axial force, bending, whether
-    friction adds to that force, and corrections of the shape."""
+    """The models of a cycle.
+
+    moves        the reciprocating mass adds its inertia to the axial force
+    couples      the axial force stiffens or softens the strip: q = P/EI instead of 0
+    shears       the strip is flexible in shear
+    feedback     friction adds to the axial force
+    corrections  of the strip's shape
+    """
 
     moves: bool = False
-    beam: BeamModel = PLAIN_BENDING
+    couples: bool = False
+    shears: bool = False
     feedback: bool = False
     corrections: tuple[Correction, ...] = ()
 
@@ -123,14 +92,21 @@ class Composition:
         return scene.piston.reciprocating_mass if self.moves else 0.0
 
 
-@dataclass(frozen=True)
-class Instants:
-    """The machine at given crank angles: axial force, lateral stroke, bent strip."""
-
-    angle: Array
-    force: Array
-    stroke: Array
-    shape: BentStrip
+def strip_of(scene: Scene, dimensions: Dimensions, composition: Composition) -> Strip:
+    """Kernel representation of a strip."""
+    d, length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
+    stiffness = bending_stiffness(scene, d)
+    return Strip(
+        stiffness=stiffness,
+        length=d.l,
+        rod_length=length,
+        couples=float(composition.couples),
+        compliance=stiffness / shear_stiffness(scene, d) if composition.shears else 0.0,
+        friction=4.0 / math.pi * scene.piston.friction_coefficient if composition.feedback else 0.0,
+        lever=6.0 / scene.piston.skirt_length,
+        offset=scene.piston.clamp_offset,
+        buckled_force=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
+    )
 
 
 @dataclass(frozen=True)
@@ -192,8 +168,7 @@ class Cycle:
     @cached_property
     def strip(self) -> Strip:
         """Kernel representation of the strip with its composition."""
-        friction = self.scene.piston.friction_coefficient if self.composition.feedback else 0.0
-        return strip_of(self.scene, self.dimensions, self.composition.beam, friction)
+        return strip_of(self.scene, self.dimensions, self.composition)
 
     def axial_force(self, angle: Array) -> Array:
         """P(phi) = -(p - p_back) pi D^2/4, plus inertia and friction feedback; tension positive [N].
@@ -202,11 +177,9 @@ class Cycle:
         """
         return self.states(np.ascontiguousarray(angle))[FORCE]
 
-    def at(self, angle: ArrayLike) -> Instants:
-        """The machine at the given crank angles [rad]."""
-        angle = np.ascontiguousarray(np.atleast_1d(np.asarray(angle, dtype=float)))
-        states = self.states(angle)
-        return Instants(angle, states[FORCE], states[STROKE], self.bent_strip(states))
+    def at(self, angle: ArrayLike) -> BentStrip:
+        """The strip at the given crank angles [rad]."""
+        return self.bent_strip(self.states(np.ascontiguousarray(np.atleast_1d(np.asarray(angle, dtype=float)))))
 
     def states(self, angle: Array) -> Array:
         """The states of the linear strip at crank angles [rad], (ROWS, angles)."""
@@ -218,8 +191,8 @@ class Cycle:
         """The strip at its states, with all corrections."""
         if not self.refinements:
             return BentStrip.linear(self.strip, states)
-        curvature_series = np.zeros((max(r.curvature_terms for r in self.refinements), states.shape[1]))
-        deflection_series = np.zeros((max(r.deflection_terms for r in self.refinements), states.shape[1]))
+        terms = max(refinement.terms for refinement in self.refinements)
+        curvature_series, deflection_series = np.zeros((2, terms, states.shape[1]))
         reactions = [refinement.add(states, curvature_series, deflection_series) for refinement in self.refinements]
         side, moment = np.sum(reactions, axis=0)
         inclined = any(refinement.inclines for refinement in self.refinements)

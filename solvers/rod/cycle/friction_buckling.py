@@ -3,8 +3,8 @@
     share = min over phi of max over p of p/(-P0 - friction),   0 < p <= P_cr,   friction of the strip under P = -p
 
 is the greatest share of all axial forces, friction included, under which the strip has an equilibrium at every angle
-(``state``). It is below 1 if friction buckles the strip; without friction it would be P_cr over the maximum
-compression. Friction is convex in p, so that p/(-P0 - friction) has a single maximum.
+(``state.greatest_share``). It is below 1 if friction buckles the strip; without friction it would be P_cr over the
+maximum compression.
 """
 
 from __future__ import annotations
@@ -15,13 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import GOLDEN, Strip, wall_force
+from solvers.rod.cycle.state import GOLDEN, GOLDEN_STEPS, Strip, greatest_share
 from solvers.rod.load.axial_force import Drive, axial_force
 
 Array = NDArray[np.float64]
 
-_STEPS = 65
-"""Bisections in the golden ratio, to 3e-14 of the bracket."""
 SHARE_ERROR = 1e-13
 """Relative error of the share."""
 _GREATEST = 1.0 - 1e-14
@@ -38,10 +36,10 @@ def carried_share(drive: Drive, strip: Strip, critical: float, angle: Array) -> 
         if found < share:
             share, worst = found, i
     left, right = angle[max(worst - 1, 0)], angle[min(worst + 1, angle.size - 1)]
-    for _ in range(_STEPS):
+    for _ in range(GOLDEN_STEPS):
         lower, upper = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        at_lower = _share_at(drive, strip, critical, lower, -np.inf)
-        at_upper = _share_at(drive, strip, critical, upper, -np.inf)
+        at_lower = _share_at(drive, strip, critical, lower, np.inf)
+        at_upper = _share_at(drive, strip, critical, upper, np.inf)
         share = min(share, at_lower, at_upper)
         if at_lower < at_upper:
             right = upper
@@ -53,27 +51,7 @@ def carried_share(drive: Drive, strip: Strip, critical: float, angle: Array) -> 
 @kernel
 def _share_at(drive: Drive, strip: Strip, critical: float, angle: float, enough: float) -> float:
     """The share at one angle, or any lower bound of it that is above ``enough``; inf where friction pulls."""
-    force, friction_factor = axial_force(drive, angle), strip.friction * drive.crank_radius * math.sin(angle)
+    friction_factor = strip.friction * drive.crank_radius * math.sin(angle)
     if not friction_factor < 0.0:
         return np.inf
-    left, right, best = 0.0, critical, 0.0
-    for _ in range(_STEPS):
-        lower, upper = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        at_lower = _ratio(strip, force, friction_factor, lower)
-        at_upper = _ratio(strip, force, friction_factor, upper)
-        best = max(best, at_lower, at_upper)
-        if best > enough > 0.0:
-            break
-        if at_lower > at_upper:
-            right = upper
-        else:
-            left = lower
-    return best
-
-
-@kernel
-def _ratio(strip: Strip, force: float, friction_factor: float, compression: float) -> float:
-    """A compression [N] of the strip over that which the axial forces exert on it then."""
-    friction = friction_factor * wall_force(strip, -strip.couples / strip.stiffness * compression)
-    exerted = -force - friction
-    return compression / exerted if exerted > 0.0 else np.inf
+    return greatest_share(strip, axial_force(drive, angle), friction_factor, critical, enough)[0]

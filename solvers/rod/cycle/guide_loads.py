@@ -11,7 +11,6 @@ a pole at M = 0, which may lie just beyond a switch.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -23,7 +22,7 @@ from solvers.numerics.panels import Rule, greatest, largest, panel_error, zeros
 from solvers.numerics.ripple import Ripple, amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
 from solvers.rod.cycle.sampling import TURN
-from solvers.rod.piston.friction import travel
+from solvers.rod.piston.friction import power_per_wall, travel
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.scene import Scene
 
@@ -46,7 +45,7 @@ class Guide(NamedTuple):
     side, moment  T [N] and M0 [N m] at the panels' points, (n,)
     lever         6/Lp [1/m] of the skirt
     offset        clamp offset e [m]
-    per_wall      (4/pi) mu r omega [m/s]: friction power per wall force and |dx/dphi|/r
+    per_wall      ``power_per_wall`` [m/s]
     ratio         r/L
     """
 
@@ -61,9 +60,8 @@ class Guide(NamedTuple):
 def guide_of(scene: Scene, side: Array, moment: Array) -> Guide:
     """The guide of a machine."""
     mechanism, piston = scene.mechanism, scene.piston
-    per_wall = piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
     ratio = mechanism.crank_radius / mechanism.rod_length
-    return Guide(side, moment, 6.0 / piston.skirt_length, piston.clamp_offset, per_wall, ratio)
+    return Guide(side, moment, 6.0 / piston.skirt_length, piston.clamp_offset, power_per_wall(scene), ratio)
 
 
 @kernel

@@ -28,7 +28,8 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import grid
 from solvers.rod.cycle.composition import Array, Cycle
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SIDE, SOFTENING, Strip
-from solvers.rod.strip.elastica_kernels import Collocation, collocation, linear_slope, nodes_for, scratch, third_order
+from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for, scratch, third_order
+from solvers.rod.strip.shape import bend_at
 
 _ANGLES = grid(64)
 
@@ -64,13 +65,8 @@ class ElasticaExpansion:
         return self
 
     @property
-    def curvature_terms(self) -> int:
-        """Number of Legendre coefficients of V''."""
-        return self.nodes + 2
-
-    @property
-    def deflection_terms(self) -> int:
-        """Number of Legendre coefficients of V."""
+    def terms(self) -> int:
+        """Number of Legendre coefficients of V'' and of V."""
         return self.nodes + 2
 
     def add(self, states: Array, curvature_series: Array, deflection_series: Array) -> tuple[Array, Array]:
@@ -91,12 +87,10 @@ def add_third_order(
     per_force = l * l / strip.stiffness
     slope, workspace, curvature, deflection = np.empty(n + 1), scratch(n), np.empty(n + 2), np.empty(n + 2)
     for i in range(states.shape[1]):
-        m = states[SOFTENING, i]
-        sheared = -strip.compliance * states[SHEAR, i]
-        linear_slope(
-            states[COUPLING, i], states[CLAMP, i], states[SHEAR, i], states[HEAD, i], l, tables.nodes, 1.0 / m, sheared,
-            slope,
-        )  # fmt: skip
+        for k in range(n + 1):
+            z = tables.nodes[k] * l
+            _, psi, _ = bend_at(states[COUPLING, i], states[CLAMP, i], states[SHEAR, i], states[HEAD, i], l, z)
+            slope[k] = psi / states[SOFTENING, i] - strip.compliance * states[SHEAR, i]
         q = strip.couples * states[FORCE, i] * per_force
         third_side, third_clamp = third_order(
             q, -states[SIDE, i] * per_force, head / l, slope, tables, workspace, curvature, deflection

@@ -67,8 +67,8 @@ class SampledCycle:
             rule=panels.rule,
             states=states,
             side=states[SIDE],
-            curvature_series=series[: sampler.curvature_terms],
-            deflection_series=series[sampler.curvature_terms :],
+            curvature_series=series[: sampler.terms],
+            deflection_series=series[sampler.terms :],
             length=d.l,
             compliance=strip.compliance,
             direct=1.0 / (d.b * d.h),
@@ -160,26 +160,24 @@ class _Sampler:
         self._cycle, self._rule = cycle, rule
         self._corrections = [refinement.without_ringing for refinement in cycle.refinements]
         self.ringing = next((r.ringing for r in cycle.refinements if r.ringing is not None), NO_RINGING)
-        self.curvature_terms = max((c.curvature_terms for c in self._corrections), default=0)
-        self.deflection_terms = max((c.deflection_terms for c in self._corrections), default=0)
+        self.terms = max((c.terms for c in self._corrections), default=0)
         self.inclined = any(c.inclines for c in self._corrections)
 
     def __call__(self, angle: Array) -> Array:
         if self.ringing is not NO_RINGING:
             # The part without ringing has jumps at corners.
             angle = inside(angle, self._rule)
-        rows = np.zeros((RESOLVED_ROWS + ROWS + self.curvature_terms + self.deflection_terms, angle.size))
+        rows = np.zeros((RESOLVED_ROWS + ROWS + 2 * self.terms, angle.size))
         states = rows[RESOLVED_ROWS : RESOLVED_ROWS + ROWS]
         fill_states(self._cycle.drive, self._cycle.strip, angle, states)
         rows[:RESOLVED_ROWS] = resolved_rows(states)
-        curvature_series = rows[RESOLVED_ROWS + ROWS :][: self.curvature_terms]
-        deflection_series = rows[RESOLVED_ROWS + ROWS + self.curvature_terms :]
+        curvature_series, deflection_series = rows[RESOLVED_ROWS + ROWS :].reshape(2, self.terms, angle.size)
         for correction in self._corrections:
             side, moment = correction.add(states, curvature_series, deflection_series)
             rows[1] += side
             rows[2] += moment
-        if self.curvature_terms:
+        if self.terms:
             rows[3] += curvature_series.sum(axis=0)
-            midspan = legendre_at(np.zeros(1), self.curvature_terms)[0, : self.curvature_terms]
+            midspan = legendre_at(np.zeros(1), self.terms)[0, : self.terms]
             rows[4] += midspan @ curvature_series
         return rows

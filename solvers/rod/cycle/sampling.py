@@ -54,6 +54,12 @@ def first_edges(drive: Drive, strip: Strip, sharp: Array) -> Array:
     if strip.friction != 0.0:
         corners = friction_corners(drive, strip, np.sort(np.concatenate((_GRID, breaks))))
         breaks = np.concatenate((breaks, _modulo_revolution(corners)))
+    return panel_edges(breaks)
+
+
+@kernel
+def panel_edges(breaks: Array) -> Array:
+    """Panel ends over one revolution: the breaks, in [0, 2 pi), and enough in between."""
     breaks, ends = np.sort(breaks), [0.0 for _ in range(0)]
     for i in range(breaks.size):
         if breaks[i] - (breaks[i - 1] if i > 0 else breaks[breaks.size - 1] - TURN) > _MIN_SEPARATION:

@@ -36,8 +36,9 @@ ROWS = 10
 _MAX_SECANTS = 60
 _EPS = float(np.finfo(float).eps)
 _FORCE_TOLERANCE, _SECANT_CONVERGED = 4.0 * _EPS, 0.01 * _EPS
-_MAX_SECTIONS, _FIRST_STEP = 40, 1e-3
-GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_FIRST_STEP = 1e-3
+GOLDEN, GOLDEN_STEPS = 0.5 * (math.sqrt(5.0) - 1.0), 65
+"""The golden ratio, and the number of sections by it that reduce a bracket to 3e-14."""
 _MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.4
 """Conditions for starting from the solution at the previous angle: minimum slope, and maximum force relative to the one
 that denotes buckling, i.e. far from buckling by friction."""
@@ -101,9 +102,10 @@ def _solve_from_core(strip: Strip, force: float, stroke: float) -> tuple[float, 
         while _residual(strip, force, friction_factor, right) > 0.0:
             right, step = right + step, 2.0 * step
     else:
-        left = _greatest_residual(strip, force, friction_factor, critical)
-        if not _residual(strip, force, friction_factor, left) >= 0.0:
+        share, compression = greatest_share(strip, force, friction_factor, -critical, 1.0)
+        if share < 1.0:
             return strip.buckled_force, 1.0
+        left = -compression
     while right - left > _FORCE_TOLERANCE * (abs(left) + abs(right)):
         middle = 0.5 * (left + right)
         if _residual(strip, force, friction_factor, middle) >= 0.0:
@@ -114,22 +116,33 @@ def _solve_from_core(strip: Strip, force: float, stroke: float) -> tuple[float, 
 
 
 @kernel
-def _greatest_residual(strip: Strip, force: float, friction_factor: float, critical: float) -> float:
-    """The force between -P_cr and P0 at which the residual, which has a single maximum there, is greatest; or one at
-    which it is not negative."""
-    left, right, found = critical, force, force
-    for _ in range(_MAX_SECTIONS):
+def greatest_share(
+    strip: Strip, force: float, friction_factor: float, critical: float, enough: float
+) -> tuple[float, float]:
+    """The greatest share p/(-P0 - friction) of the axial forces that a compression p up to P_cr = ``critical`` [N]
+    holds, and p [N]; or the first share found above ``enough``. P0 is ``force`` [N]; friction pushes. At 1 and more the
+    strip has an equilibrium. Friction is convex in p, so that the share has a single maximum."""
+    left, right, best, at = 0.0, critical, 0.0, 0.0
+    for _ in range(GOLDEN_STEPS):
         lower, upper = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        at_lower = _residual(strip, force, friction_factor, lower)
-        at_upper = _residual(strip, force, friction_factor, upper)
-        found = upper if at_upper > at_lower else lower
-        if max(at_lower, at_upper) >= 0.0:
+        at_lower = _share(strip, force, friction_factor, lower)
+        at_upper = _share(strip, force, friction_factor, upper)
+        if max(at_lower, at_upper) > best:
+            best, at = max(at_lower, at_upper), lower if at_lower > at_upper else upper
+        if best > enough:
             break
-        if at_upper > at_lower:
-            left = lower
-        else:
+        if at_lower > at_upper:
             right = upper
-    return found
+        else:
+            left = lower
+    return best, at
+
+
+@kernel
+def _share(strip: Strip, force: float, friction_factor: float, compression: float) -> float:
+    """A compression [N] of the strip over that which the axial forces exert on it then."""
+    exerted = -force - friction_factor * wall_force(strip, -strip.couples / strip.stiffness * compression)
+    return compression / exerted if exerted > 0.0 else np.inf
 
 
 @kernel

@@ -32,6 +32,7 @@ from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTEN
 from solvers.rod.effect_bounds.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.effect_bounds.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
+from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under
 
 Array = NDArray[np.float64]
 
@@ -43,19 +44,17 @@ MAX_PHASE_FOR_SIGN, MAX_PHASE_FOR_EXCITATION = 0.5, 2.0
 """Increments of the first mode's phase [rad] per uniform step above which the steps may miss its maximum, so that only
 its amplitude is known, and above which they do not resolve its excitation."""
 
-_FIRST_ITERATIONS, _ITERATIONS = 6, 3
-"""Inverse iterations for the natural frequency under the first force, and under the others, which start from its
-mode."""
-
 _TURN = 2.0 * math.pi
 
 
 class InertiaParameters(NamedTuple):
-    """Mass per length rho A omega^2 [N/m^2], the loss factor, and P_cr [N] in the crank's plane, rigid in shear."""
+    """Mass per length rho A omega^2 [N/m^2], the loss factor, P_cr [N] in the crank's plane, rigid in shear, and tables
+    for the first natural frequency."""
 
     line_mass: float
     loss: float
     critical: float
+    modes: Polynomials
 
 
 class Motion(NamedTuple):
@@ -106,7 +105,7 @@ def first_order_motion(
     head, inertia = (strip.rod_length - l) / l, parameters.line_mass * l * l * per_force
     coupling = states[COUPLING] * l * l
     smooth, step = order.size == uniform, _TURN / uniform
-    frequency = first_frequencies(coupling, head, inertia, tables)
+    frequency = first_frequencies(coupling, head, inertia, parameters.modes)
     deflection = _quasi_static(states, strip.compliance, l, head, tables)
     iterate, shape, largest = _first_iterate(deflection, coupling, head, inertia, uniform, every, tables)
     projection = _projection(deflection, shape)
@@ -176,34 +175,15 @@ def _fill_maximum_amplitudes(ringing: Array, angle: Array, amplitude: Array, uni
 
 
 @kernel
-def first_frequencies(coupling: Array, head: float, inertia: float, tables: Collocation) -> Array:
-    """Return Omega under axial forces with q_s l^2, as the square root of a parabola through three values of Omega^2.
-
-    Each is the first eigenvalue of d'''' - q d'' = inertia Omega^2 d, found by inverse iteration with the Rayleigh
-    quotient.
-    """
-    n = NODES
-    workspace, none, load = scratch(n), np.zeros(n), np.empty(n)
-    curvature, shape, deflection = np.empty(n + 2), np.zeros(n + 2), np.empty(n + 2)
-    least, most = coupling.min(), coupling.max()
-    squares, shape[0] = np.empty(3), 1.0
+def first_frequencies(coupling: Array, head: float, inertia: float, modes: Polynomials) -> Array:
+    """Return Omega under axial forces with q_s l^2, as the square root of a parabola through three values of
+    Omega^2."""
+    squares, out = np.empty(3), np.empty(coupling.size)
+    middle, half = 0.5 * (coupling.min() + coupling.max()), 0.5 * (coupling.max() - coupling.min())
     for m in range(3):
-        q = least + 0.5 * m * (most - least)
-        for _ in range(_FIRST_ITERATIONS if m == 0 else _ITERATIONS):
-            load[0] = 0.5 * shape[0] - shape[1] / 6.0
-            for k in range(1, n):
-                load[k] = tables.low[k] * shape[k - 1] - tables.high[k] * shape[k + 1]
-            solve_bending(q, head, 0.0, shape[0], load, none, tables, workspace, curvature, deflection)
-            rayleigh, square = 0.0, 0.0
-            for k in range(n + 2):
-                rayleigh += deflection[k] * shape[k] / (2 * k + 1)
-                square += deflection[k] * deflection[k] / (2 * k + 1)
-            for k in range(n + 2):
-                shape[k] = deflection[k] / math.sqrt(square)
-        squares[m] = rayleigh / (square * inertia)
-    out, middle = np.empty(coupling.size), 0.5 * (least + most)
+        q = middle + (m - 1.0) * half
+        squares[m] = (_TURN * frequency_under(modes, 1.0, inertia, 1.0, 1.0 + head, q, FEW_POLYNOMIALS)) ** 2
     second, first = 0.5 * (squares[0] + squares[2]) - squares[1], 0.5 * (squares[2] - squares[0])
-    half = 0.5 * (most - least)
     for i in range(coupling.size):
         x = (coupling[i] - middle) / half if half > 0.0 else 0.0
         out[i] = math.sqrt(max(squares[1] + x * (first + x * second), 1e-6 * abs(squares[1])))

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
-from solvers.rod.cycle.composition import BEAM_COLUMN, strip_of
+from solvers.rod.cycle.composition import Composition, strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
 from solvers.rod.effect_bounds.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
 from solvers.rod.effect_bounds.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
@@ -32,6 +32,7 @@ from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip.buckling import coupling_of
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
 from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.vibration.natural_frequencies import all_polynomials
 
 Array = NDArray[np.float64]
 
@@ -160,8 +161,7 @@ class Situation:
     @cached_property
     def strip(self) -> Strip:
         """The strip with every closed-form effect: coupling, shear, friction feedback."""
-        friction = self.scene.piston.friction_coefficient
-        return strip_of(self.scene, self.dimensions, BEAM_COLUMN.with_shear(), friction)
+        return strip_of(self.scene, self.dimensions, Composition(couples=True, shears=True, feedback=True))
 
     @cached_property
     def in_plane_critical(self) -> float:
@@ -213,7 +213,7 @@ class Situation:
         """Parameters of the strip's inertia."""
         d, material = self.dimensions, self.scene.material
         line_mass = material.density * d.b * d.h * self.scene.mechanism.angular_speed**2
-        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical)
+        return InertiaParameters(line_mass, material.loss_factor, self.in_plane_critical, all_polynomials())
 
     @property
     def corrected(self) -> CorrectedRevolution | None:

@@ -14,13 +14,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from solvers.numerics.brackets import MAX_ITERATIONS, mark_candidate_maxima, shrink_bracket, trial_points
 from solvers.numerics.jit import kernel
 from solvers.rod.scene import Scene
 
 Array = NDArray[np.float64]
 _TURN = 2.0 * math.pi
-_EPS = float(np.finfo(float).eps)
 
 
 class Drive(NamedTuple):
@@ -94,31 +92,3 @@ def axial_forces(d: Drive, angle: Array) -> Array:
     for i in range(angle.size):
         out[i] = axial_force(d, angle[i])
     return out
-
-
-@kernel
-def least_force(d: Drive, angle: Array, force: Array, tolerance: float) -> tuple[float, float]:
-    """Minimum axial force [N] and its angle, to ``tolerance`` relative to the maximum magnitude, from samples."""
-    count, scale = angle.size, 0.0
-    for n in range(count):
-        scale = max(scale, abs(force[n]))
-    peaks, place, value = np.zeros(count, dtype=np.bool_), np.empty(3), np.empty(3)
-    points, heights = np.empty(5), np.empty(5)
-    mark_candidate_maxima(-force, peaks)
-    least, where = np.inf, 0.0
-    for n in range(count):
-        if not peaks[n]:
-            continue
-        before, after = n - 1 if n > 0 else count - 1, n + 1 if n < count - 1 else 0
-        place[0], place[2] = angle[before] - (_TURN if n == 0 else 0.0), angle[after] + (_TURN if after == 0 else 0.0)
-        place[1], value[0], value[1], value[2] = angle[n], -force[before], -force[n], -force[after]
-        for _ in range(MAX_ITERATIONS):
-            trial_points(place, value, points)
-            for m in range(5):
-                heights[m] = -axial_force(d, points[m])
-            error = shrink_bracket(place, value, points, heights)
-            if error <= tolerance * scale or place[2] - place[0] <= 8.0 * _EPS * max(abs(place[1]), _EPS):
-                break
-        if -value[1] < least:
-            least, where = -value[1], place[1]
-    return least, where

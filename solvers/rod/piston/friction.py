@@ -19,12 +19,17 @@ from solvers.rod.scene import Scene
 Array = NDArray[np.float64]
 
 
+def power_per_wall(scene: Scene) -> float:
+    """(4/pi) mu r omega [m/s]: friction power per wall force and |dx/dphi|/r."""
+    mechanism = scene.mechanism
+    return scene.piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
+
+
 def power_at(scene: Scene, angle: Array, side: Array, moment: Array) -> Array:
     """F |v| [W] at crank angles (n,) with side forces T [N] and clamp moments M0 [N m] there."""
     mechanism, piston = scene.mechanism, scene.piston
-    per_wall = piston.friction_coefficient * (4.0 / math.pi) * mechanism.crank_radius * mechanism.angular_speed
     ratio, lever = mechanism.crank_radius / mechanism.rod_length, 6.0 / piston.skirt_length
-    return _power(angle, side, moment, piston.clamp_offset, lever, ratio, per_wall)
+    return _power(angle, side, moment, piston.clamp_offset, lever, ratio, power_per_wall(scene))
 
 
 @kernel

@@ -28,11 +28,9 @@ from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.strip.beam_column import FORWARD_LIMIT
 
 Array = NDArray[np.float64]
 
-_LIMIT = FORWARD_LIMIT
 _MIN_NODES, _NODE_STEP, _MAX_NODES = 16, 8, 128
 
 
@@ -88,45 +86,6 @@ def nodes_for(least: float, greatest: float) -> int:
     layers = math.sqrt(max(greatest, 0.0))
     required = _MIN_NODES + max(2.0 * waves, 1.5 * layers)
     return min(_MAX_NODES, _NODE_STEP * math.ceil(required / _NODE_STEP))
-
-
-@kernel
-def linear_slope(
-    q: float, clamp: float, shear: float, head: float, l: float, nodes: Array, scale: float, offset: float, out: Array
-) -> None:
-    """Write scale V' + offset at the nodes of the strip, from V''(0), V'''(0) and V''(l), q = P/EI [1/m^2].
-
-    ``nodes`` are those of a ``Collocation``. With shear, q and V refer to the section's rotation, and the slope of the
-    axis is V'/m - g V'''(0) (``solvers.rod.strip.shear``).
-    """
-    n = nodes.size - 1
-    if q * l * l > _LIMIT:
-        # q V' = V''' - D with V'' from its values at the two ends; the parts decaying from the two ends are mirror
-        # images.
-        k = math.sqrt(q)
-        end_decay = math.exp(-k * l)
-        denominator = -math.expm1(-2.0 * k * l)
-        for i in range(n):
-            out[i] = math.exp(-k * l * nodes[i])
-        factor, constant = scale * k / (denominator * q), offset - scale * shear / q
-        out[n] = factor * (head * (1.0 + end_decay * end_decay) - clamp * (end_decay + end_decay)) + constant
-        for i in range((n + 1) // 2):
-            down, up = out[i], out[n - 1 - i]
-            out[i] = factor * (head * (up + end_decay * down) - clamp * (down + end_decay * up)) + constant
-            out[n - 1 - i] = factor * (head * (down + end_decay * up) - clamp * (up + end_decay * down)) + constant
-        return
-    k = 0.5 * math.sqrt(abs(q))
-    for i in range(n + 1):
-        z = nodes[i] * l
-        x = k * z
-        if x == 0.0:
-            sine, cosine = 0.5 * z, 1.0
-        elif q < 0.0:
-            sine, cosine = 0.5 * math.sin(x) / k, math.cos(x)
-        else:
-            h = math.expm1(x)
-            sine, cosine = 0.25 * h * (h + 2.0) / ((h + 1.0) * k), 1.0 + 0.5 * h * h / (h + 1.0)
-        out[i] = scale * (2.0 * sine * (clamp * cosine + shear * sine)) + offset
 
 
 @kernel

@@ -85,6 +85,14 @@ def _from_ends(
     return curvature, (derivative - shear) / q, (curvature - clamp - shear * z) / q
 
 
+@kernel
+def bend_at(q: float, clamp: float, shear: float, head: float, l: float, z: float) -> tuple[float, float, float]:
+    """psi' [1/m], psi and int psi dz [m] at the section z, at one angle."""
+    if q * l * l > FORWARD_LIMIT:
+        return _from_ends(q, clamp, shear, head, l, z)
+    return _from_clamp(q, clamp, shear, z)
+
+
 @reducing_kernel
 def bend(
     q: Array, clamp: Array, shear: Array, head: Array, l: float, z: float, curvature: Array, rotation: Array,

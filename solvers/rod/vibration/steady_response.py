@@ -122,14 +122,9 @@ class SteadyVibration:
         return self.motion.highest_frequency
 
     @property
-    def curvature_terms(self) -> int:
-        """Legendre coefficients of V''."""
+    def terms(self) -> int:
+        """Number of Legendre coefficients of V'' and of V."""
         return self._unit_curvature.shape[0]
-
-    @property
-    def deflection_terms(self) -> int:
-        """Legendre coefficients of V."""
-        return self._unit_deflection.shape[0]
 
     @cached_property
     def without_ringing(self) -> SteadyVibration:
@@ -162,8 +157,8 @@ class SteadyVibration:
         """Add d to the series of V'' and V at the states' angles; return its contribution to T [N] and M0 [N m]
         there."""
         amplitudes, (side, moment) = self._amplitudes(states), self._unit_reactions
-        curvature_series[: self.curvature_terms] += self._unit_curvature @ amplitudes
-        deflection_series[: self.deflection_terms] += self._unit_deflection @ amplitudes
+        curvature_series[: self.terms] += self._unit_curvature @ amplitudes
+        deflection_series[: self.terms] += self._unit_deflection @ amplitudes
         return side @ amplitudes, moment @ amplitudes
 
     def _amplitudes(self, states: Array) -> Array:

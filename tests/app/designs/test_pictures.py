@@ -34,7 +34,7 @@ def test_the_plotted_stresses_match_the_check():
     assert 0.5 * (fibre.max() + fibre.min()) == pytest.approx(result["stress_mean_mpa"], rel=1e-4)
     assert turn.force.min() == pytest.approx(result["axial_force_min_n"], rel=1e-4)
     # Drawn at whole degrees, between which the greatest may lie.
-    assert np.abs(turn.shape.side_force()).max() == pytest.approx(result["side_force_max_n"], rel=1e-3)
+    assert np.abs(turn.side_force()).max() == pytest.approx(result["side_force_max_n"], rel=1e-3)
 
 
 @pytest.mark.parametrize("h_mm", np.arange(0.2, 0.5, 0.02))

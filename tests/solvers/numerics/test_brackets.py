@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from solvers.numerics.brackets import MAX_ITERATIONS, mark_candidate_maxima, shrink_bracket, trial_points
+from solvers.numerics.brackets import MAX_ITERATIONS, shrink_bracket, trial_points
 
 
 class Found(NamedTuple):
@@ -34,13 +34,6 @@ def climbed(function, bracket, tolerance):
     return value[1], max(error, rounding)
 
 
-def humps(samples):
-    peaks = np.zeros(samples.shape, dtype=bool)
-    for row, marked in zip(samples, peaks, strict=True):
-        mark_candidate_maxima(row, marked)
-    return np.nonzero(peaks)
-
-
 PEAKS = [
     (lambda x: np.cos(x - 0.3), (0.0, 0.2, 1.0), 1.0),
     (lambda x: 1.0 - np.abs(x - 0.7), (0.0, 0.5, 1.0), 1.0),
@@ -60,19 +53,6 @@ def test_every_row_reaches_its_maximum_within_its_error_bound(tolerance):
     assert np.all(exact - found.value <= np.maximum(found.error, 1e-15))
     assert np.all(found.value <= exact + 4e-16 * exact)
     assert np.all(found.error <= max(tolerance, 1e-14))
-
-
-def test_a_periodic_row_may_have_a_maximum_at_its_seam():
-    angle = np.arange(64) * 2 * np.pi / 64
-    rows, columns = humps(np.stack([np.cos(angle), np.cos(2 * angle)]))
-    assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 0), (1, 32)]
-
-
-def test_a_plateau_is_one_maximum():
-    flat = np.full(64, 2.0)
-    step = np.where(np.arange(64) < 20, 1.0, np.where(np.arange(64) < 50, 2.0, 0.5))
-    rows, columns = humps(np.stack([flat, step]))
-    assert list(zip(rows, columns, strict=True)) == [(0, 0), (1, 20)]
 
 
 @pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-9])

@@ -6,7 +6,7 @@ import numpy as np
 
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.cycle.composition import BeamModel, strip_of
+from solvers.rod.cycle.composition import Composition, strip_of
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, ROWS, SHEAR, SIDE, SOFTENING, STROKE, Strip
 from solvers.rod.strip.beam_column import constants
 
@@ -56,9 +56,16 @@ def bend_state(strip: Strip, force: float, stroke: float, states: np.ndarray, i:
     states[[SIDE, MOMENT], i] = -strip.stiffness * m * shear * stroke, strip.stiffness * clamp * stroke
 
 
-def bent(beam: BeamModel, scene: rod.Scene, strip: rod.Dimensions, force: np.ndarray, stroke: np.ndarray) -> BentStrip:
+def bent(
+    scene: rod.Scene,
+    strip: rod.Dimensions,
+    force: np.ndarray,
+    stroke: np.ndarray,
+    couples: bool = True,
+    shears: bool = False,
+) -> BentStrip:
     """The strip under axial forces [N] with the crank pin at lateral strokes [m], (n,) each."""
-    ready, states = strip_of(scene, strip, beam, 0.0), np.empty((ROWS, force.size))
+    ready, states = strip_of(scene, strip, Composition(couples=couples, shears=shears)), np.empty((ROWS, force.size))
     for i, (f, s) in enumerate(zip(force.tolist(), stroke.tolist(), strict=True)):
         bend_state(ready, f, s, states, i)
     return BentStrip.linear(ready, states)

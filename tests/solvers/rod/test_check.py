@@ -13,6 +13,8 @@ from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
 from solvers.fatigue import goodman, serensen
+from solvers.rod.load.axial_force import axial_forces, drive_of
+from solvers.rod.strip.stiffness import SHEAR_FACTOR
 from tests.solvers.rod.brute_force import CoreModel, greatest
 from tests.solvers.rod.machines import CORE, PAPER, STRIP, random_machine
 
@@ -261,3 +263,39 @@ def main_results(outcome):
         "contact_pressure_max", "friction_power", "deflection_ratio",
     )  # fmt: skip
     return {name: getattr(stresses, name) for name in names}
+
+
+@pytest.mark.parametrize("names", [("friction",), ("friction", "shear"), ("friction", "reciprocating_inertia")])
+def test_a_strip_that_its_axial_force_does_not_bend_against_dense_sampling(names):
+    rng = np.random.default_rng(5)
+    sizes = np.array([STRIP.b, STRIP.h, STRIP.l]) * rng.uniform(0.85, 1.4, (4, 3))
+    sizes[:, 2] = np.minimum(sizes[:, 2], PAPER.mechanism.rod_length)
+    effects = rod.EffectSelection(frozenset(names), frozenset(effect.name for effect in rod.EFFECTS) - set(names))
+    m, piston, material = PAPER.mechanism, PAPER.piston, PAPER.material
+    angle = np.linspace(0.0, 2.0 * np.pi, 20001)
+    stroke = m.crank_radius * np.sin(angle)
+    force = axial_forces(drive_of(PAPER, piston.reciprocating_mass if "reciprocating_inertia" in names else 0.0), angle)
+    seen = 0
+    for b, h, l in sizes.tolist():
+        found = rod.check(PAPER, rod.Dimensions(b, h, l), effects).value.stresses
+        if found is None:
+            continue
+        seen += 1
+        stiffness, e, z = material.elastic_modulus * b * h**3 / 12.0, m.rod_length - l, np.linspace(0.0, l, 41)
+        soft = stiffness / (SHEAR_FACTOR * material.shear_modulus * b * h) if "shear" in names else 0.0
+        # psi' = C + D z, V' = psi - g D, V(l) + e psi(l) = 1 per unit stroke, and no moment at the crank pin.
+        system = np.array([[0.5 * l**2 + e * l, l**3 / 6.0 + 0.5 * e * l**2 - soft * l], [1.0, m.rod_length]])
+        bent, shear = np.linalg.solve(system, np.array([1.0, 0.0]))
+        bending = np.multiply.outer(0.5 * material.elastic_modulus * h * (bent + shear * z), stroke)
+        side, moment = stiffness * abs(shear) * m.crank_radius, stiffness * bent * m.crank_radius
+        couple = 6.0 / piston.skirt_length * abs(moment - side * piston.clamp_offset)
+        pressure = 4.0 / (math.pi * piston.diameter * piston.skirt_length) * (side + couple)
+        sunk = (0.5 * bent * z**2 + shear * (z**3 / 6.0 - soft * z)) * m.crank_radius
+        most = max(np.abs(force / (b * h) + fibre * bending).max() for fibre in (1.0, -1.0))
+        assert found.max_stress == pytest.approx(most, rel=1e-6)
+        assert found.worst_section == 0.0
+        assert found.side_force_max == pytest.approx(side, rel=1e-9)
+        assert found.clamp_moment_max == pytest.approx(moment, rel=1e-9)
+        assert found.contact_pressure_max == pytest.approx(pressure, rel=1e-9)
+        assert found.deflection_ratio * l == pytest.approx(np.abs(sunk).max(), rel=1e-9)
+    assert seen

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.check import outcome_of
+from solvers.rod.check import check_of
 from solvers.rod.cycle import large_displacement
-from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.large_displacement import LargeDisplacement
 from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.vibration import steady_response
@@ -41,12 +41,12 @@ def test_the_effects_are_those_of_the_contract():
 
 def by_hand(names):
     """The composition written out without the effects' own objects choosing it."""
-    beam = BEAM_COLUMN if "beam_column" in names else PLAIN_BENDING
     corrections = (LargeDisplacement(),) if "large_displacement" in names else ()
     corrections += (RodInertia(),) if "rod_inertia" in names else ()
     return Composition(
         moves="reciprocating_inertia" in names,
-        beam=beam.with_shear() if "shear" in names else beam,
+        couples="beam_column" in names,
+        shears="shear" in names,
         feedback="friction_feedback" in names,
         corrections=corrections,
     )
@@ -98,9 +98,9 @@ def test_an_effect_left_out_is_the_scene_that_never_had_it(monkeypatch):
         plain = Cycle(HEAVY, STRIP, by_hand(names), 1e-2).at(angles)
         assert chosen.force.tobytes() == plain.force.tobytes()
         for field in ("curvature", "axial_force"):
-            first, second = getattr(chosen.shape, field)(stations), getattr(plain.shape, field)(stations)
+            first, second = getattr(chosen, field)(stations), getattr(plain, field)(stations)
             assert first.tobytes() == second.tobytes()
-        assert chosen.shape.side_force().tobytes() == plain.shape.side_force().tobytes()
+        assert chosen.side_force().tobytes() == plain.side_force().tobytes()
 
 
 @pytest.mark.parametrize("others", [{"beam_column"}, {"beam_column", "large_displacement"}])
@@ -110,10 +110,10 @@ def test_without_friction_its_results_do_not_exist_and_are_not_computed(monkeypa
     rows = []
 
     def told(*arguments):
-        rows.append(arguments[5])
-        return outcome_of(*arguments)
+        rows.append(arguments[1])
+        return check_of(*arguments)
 
-    monkeypatch.setattr(import_module("solvers.rod.check"), "outcome_of", told)
+    monkeypatch.setattr(import_module("solvers.rod.check"), "check_of", told)
     stresses = rod.check(PAPER, STRIP, only(others)).value.stresses
     assert stresses.contact_pressure_max is None
     assert stresses.friction_power is None
@@ -127,7 +127,7 @@ def test_every_effect_changes_something_when_it_runs(name):
     base = {"beam_column"} - {name}
     with_it = Cycle(HEAVY, STRIP, compose(choose_for(HEAVY, STRIP, only(base | {name})))).at(angles)
     without = Cycle(HEAVY, STRIP, compose(choose_for(HEAVY, STRIP, only(base)))).at(angles)
-    assert np.all(with_it.shape.curvature([0.0]) != without.shape.curvature([0.0]))
+    assert np.all(with_it.curvature([0.0]) != without.curvature([0.0]))
 
 
 def main_results(scene, strip, effects, tolerance):

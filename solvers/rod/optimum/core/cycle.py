@@ -14,12 +14,13 @@ from solvers.crank.motion import in_line as kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic
-from solvers.rod.load.axial_force import Drive, axial_forces, drive_of, least_force
+from solvers.numerics.panels import greatest, resolve
+from solvers.rod.cycle.sampling import MAX_PANELS, panel_edges, rule_for
+from solvers.rod.load.axial_force import Drive, axial_forces, drive_of
 from solvers.rod.optimum.core import peak_model
 from solvers.rod.optimum.core.peak_model import Array, CorePeaks, guide_reactions_at, stresses_at
 from solvers.rod.optimum.peaks import (
     ANGLE_STEP,
-    ANGLES,
     Peaks,
     RequiredResults,
     distance_to_corners,
@@ -153,9 +154,13 @@ class CoreRows:
 def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCycle:
     """Cycle of a scene under the gas force and the inertia of a reciprocating mass [kg]."""
     drive, piston = drive_of(scene, mass), scene.piston
-    angle, mean_angle = periodic.grid(ANGLES), periodic.grid(MEAN_ANGLES)
-    least, peak_compression_angle = least_force(drive, angle, axial_forces(drive, angle), _FORCE_TOLERANCE)
-    m = scene.mechanism
+    mean_angle, m = periodic.grid(MEAN_ANGLES), scene.mechanism
+    edges = panel_edges(np.mod(scene.load.sharp_angles(), periodic.TURN))
+    rule = rule_for(scene.load, _FORCE_TOLERANCE)
+    panels, force, _ = resolve(
+        lambda angle: axial_forces(drive, angle)[None], edges, rule, 1, _FORCE_TOLERANCE, MAX_PANELS
+    )
+    compression, _, peak_compression_angle = greatest(*panels, force[0], -1.0, _FORCE_TOLERANCE * np.abs(force).max())
     speed = np.abs(kinematics.velocity(mean_angle, m.crank_radius, m.rod_length, m.angular_speed))
     return CoreCycle(
         drive=drive,
@@ -163,7 +168,7 @@ def core_cycle(scene: Scene, criterion: FatigueCriterion, mass: float) -> CoreCy
         guide=np.array([piston.clamp_offset, piston.diameter, piston.skirt_length, piston.friction_coefficient]),
         diagram=criterion.diagram(),
         mean_samples=(axial_forces(drive, mean_angle), m.crank_radius * np.sin(mean_angle), speed),
-        compression=max(-least, 0.0),
+        compression=max(compression, 0.0),
         peak_compression_angle=peak_compression_angle % periodic.TURN,
         corners=scene.load.corners(),
     )

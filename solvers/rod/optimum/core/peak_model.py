@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 
 from solvers.fatigue.kernels import utilisation_of
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.bending import clamp, curvature
 from solvers.rod.rows import (
     BUCKLED,
     FIRST_PART,
@@ -32,7 +31,9 @@ from solvers.rod.rows import (
     THICKNESS,
     UTILISATION,
 )
+from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import log_critical_parameter
+from solvers.rod.strip.shape import bend_at
 
 Array = NDArray[np.float64]
 
@@ -147,12 +148,12 @@ def stresses_at(
 ) -> None:
     """Stresses of both fibres [Pa], P/(b h) +- (E h/2) V'' s, at all sections and angles: (2, sections, angles)."""
     scale = 12.0 / (modulus * b * h * h * h)
-    bent = np.empty(eta.size)
     for i in range(force.size):
-        curvature(force[i] * scale, l, rod_length, eta, bent)
+        q, _, clamp, shear, head = constants(force[i] * scale, l, rod_length, 0.0)
         direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
         for j in range(eta.size):
-            out[0, j, i], out[1, j, i] = direct + bending * bent[j], direct - bending * bent[j]
+            bent = bending * bend_at(q, clamp, shear, head, l, (1.0 - eta[j]) * l)[0]
+            out[0, j, i], out[1, j, i] = direct + bent, direct - bent
 
 
 @kernel
@@ -161,9 +162,9 @@ def side_force_and_couple(
 ) -> tuple[float, float]:
     """Side force |T| and couple 6 |M0 + T e|/Lp of the guide [N] at one angle."""
     stiffness = modulus / (12.0 * tau)
-    C, _ = clamp(force / stiffness, l, rod_length)
-    k, s = (stiffness * C + force) / rod_length, abs(stroke)
-    return s * abs(k), 6.0 / guide[2] * s * abs((rod_length + guide[0]) * k - force)
+    _, _, clamp, shear, _ = constants(force / stiffness, l, rod_length, 0.0)
+    per_stroke = abs(stroke) * stiffness
+    return per_stroke * abs(shear), 6.0 / guide[2] * per_stroke * abs(clamp - guide[0] * shear)
 
 
 @kernel

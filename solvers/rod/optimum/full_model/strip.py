@@ -34,10 +34,10 @@ class FullStrip:
 
     def stresses(self, angle: Array, eta: Array) -> Array:
         d, modulus = self.dimensions, self.cycle.scene.material.elastic_modulus
-        return self.cycle.at(angle).shape.fibre_stresses((1.0 - eta) * d.l, d.b, d.h, modulus)
+        return self.cycle.at(angle).fibre_stresses((1.0 - eta) * d.l, d.b, d.h, modulus)
 
     def reactions(self, angle: Array) -> Array:
-        piston, shape = self.cycle.scene.piston, self.cycle.at(angle).shape
+        piston, shape = self.cycle.scene.piston, self.cycle.at(angle)
         side, moment = shape.side_force(), shape.clamp_moment()
         couple = 6.0 * np.abs(moment + side * piston.clamp_offset) / piston.skirt_length
         return np.array([np.abs(side), np.abs(side) + couple])
@@ -45,7 +45,7 @@ class FullStrip:
     def friction_power(self) -> float:
         """Mean friction power over equidistant angles of the revolution [W]."""
         state = self.cycle.at(_POWER_ANGLES)
-        power = power_at(self.cycle.scene, _POWER_ANGLES, state.shape.side_force(), state.shape.clamp_moment())
+        power = power_at(self.cycle.scene, _POWER_ANGLES, state.side_force(), state.clamp_moment())
         return float(np.mean(power))
 
     @cached_property
@@ -54,7 +54,7 @@ class FullStrip:
         d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
         stiffness, out_of_plane = bending_stiffness(scene, d), buckling.coupling_of(d.l, length)
         in_plane = out_of_plane
-        if self.cycle.composition.beam.shears:
+        if self.cycle.composition.shears:
             in_plane = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
         return -stiffness * in_plane, -stiffness * out_of_plane * (d.b / d.h) ** 2
 

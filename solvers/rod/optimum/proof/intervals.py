@@ -1,7 +1,15 @@
 """Bounds of the curvature of a strip over a box of designs: the basis of the proof of global optimality.
 
-With X = ln tau and Y = ln l, in the notation of ``core.bending``: g0, g1, g2 decrease with t up to the first buckling
-root of the clamped-pinned column (x = 4.493), so their ranges over an interval of t are given by its ends. The ranges
+With q = 12 P tau/E, tau = 1/(b h^3), t = -q l^2 and
+
+    g0 = c1 = j0(x),  g1 = c2 - c3 = j1(x)/x,  g2 = j2(x)/x^2,   x = sqrt(t),   dg_n/dt = -g_{n+1}/2,
+
+j_n the spherical Bessel functions and e = L - l, the curvature of ``strip.beam_column`` is, at y = eta l from the head,
+
+    V'' = N/det,  N = e c0 + y g0,  c0 = g0 - T g1 = cos x (all at T = eta^2 t),  det = l^3 g1 + e L l g0.
+
+g0, g1, g2 decrease with t up to the first buckling root of the clamped-pinned column (x = 4.493), so their ranges over
+an interval of t are given by its ends. With X = ln tau and Y = ln l, the ranges
 of V'' and its derivatives follow by interval arithmetic. With the value at the centre and the mean value theorem they
 give a plane whose error is quadratic in the size of the box:
 
@@ -20,8 +28,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.optimum.core.bending import STRONG_TENSION, bessel, clamp, curvature
+from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.buckling import FIRST_ROOT_LIMITS
+from solvers.rod.strip.shape import bend_at
 
 Array = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -35,6 +44,38 @@ VALUE, BY_X, BY_Y, ERROR, LOW, HIGH = range(6)
 
 UNBOUNDED = 1e200
 """Stands for infinity where a product with zero must be zero."""
+
+
+_SERIES_LIMIT = 1.0
+_TERMS = 12
+_COEFFICIENTS = np.zeros((3, _TERMS))
+for _n in range(3):
+    for _j in range(_TERMS):
+        # j_n(x)/x^n = sum (-x^2/2)^j / (j! (2n+2j+1)!!)
+        _odd = math.prod(range(1, 2 * _n + 2 * _j + 2, 2))
+        _COEFFICIENTS[_n, _j] = (-0.5) ** _j / (math.factorial(_j) * _odd)
+
+STRONG_TENSION = -400.0
+"""t below which (strong tension) decaying exponentials replace the closed forms."""
+
+
+@kernel
+def bessel(t: float) -> tuple[float, float, float]:
+    """g0, g1, g2 at t, for t from STRONG_TENSION to 20.2."""
+    if abs(t) <= _SERIES_LIMIT:
+        g0, g1, g2 = _COEFFICIENTS[0, _TERMS - 1], _COEFFICIENTS[1, _TERMS - 1], _COEFFICIENTS[2, _TERMS - 1]
+        for j in range(_TERMS - 2, -1, -1):
+            g0, g1, g2 = _COEFFICIENTS[0, j] + t * g0, _COEFFICIENTS[1, j] + t * g1, _COEFFICIENTS[2, j] + t * g2
+        return g0, g1, g2
+    if t > 0:
+        x = math.sqrt(t)
+        g0, c0 = math.sin(x) / x, math.cos(x)
+    else:
+        x = math.sqrt(-t)
+        exponential = math.exp(x)
+        g0, c0 = 0.5 * (exponential - 1.0 / exponential) / x, 0.5 * (exponential + 1.0 / exponential)
+    g1 = (g0 - c0) / t
+    return g0, g1, (3.0 * g1 - g0) / t
 
 
 @kernel
@@ -63,13 +104,16 @@ def bending_over(force: float, modulus: float, rod_length: float, tau: Array, l:
     ``tau`` and ``l`` contain lower end, centre and upper end of the box.
     """
     scale = 12.0 * force / modulus
-    curvature(scale * tau[1], l[1], rod_length, eta, out[VALUE])
+    q, _, bent, shear, head = constants(scale * tau[1], l[1], rod_length, 0.0)
+    for j in range(eta.size):
+        out[VALUE, j] = bend_at(q, bent, shear, head, l[1], (1.0 - eta[j]) * l[1])[0]
     # Corners at the clamp: C decreases with l; with tau it increases in tension and decreases in compression.
     first, last = (0, 2) if force > 0.0 else (2, 0)
-    low, det = clamp(scale * tau[first], l[2], rod_length)
-    high, _ = clamp(scale * tau[last], l[0], rod_length)
-    # Beyond x = 4.493 the determinant may be positive again, between higher roots.
-    if not (det > 0.0 and -scale * tau[2] * l[2] * l[2] < FIRST_ROOT_SQUARED):
+    _, _, low, _, head = constants(scale * tau[first], l[2], rod_length, 0.0)
+    _, _, high, _, _ = constants(scale * tau[last], l[0], rod_length, 0.0)
+    # The curvature at the head has the sign of the determinant, which beyond x = 4.493 may be positive again, between
+    # higher roots.
+    if not (head >= 0.0 and -scale * tau[2] * l[2] * l[2] < FIRST_ROOT_SQUARED):
         low, high = -UNBOUNDED, UNBOUNDED
     for j in range(eta.size):
         out[BY_X, j], out[BY_Y, j], out[ERROR, j] = 0.0, 0.0, UNBOUNDED

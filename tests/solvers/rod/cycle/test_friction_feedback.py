@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.state import MOMENT, ROWS, SIDE, STROKE, fill_states, friction_corners
 from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
@@ -22,13 +22,13 @@ ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 @pytest.mark.parametrize("coefficient", [0.05, 0.15, 0.8])
 def test_the_loop_is_closed_at_every_angle(coefficient):
     scene = replace(PAPER, piston=replace(PAPER.piston, friction_coefficient=coefficient))
-    plain = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN)).axial_force(ANGLES)
-    closed = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True)).axial_force(ANGLES)
+    plain = Cycle(scene, STRIP, Composition(couples=True)).axial_force(ANGLES)
+    closed = Cycle(scene, STRIP, Composition(couples=True, feedback=True)).axial_force(ANGLES)
     for angle, before, found in zip(ANGLES, plain, closed, strict=True):
         stroke = scene.mechanism.crank_radius * np.sin(angle)
 
         def residual(total, before=before, stroke=stroke):
-            shape = bent(BEAM_COLUMN, scene, STRIP, np.array([total]), np.array([stroke]))
+            shape = bent(scene, STRIP, np.array([total]), np.array([stroke]))
             side, moment = float(shape.side_force()[0]), float(shape.clamp_moment()[0])
             # int |T/Lp + 12 M s/Lp^3| ds by its pieces, without the guide's closed form.
             skirt = scene.piston.skirt_length
@@ -44,8 +44,8 @@ def test_the_loop_is_closed_at_every_angle(coefficient):
 
 
 def test_friction_opposes_the_piston():
-    plain = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN)).axial_force(ANGLES)
-    closed = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True)).axial_force(ANGLES)
+    plain = Cycle(PAPER, STRIP, Composition(couples=True)).axial_force(ANGLES)
+    closed = Cycle(PAPER, STRIP, Composition(couples=True, feedback=True)).axial_force(ANGLES)
     down = np.sin(ANGLES) > 1e-9
     up = np.sin(ANGLES) < -1e-9
     assert np.all(closed[down] > plain[down])
@@ -84,7 +84,7 @@ def first_solution(coefficient, angle):
     """On the way up, by marching from the gas force to buckling and bisection; None where there is none."""
     stroke = PUSHED.mechanism.crank_radius * np.sin(angle)
     scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
-    plain = float(Cycle(scene, THIN, Composition(beam=BEAM_COLUMN)).axial_force(np.array([angle]))[0])
+    plain = float(Cycle(scene, THIN, Composition(couples=True)).axial_force(np.array([angle]))[0])
 
     def residual(total):
         return total - plain + friction_of(scene, THIN, total, stroke)
@@ -106,10 +106,10 @@ def test_friction_is_followed_up_to_where_it_buckles_the_strip():
     assert 0.01 < low < 1.0
     for coefficient in (0.5 * low, 0.9 * low, 0.99 * low, 0.9999 * low):
         scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
-        found = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True)).axial_force(angles)
+        found = Cycle(scene, THIN, Composition(couples=True, feedback=True)).axial_force(angles)
         assert found == pytest.approx([first_solution(coefficient, a) for a in angles], rel=1e-10)
     scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=1.001 * high))
-    found = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True)).axial_force(angles)
+    found = Cycle(scene, THIN, Composition(couples=True, feedback=True)).axial_force(angles)
     assert found.min() < -critical()
 
 
@@ -119,7 +119,7 @@ def test_friction_relieves_a_strip_pushed_to_its_critical_load(coefficient, shar
     """On its way down, by bisection above the critical load; every angle starts from its neighbour or from afar."""
     piston = replace(PUSHED.piston, friction_coefficient=coefficient)
     scene = replace(PUSHED, piston=piston, load=rod.ConstantLoad(share * critical() / piston.area))
-    cycle = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(scene, THIN, Composition(couples=True, feedback=True))
     angles, pole = np.linspace(0.0, np.pi, 201)[2:-2], -critical()
     plain = cycle.without_corrections().scene.load.pressure(angles) * -piston.area
 
@@ -142,7 +142,7 @@ def test_friction_does_not_hold_a_strip_that_buckles_without_it(coefficient, sha
     """Some of the angles used to be held, up to all but a few of a thousand, as the secants happened to go."""
     piston = replace(PUSHED.piston, friction_coefficient=coefficient)
     scene = replace(PUSHED, piston=piston, load=rod.ConstantLoad(share * critical() / piston.area))
-    cycle = Cycle(scene, THIN, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(scene, THIN, Composition(couples=True, feedback=True))
     assert cycle.axial_force(np.linspace(0.01, np.pi - 0.01, 1001)) == pytest.approx(-2.0 * critical())
     value = rod.check(scene, THIN, FED_BACK).value
     assert value.stability_safety == pytest.approx(1.0 / share, rel=1e-12) and value.stresses is None
@@ -168,8 +168,8 @@ def test_steep_friction_of_a_short_skirt_is_no_buckling(skirt):
     """It was taken for such: the first step towards the solution led beyond the critical force."""
     scene = replace(PAPER, piston=replace(PAPER.piston, skirt_length=skirt))
     angles = np.linspace(0.0, 2 * np.pi, 101)
-    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
-    plain = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN)).axial_force(angles)
+    cycle = Cycle(scene, STRIP, Composition(couples=True, feedback=True))
+    plain = Cycle(scene, STRIP, Composition(couples=True)).axial_force(angles)
     found, stroke = cycle.axial_force(angles), scene.mechanism.crank_radius * np.sin(angles)
     friction = [friction_of(scene, STRIP, *each)[0] for each in zip(found, stroke, strict=True)]
     assert found == pytest.approx(plain + np.sign(stroke) * friction, rel=1e-6, abs=1e-6)
@@ -189,7 +189,7 @@ def test_beyond_buckling_forces_are_those_without_friction():
 def test_contact_switches_between_one_wall_and_both_at_the_corners(offset):
     """Where 6 |M|/Lp = |T| for the moment about the middle of the skirt, against Brent's method on the states."""
     scene = replace(PAPER, piston=replace(PAPER.piston, clamp_offset=offset))
-    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(scene, STRIP, Composition(couples=True, feedback=True))
     grid = np.linspace(0.0, 2.0 * np.pi, 129)
 
     def switched(angle):

@@ -14,11 +14,10 @@ from scipy.integrate import solve_bvp
 from oracles.textbook import rod_beam_column
 from oracles.textbook.rod_beam_column import solve
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.cycle.composition import BEAM_COLUMN
 from solvers.rod.cycle.large_displacement import ElasticaExpansion
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING
+from solvers.rod.cycle.state import FORCE
 from solvers.rod.strip.buckling import critical_phase
-from solvers.rod.strip.elastica_kernels import collocation, linear_slope, nodes_for, scratch, third_order
+from solvers.rod.strip.elastica_kernels import collocation, nodes_for, scratch, third_order
 from solvers.rod.strip.stiffness import bending_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP, bent
 
@@ -58,7 +57,7 @@ def elastica(force, stroke):
         return np.array([a[0], a[2], b[2] + e * np.sin(turn) - s, moment])
 
     mesh = np.linspace(0.0, 1.0, 81)
-    linear = bent(BEAM_COLUMN, PAPER, STRIP, np.array([force]), np.array([stroke]))
+    linear = bent(PAPER, STRIP, np.array([force]), np.array([stroke]))
     start = np.stack(
         [linear.slope(mesh * l)[:, 0], linear.curvature(mesh * l)[:, 0] * l, linear.deflection(mesh * l)[:, 0] / l]
     )
@@ -72,7 +71,7 @@ def corrected_of(linear):
     """The strip with its correction."""
     q = linear.states[FORCE] * STRIP.l**2 / EI
     expansion = ElasticaExpansion(linear.strip, nodes_for(float(q.min()), float(q.max())))
-    bent, sunk = np.zeros((expansion.curvature_terms, q.size)), np.zeros((expansion.deflection_terms, q.size))
+    bent, sunk = np.zeros((expansion.terms, q.size)), np.zeros((expansion.terms, q.size))
     return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
 
 
@@ -80,7 +79,7 @@ def errors(force, stroke):
     """Relative errors of the linear and of the corrected shape: (curvature, side force) each."""
     exact = elastica(force, stroke)
     forces, strokes = np.array([force]), np.array([stroke])
-    linear = bent(BEAM_COLUMN, PAPER, STRIP, forces, strokes)
+    linear = bent(PAPER, STRIP, forces, strokes)
     corrected = corrected_of(linear)
     curvature, side = exact.sol(STATIONS)[1], -EI * exact.p[0]
     scale = np.abs(curvature).max()
@@ -109,7 +108,7 @@ def test_the_papers_stroke_is_met_closely(force):
 
 def test_the_force_along_the_strip_follows_its_tangent():
     exact = elastica(-160.0, 1.5e-3)
-    linear = bent(BEAM_COLUMN, PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
+    linear = bent(PAPER, STRIP, np.array([-160.0]), np.array([1.5e-3]))
     shape = corrected_of(linear)
     theta = exact.sol(STATIONS)[0]
     along = -160.0 * np.cos(theta) - EI * exact.p[0] * np.sin(theta)
@@ -193,16 +192,3 @@ def test_very_strong_tension_has_nodes_enough(q):
         shear, series = 0.05 * float(constants.clamp_shear[0]), np.empty((2, slope.size + 1))
         found.append(third_order(q, shear, head, slope, tables, scratch(slope.size - 1), *series))
     assert found[0] == pytest.approx(found[1], rel=1e-10)
-
-
-@pytest.mark.parametrize("force", [-160.0, 0.0, 1e-9, 100.0, 5000.0])
-@pytest.mark.parametrize("shear", [False, True])
-def test_the_compiled_slope_is_the_shapes(force, shear):
-    beam = BEAM_COLUMN.with_shear() if shear else BEAM_COLUMN
-    shape = bent(beam, PAPER, STRIP, np.array([force]), np.array([1.0]))
-    nodes, state = collocation(24).nodes, shape.states[:, 0]
-    parts = tuple(float(state[row]) for row in (COUPLING, CLAMP, SHEAR, HEAD))
-    out = np.empty(25)
-    linear_slope(*parts, STRIP.l, nodes, 1.0 / state[SOFTENING], -shape.strip.compliance * state[SHEAR], out)
-    expected = shape.slope(nodes * STRIP.l)[:, 0]
-    assert out == pytest.approx(expected, rel=1e-12, abs=1e-13 * np.abs(expected).max())

@@ -69,12 +69,12 @@ def test_neighbours_are_solved_at_the_resolution_of_the_centre(rows):
     angles = np.linspace(0.0, 2.0 * np.pi, 50)
     for k, neighbour in enumerate(centre.neighbours(strips)):
         found, own = centre.refinements[0], neighbour.refinements[0]
-        assert own.motion.edges.size == found.motion.edges.size and own.curvature_terms == found.curvature_terms
-        moment = neighbour.at(angles).shape.clamp_moment()
-        exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).shape.clamp_moment()
+        assert own.motion.edges.size == found.motion.edges.size and own.terms == found.terms
+        moment = neighbour.at(angles).clamp_moment()
+        exact = Cycle(centre.scene, strips[k], rows.model.composition, 1e-9).at(angles).clamp_moment()
         assert np.max(np.abs(moment - exact)) < 3e-7 * np.max(np.abs(exact))
         if k == 0:
-            assert np.allclose(moment, centre.at(angles).shape.clamp_moment(), rtol=1e-10, atol=0.0)
+            assert np.allclose(moment, centre.at(angles).clamp_moment(), rtol=1e-10, atol=0.0)
         else:
             assert not np.array_equal(own.motion.edges, found.motion.edges)
 

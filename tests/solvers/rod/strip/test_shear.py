@@ -8,7 +8,6 @@ from scipy.integrate import solve_bvp
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.cycle.composition import BEAM_COLUMN, PLAIN_BENDING
 from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP, bent
@@ -34,10 +33,10 @@ def timoshenko(force, coupled=1.0):
 
 
 @pytest.mark.parametrize("force", [-3000.0, 0.0, 5000.0])
-@pytest.mark.parametrize(("beam", "coupled"), [(BEAM_COLUMN, 1.0), (PLAIN_BENDING, 0.0)])
-def test_bends_as_timoshenkos_equations_say(force, beam, coupled):
-    reference = timoshenko(force, coupled)
-    shape = bent(beam.with_shear(), PAPER, STUBBY, np.array([force]), np.array([STROKE]))
+@pytest.mark.parametrize("couples", [True, False])
+def test_bends_as_timoshenkos_equations_say(force, couples):
+    reference = timoshenko(force, float(couples))
+    shape = bent(PAPER, STUBBY, np.array([force]), np.array([STROKE]), couples, shears=True)
     z = np.linspace(0.0, STUBBY.l, 7)
     assert reference.success
     assert shape.curvature(z)[:, 0] == pytest.approx(reference.sol(z)[1], rel=1e-7)
@@ -48,8 +47,8 @@ def test_bends_as_timoshenkos_equations_say(force, beam, coupled):
 def test_a_thin_strip_bends_as_if_rigid_in_shear():
     thin = rod.Dimensions(b=9e-3, h=1e-6, l=23e-3)
     force, stroke = np.array([1e-9, -1e-9]), np.array([1e-3, 1e-3])
-    sheared = bent(BEAM_COLUMN.with_shear(), PAPER, thin, force, stroke).curvature([0.0, 0.01])
-    assert sheared == pytest.approx(bent(BEAM_COLUMN, PAPER, thin, force, stroke).curvature([0.0, 0.01]), rel=1e-7)
+    sheared = bent(PAPER, thin, force, stroke, shears=True).curvature([0.0, 0.01])
+    assert sheared == pytest.approx(bent(PAPER, thin, force, stroke).curvature([0.0, 0.01]), rel=1e-7)
 
 
 def test_shear_lowers_the_critical_load_by_its_share():

@@ -13,7 +13,7 @@ from oracles.dense.rod_effects import RodModel
 from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
 from solvers.effects import EffectSelection
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.state import MOMENT, SIDE
 from solvers.rod.vibration import motion as motions
 from solvers.rod.vibration.equation import StripEquation
@@ -109,7 +109,7 @@ def test_the_motion_behind_a_jump_is_that_of_a_galerkin_method_on_a_fine_mesh():
 def test_the_error_of_greatest_values_from_omitted_ringing_is_estimated(monkeypatch, loss):
     """Behind the diagram's jumps, with fewer than seven ringing modes."""
     asked = request(CheckRequest, dimensions={"b_mm": 9, "h_mm": 0.46, "l_mm": 23})
-    excitation = Excitation.of(Cycle(asked.scene(), asked.strip(), Composition(beam=BEAM_COLUMN)), 1e-10)
+    excitation = Excitation.of(Cycle(asked.scene(), asked.strip(), Composition(couples=True)), 1e-10)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 20, loss)
     angles = np.linspace(0.0, 2.0 * math.pi, 20_001)
     states = states_at(excitation.drive, excitation.strip, angles)

@@ -10,7 +10,7 @@ import pytest
 from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.excitation import Excitation
 from solvers.rod.vibration.motion import motion
@@ -43,7 +43,7 @@ def test_the_motion_behind_a_narrow_peak_is_that_of_a_galerkin_method_on_a_fine_
 def test_corners_of_the_friction_are_found_within_a_narrow_piece():
     """The piston begins and ceases to contact both walls on the way up, and again on the way down."""
     scene = peak(1.0)
-    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(scene, STRIP, Composition(couples=True, feedback=True))
     corners = np.degrees(Excitation.of(cycle, 1e-7).corners)
     assert corners[[0, 3, 6]] == pytest.approx([100.0, 101.0, 102.0])
     # Angles at which the couple of both walls equals the side force, from the dense model's samples.

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from solvers import rod
 from solvers.numerics.ripple import amplitude_bounds
 from solvers.numerics.ripple_peaks import greatest_with_ripple
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.cycle.guide_loads import magnitude
 from solvers.rod.cycle.sampled import SampledCycle
 from solvers.rod.cycle.state import MOMENT, SIDE
@@ -100,8 +100,7 @@ def integrated(equation, excitation, angles):
 def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback, shears, slow, loss):
     """With so few modes that all fast ones can ring."""
     monkeypatch.setattr(motions, "choose_ringing", lambda shares, *_: (shares.size, 0.0))
-    beam = BEAM_COLUMN.with_shear() if shears else BEAM_COLUMN
-    cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(beam=beam, feedback=feedback))
+    cycle = Cycle(replace(QUICK, load=load), STRIP, Composition(couples=True, shears=shears, feedback=feedback))
     excitation = Excitation.of(cycle, 1e-9)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5, loss)
     found = motion(equation, excitation, slow, 5.0, 1e-8)
@@ -117,7 +116,7 @@ def test_motions_are_those_of_an_integration_in_time(monkeypatch, load, feedback
 
 def test_nothing_rings_if_all_modes_are_slow():
     """With corners, on the machine of the paper; the resolution equals that with one ringing mode."""
-    cycle = Cycle(QUICK, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(QUICK, STRIP, Composition(couples=True, feedback=True))
     excitation = Excitation.of(cycle, 1e-9)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 4, 0.02)
     assert excitation.corners.size
@@ -131,7 +130,7 @@ def test_nothing_rings_if_all_modes_are_slow():
 
 def test_the_error_of_omitted_ringing_is_estimated(monkeypatch):
     """The paper's machine with the corners of its friction force, with a decreasing number of ringing modes."""
-    cycle = Cycle(PAPER, STRIP, Composition(beam=BEAM_COLUMN, feedback=True))
+    cycle = Cycle(PAPER, STRIP, Composition(couples=True, feedback=True))
     excitation = Excitation.of(cycle, 1e-10)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 16, 0.0)
     angles = np.linspace(0.0, TURN, 2001)
@@ -148,14 +147,14 @@ def test_the_error_of_omitted_ringing_is_estimated(monkeypatch):
 @pytest.mark.parametrize(("load", "feedback"), [(PAPER.load, True), (TABLE, False)])
 def test_peaks_and_means_include_all_ringing(load, feedback):
     """Peaks and means of a check with ringing, against the shape itself at closely spaced angles."""
-    composition = Composition(beam=BEAM_COLUMN, feedback=feedback, corrections=(RodInertia(),))
+    composition = Composition(couples=True, feedback=feedback, corrections=(RodInertia(),))
     cycle = Cycle(replace(PAPER, load=load), STRIP, composition, 1e-7)
     sampled = SampledCycle.of(cycle, 1e-8, 1e-7)
     (edges, rule), ripple = sampled.panels, sampled.ringing.ripple
     assert ripple.modes > 0
 
     def reactions(angles):
-        shape = cycle.at(angles).shape
+        shape = cycle.at(angles)
         return np.stack([shape.side_force(), shape.clamp_moment()])
 
     even = np.arange(40_000) * TURN / 40_000
@@ -179,10 +178,10 @@ def test_peaks_and_means_include_all_ringing(load, feedback):
 def test_panels_resolve_the_modes_that_are_followed(accuracy):
     """Peaks by panels that know no oscillation fell short by 1.4e-4 here, with small last coefficients by accident."""
     scene = replace(PAPER, material=rod.CATALOGUE["paper-strip"])
-    composition = Composition(beam=BEAM_COLUMN, feedback=True, corrections=(RodInertia(),))
+    composition = Composition(couples=True, feedback=True, corrections=(RodInertia(),))
     cycle = Cycle(scene, rod.Dimensions(9e-3, 0.4833475405945143e-3, 26e-3), composition, 0.5 * accuracy)
     sampled = SampledCycle.of(cycle, 0.1 * accuracy, accuracy)
-    shape = cycle.at(np.arange(20_000) * TURN / 20_000).shape
+    shape = cycle.at(np.arange(20_000) * TURN / 20_000)
     for values, dense in ((sampled.side, shape.side_force()), (sampled.moment, shape.clamp_moment())):
         value, missed = magnitude(*sampled.panels, values, None, np.empty(0), 0.1 * accuracy)
         assert value == pytest.approx(np.abs(dense).max(), abs=missed + 1e-7 * value)

@@ -10,7 +10,7 @@ import pytest
 from oracles.dense.rod_effects import RodModel
 from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.effects import EFFECTS
 from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import natural_frequency
@@ -21,12 +21,12 @@ from tests.solvers.rod.machines import PAPER, STRIP
 ANGLES = 2 * np.pi * np.arange(40) / 40
 """Enough for the harmonics of a smooth force; the reference omits far higher ones, which may meet a resonance."""
 STATIONS = np.linspace(0.0, STRIP.l, 41)
-STILL, MOVING = Composition(beam=BEAM_COLUMN), Composition(beam=BEAM_COLUMN, corrections=(RodInertia(),))
+STILL, MOVING = Composition(couples=True), Composition(couples=True, corrections=(RodInertia(),))
 
 
 def departure(scene):
     """Deflection beyond the quasi-static one, (stations, angles)."""
-    quasi_static, vibrating = (Cycle(scene, STRIP, c).at(ANGLES).shape.deflection(STATIONS) for c in (STILL, MOVING))
+    quasi_static, vibrating = (Cycle(scene, STRIP, c).at(ANGLES).deflection(STATIONS) for c in (STILL, MOVING))
     return vibrating - quasi_static
 
 
@@ -99,7 +99,7 @@ def test_the_truncation_is_smaller_than_its_estimate(speed, delta, harmonics, no
     stiffness, shear = bending_stiffness(scene, STRIP), -bending_stiffness(scene, STRIP) * shear
     for tolerance in (1e-4, 1e-6, 1e-8):
         vibrating = Cycle(scene, STRIP, MOVING, tolerance)
-        shape, doubt = vibrating.at(angles).shape, vibrating.refinement_error
+        shape, doubt = vibrating.at(angles), vibrating.refinement_error
         assert doubt <= tolerance
         # Fourth derivatives by collocation cost the reference six of its sixteen digits.
         error = max(doubt, 1e-9)
@@ -159,7 +159,7 @@ def test_damped_motions_are_those_of_the_dense_model(speed, loss):
     scene = at_speed(speed)
     scene = replace(scene, material=replace(scene.material, loss_factor=loss))
     vibrating = Cycle(scene, STRIP, MOVING, 1e-8)
-    shape, error = vibrating.at(ANGLES).shape, vibrating.refinement_error
+    shape, error = vibrating.at(ANGLES), vibrating.refinement_error
     assert error <= 1e-8
     model = RodModel(scene, STRIP, frozenset({"rod_inertia"}))
     # Modal damping is not a differential operator: polynomials along the strip converge algebraically, and the

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solvers import rod
-from solvers.rod.cycle.composition import BEAM_COLUMN, Composition, Cycle
+from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.vibration import steady_response
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import MANY, TURN, Excitation
@@ -33,7 +33,7 @@ def tabulated(points: int, noise: float) -> rod.TableLoad:
 def test_a_motion_under_a_table_is_that_of_an_integration_in_time(noise):
     """With ringing modes and omitted ones."""
     scene = replace(QUICK, load=tabulated(MANY + 16, noise), material=DAMPED)
-    cycle = Cycle(scene, STRIP, Composition(beam=BEAM_COLUMN))
+    cycle = Cycle(scene, STRIP, Composition(couples=True))
     excitation = Excitation.of(cycle, 1e-7)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5, scene.material.loss_factor)
     found = motion(equation, excitation, 1, 6.0, 1e-6)

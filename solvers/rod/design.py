@@ -29,7 +29,7 @@ from solvers.rod.optimum.search.feasibility import least_violating, least_violat
 from solvers.rod.optimum.search.full_optimum import (
     MAX_BOXES,
     Context,
-    EffectsChanged,
+    NoVibration,
     Optimum,
     continuous_optimum,
     first_order_conditions,
@@ -101,7 +101,7 @@ def design(
 class _SearchResult:
     """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
     the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
-    required. An incomplete search ended early, at a strip that selects other effects."""
+    required. An incomplete search ended early, at a strip whose vibration need not be modelled."""
 
     chosen: frozenset[str]
     strip: Dimensions
@@ -270,15 +270,15 @@ class _Design:
     def result_with_effects(
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions, tentative: bool = False
     ) -> _SearchResult:
-        """The result with given effects; if they are ``tentative``, incomplete if the first optimum selects others."""
+        """The result with given effects; if they are ``tentative``, incomplete if the first optimum does not vibrate."""
         context = self.context(chosen, strip)
 
-        def confirm_effects(local: LocalResult) -> None:
-            if self.selected.at(local.best.outcome.value.dimensions) != chosen:
-                raise EffectsChanged
+        def confirm_vibration(local: LocalResult) -> None:
+            if "rod_inertia" not in self.selected.at(local.best.outcome.value.dimensions):
+                raise NoVibration
 
         if tentative:
-            context.confirm_effects = confirm_effects
+            context.confirm_vibration = confirm_vibration
         beyond = _beyond(chosen)
         if not beyond:
             return self.core_result(context, proof, excess, strip)
@@ -292,7 +292,7 @@ class _Design:
         attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
         try:
             optimum, complete = self.full_optimum(context, attainable, excess, starts, clearly_infeasible), True
-        except EffectsChanged:
+        except NoVibration:
             optimum, complete = context.best_within_budget(), False
         if _is_feasible(optimum):
             best = optimum.local.best.outcome.value.dimensions

@@ -89,20 +89,20 @@ class Optimum:
     """Minimum and maximum frequency ratio of the gaps searched; None without resonances."""
 
 
-class EffectsChanged(Exception):
-    """A strip on the way selects other effects than those of the model."""
+class NoVibration(Exception):
+    """The vibration of a strip found need not be modelled."""
 
 
-def keep_effects(local: LocalResult) -> None:
-    """Search on, whatever effects a strip selects."""
+def keep_vibration(local: LocalResult) -> None:
+    """Search on, whatever strip was found."""
 
 
 @dataclass
 class Context:
     """A problem with its core, its full model, and the searches so far.
 
-    ``confirm_effects`` is called with the first optimum, before other gaps between resonances are searched, and may
-    raise ``EffectsChanged``: most of the time is spent there, and effects are known by then.
+    ``confirm_vibration`` is called with the first optimum, before other gaps between resonances are searched, and may
+    raise ``NoVibration``: most of the time is spent there, and without vibration there are no gaps.
     """
 
     problem: RodProblem
@@ -112,7 +112,7 @@ class Context:
     sizes: Sizes
     results: list[LocalResult] = field(default_factory=list)
     start_points: list[Array] = field(default_factory=list)
-    confirm_effects: Callable[[LocalResult], None] = keep_effects
+    confirm_vibration: Callable[[LocalResult], None] = keep_vibration
     coarse: Context | None = None
     """The same problem at lower accuracy: with resonances all searches but the last are made there."""
 
@@ -241,7 +241,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     if local is None or local.feasible_best is None:
         return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
     if exploratory is not context:
-        context.confirm_effects(local)
+        context.confirm_vibration(local)
         return _optimum_over_gaps(context, exploratory)
     for _ in range(_NEWTON_STEPS):
         local = context.best()

@@ -171,7 +171,7 @@ def test_what_is_attainable_is_as_accurate_as_was_asked(seed):
     assert outcome.accuracy.met
 
 
-def test_no_other_gaps_are_searched_with_effects_that_the_first_optimum_leaves_out(monkeypatch):
+def test_no_other_gaps_are_searched_if_the_first_optimum_leaves_vibration_out(monkeypatch):
     """The core's optimum selects vibration, the first optimum beside it does not: no gap between resonances matters."""
 
     def search(*_):

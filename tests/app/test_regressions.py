@@ -14,7 +14,7 @@ from http import HTTPStatus
 from pathlib import Path
 
 import pytest
-from solvers.pin.optimum.infeasibility import _where
+from solvers.pin.optimum.capacity import _where
 
 from app.api.contract import PATHS
 from app.designs.kind import Mode

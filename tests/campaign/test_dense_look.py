@@ -24,8 +24,8 @@ def seen(scene, strip, composition):
         np.sort(np.concatenate([angle, scene.load.sharp_angles()]))
     )
     stations = np.linspace(0.0, strip.l, SECTIONS)
-    direct = now.shape.axial_force(stations) / (strip.b * strip.h)
-    bending = 0.5 * scene.material.elastic_modulus * strip.h * now.shape.curvature(stations)
+    direct = now.axial_force(stations) / (strip.b * strip.h)
+    bending = 0.5 * scene.material.elastic_modulus * strip.h * now.curvature(stations)
     used, greatest = 0.0, 0.0
     for stress in (direct + bending, direct - bending):
         high, low = stress.max(axis=1), stress.min(axis=1)
@@ -35,9 +35,9 @@ def seen(scene, strip, composition):
     return {
         "fatigue_safety": 1.0 / used,
         "yield_safety": scene.material.yield_strength / greatest,
-        "side_force_max": float(np.abs(now.shape.side_force()).max()),
-        "clamp_moment_max": float(np.abs(now.shape.clamp_moment()).max()),
-        "deflection_ratio": float(np.abs(now.shape.deflection(stations)).max()) / strip.l,
+        "side_force_max": float(np.abs(now.side_force()).max()),
+        "clamp_moment_max": float(np.abs(now.clamp_moment()).max()),
+        "deflection_ratio": float(np.abs(now.deflection(stations)).max()) / strip.l,
     }
 
 

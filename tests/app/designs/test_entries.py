@@ -55,7 +55,7 @@ def test_no_unit_is_most_of_a_part() -> None:
 def test_the_largest_units_are_compiled_first() -> None:
     first = [kernels for _, kernels in units_of(("flexible-rod", "check"))][:3]
     for dear in (
-        "linear_check._check_rows",
+        "linear_check._check",
         "effect_bounds.corrected.change_with_corrections",
         "cycle.sampled._results",
     ):

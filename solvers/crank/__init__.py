@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import Any
 
 _SUBMODULE_OF = {
-    "Case": "bulk",
-    "analyse_many": "bulk",
+    "Case": "check",
+    "analyse_many": "check",
     "CrankDynamics": "check",
     "analyse": "check",
     "EFFECTS": "effects",

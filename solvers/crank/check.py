@@ -3,29 +3,41 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from solvers.accuracy import require_accuracy
+from solvers.crank.cycle import LOADS
 from solvers.crank.cycle.forces import Cycle, Forces
-from solvers.crank.cycle.worst_instants import BRIX, Worst, worst_instants
-from solvers.crank.effects import Situation, choose_for
+from solvers.crank.cycle.worst_instants import BRIX
+from solvers.crank.effects import EFFECTS, Situation
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation, speed_fluctuation_of
 from solvers.crank.engine.unbalance import Balance, balance
 from solvers.crank.scene import Scene
 from solvers.crank.whole_cycle import whole_cycle
-from solvers.effects import AUTO, EffectSelection
+from solvers.effects import AUTO, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
-from solvers.outcome import Accuracy, Outcome, Status
+from solvers.outcome import Accuracy, Outcome, Status, evaluated
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
 _TOLERANCE_FRACTION = 0.1
 """Tolerance of searches, as a fraction of the accuracy."""
 _TEXTBOOK_RATIO = 0.5
+
+
+class Worst(NamedTuple):
+    """The instant at which a force is greatest: its name, angle [rad], value [N] and the pressure [Pa] there."""
+
+    name: str
+    angle: float
+    force: float
+    pressure: float
 
 
 @dataclass(frozen=True)
@@ -80,7 +92,7 @@ def analyse(
     if not 1 <= series_angles <= 100_000:
         raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
     situation = Situation(scene)
-    choice = choose_for(situation, effects, effect_tolerance)
+    choice = choose(EFFECTS, situation, effects, effect_tolerance)
     cycle = situation.cycle(frozenset(effect.name for effect in choice.active))
     phases, shared = np.array(cycle.engine.phases), scene.shares_pins and "engine" in cycle.effects
     found = whole_cycle(cycle.machine, cycle.pieces, phases, shared, _TOLERANCE_FRACTION * accuracy)
@@ -89,12 +101,15 @@ def analyse(
     speed_fluctuation = speed_fluctuation_of(
         cycle, found.gas_work, found.gas_work_error, found.fluctuation, torque_max, torque_min
     )
+    loads = found.loads
+    maxima = zip(LOADS, loads.place.tolist(), loads.value.tolist(), loads.pressure.tolist(), strict=False)
+    worst = tuple(Worst(name, place % scene.cylinder.period, force, p) for name, place, force, p in maxima)
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
-        worst=worst_instants(found.loads, scene.cylinder.period),
+        worst=worst,
         brix_pressure_error=float(found.loads.value[BRIX]) if cycle.curve.has_brix else None,
         speed_fluctuation=speed_fluctuation,
         balance=balance(cycle) if "engine" in cycle.effects else None,
@@ -108,6 +123,24 @@ def analyse(
         accuracy=Accuracy(accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces}),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+class Case(NamedTuple):
+    """The arguments of one ``analyse``."""
+
+    scene: Scene
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+    series_angles: int = SERIES_ANGLES
+
+    def evaluate(self) -> Outcome[CrankDynamics]:
+        return analyse(*self)
+
+
+def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | InvalidInput]:
+    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
+    return evaluated(cases)
 
 
 def _warnings(scene: Scene, speed_fluctuation: SpeedFluctuation) -> tuple[str, ...]:

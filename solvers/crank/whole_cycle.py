@@ -12,8 +12,7 @@ import numpy as np
 from solvers.crank.cycle.forces import LONGEST_PIECE, Machine
 from solvers.crank.cycle.group import cylinder_group
 from solvers.crank.cycle.worst_instants import BRIX, ROWS, TORQUE, Maxima, refined_maxima, sampled_rows
-from solvers.crank.engine.gas_work import work_at_breaks
-from solvers.crank.engine.speed_fluctuation import work_extremes
+from solvers.crank.engine.speed_fluctuation import work_at_breaks, work_extremes
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -53,16 +52,16 @@ def whole_cycle(machine: Machine, curve: Unrolled, phases: Array, shared: bool, 
     gas, single = refined(curve, LONGEST_PIECE), phases.size == 1
     group = cylinder_group(gas, np.zeros(1))
     places, samples = sampled_rows(machine, gas, group, True)
-    loads = refined_maxima(machine, gas, group, True, places, samples, 0, ROWS if single else TORQUE, tolerance)
+    loads = refined_maxima(machine, gas, group, places, samples, 0, ROWS if single else TORQUE, tolerance)
     torque = pins = loads
     if shared:
         group = cylinder_group(gas, phases[:2])
         places, samples = sampled_rows(machine, gas, group, False)
-        pins = refined_maxima(machine, gas, group, False, places, samples, 0, 2, tolerance)
+        pins = refined_maxima(machine, gas, group, places, samples, 0, 2, tolerance)
     if not single:
         group = cylinder_group(gas, phases)
         places, samples = sampled_rows(machine, gas, group, False)
-        torque = refined_maxima(machine, gas, group, False, places, samples, 2, 4, tolerance)
+        torque = refined_maxima(machine, gas, group, places, samples, 2, 4, tolerance)
     before, magnitude = work_at_breaks(machine, gas)
     crossing = _CROSSING_TOLERANCE * tolerance
     fluctuation, missed = work_extremes(machine, gas, group, places, samples[-2], before, crossing)

@@ -12,7 +12,6 @@ from itertools import accumulate
 
 import numpy as np
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import (
     END_GAP,
     STROKE_FAULTS,
@@ -22,7 +21,7 @@ from solvers.crank.gas.data_faults import (
     require_finite,
     require_sound,
 )
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Geometry, crank_angle_at
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, Repair, repaired, require_finite, require_sound_table
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array

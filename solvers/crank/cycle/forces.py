@@ -56,9 +56,10 @@ class Machine(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, along the rod, tangential and
-    radial."""
+    """The mechanism, p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, along the rod,
+    tangential and radial."""
 
+    at: AngleFunctions
     pressure: float
     gas: float
     inertia: float
@@ -109,7 +110,7 @@ def forces_at(at: AngleFunctions, pressure: float, machine: Machine) -> Instant:
     axial = gas_force + inertia
     side = axial * at.tangent - couple_force
     return Instant(
-        pressure, gas_force, inertia, gas_force + machine.piston * factor, side,
+        at, pressure, gas_force, inertia, gas_force + machine.piston * factor, side,
         axial * at.secant - couple_force * at.tangent / at.secant,
         axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine,
     )  # fmt: skip

@@ -81,7 +81,7 @@ def _write_rows(
             out[0, i], out[1, i], out[2, i] = at.gas, at.rod, -at.rod
             out[3, i], out[4, i] = abs(at.side), norm(at.wrist_pin_axial, at.side)
         if brix:
-            out[BRIX, i] = abs(brix_pressure_at(angle[i], group.piece[n, 0], gas) - at.pressure)
+            out[BRIX, i] = abs(brix_pressure_at(at.at, group.piece[n, 0], gas) - at.pressure)
 
 
 @kernel

@@ -136,15 +136,14 @@ def work_at(volume: float, piece: int, gas: Unrolled) -> float:
     return t * (c[piece, 3] + t * (c[piece, 2] / 2.0 + t * (c[piece, 1] / 3.0 + t * c[piece, 0] / 4.0)))
 
 
-@kernel
-def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
+@inlined_kernel
+def brix_pressure_at(at: AngleFunctions, piece: int, gas: Unrolled) -> float:
     """Return p [Pa] of the diagram at the position of Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi).
 
     The cubic at that volume is searched within the stroke, starting from the piece of the exact motion.
     """
-    half, sine = math.sin(0.5 * angle), math.sin(angle)
-    r = gas.geometry.r
-    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * sine * sine)
+    r, half = gas.geometry.r, at.half_sine
+    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * at.sine * at.sine)
     stroke, step, k = gas.stroke[piece], 1, piece
     if stroke % 2:
         step = -1
@@ -170,7 +169,8 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
     for i in range(angle.size):
         phi = wrapped(angle[i], gas.breaks)
         k = piece_of(phi, gas.breaks)
-        out[i] = brix_pressure_at(phi, k, gas) if brix else pressure_of(phi, angle_functions(phi, gas.geometry), k, gas)
+        at = angle_functions(phi, gas.geometry)
+        out[i] = brix_pressure_at(at, k, gas) if brix else pressure_of(phi, at, k, gas)
     return out
 
 

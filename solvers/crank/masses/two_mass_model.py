@@ -27,9 +27,7 @@ class RodMass:
 
     def __post_init__(self) -> None:
         require_positive(self, "masses.rod", "length")
-        require_not_negative(
-            self, "masses.rod", "mass", "cg_from_pin", *(["inertia"] if self.inertia is not None else [])
-        )
+        require_not_negative(self, "masses.rod", "mass", "cg_from_pin", "inertia")
         require(
             self.cg_from_pin <= self.length,
             "masses.rod_cg_from_pin",

@@ -128,11 +128,8 @@ def whole_cycle(machine: Machine, curve: Unrolled, phases: Array, shared: bool, 
     before, magnitude = work_at_breaks(machine, gas)
     crossing = _CROSSING_TOLERANCE * tolerance
     fluctuation, missed = work_extremes(machine, gas, group, places, samples[-2], before, crossing)
-    work, work_error, highest = (
-        before[-1],
-        _WORK_ROUNDING * magnitude,
-        max(abs(torque.value[-2]), abs(torque.value[-1])),
-    )
+    work, work_error = before[-1], _WORK_ROUNDING * magnitude
+    highest = max(abs(torque.value[-2]), abs(torque.value[-1]))
     error, rod = 0.0, _MIN_FRACTION * max(abs(loads.value[_COMPRESSION]), abs(loads.value[_TENSION]))
     for i in range(BRIX):
         least = rod if i in (_COMPRESSION, _TENSION) else 0.0

@@ -130,8 +130,7 @@ def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
         phi = wrapped(angle[i], gas.breaks)
         at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
         out[0, i], out[1, i], out[2, i] = at.pressure, at.gas, at.inertia
-        out[3, i], out[4, i] = at.gas + at.inertia, at.side
-        out[5, i] = at.rod
+        out[3, i], out[4, i], out[5, i] = at.gas + at.inertia, at.side, at.rod
         out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.geometry.r
         out[9, i] = norm(at.wrist_pin_axial, at.side)
         out[10, i] = norm(at.tangential, at.radial - machine.big_end)

@@ -144,9 +144,8 @@ def brix_pressure_at(at: AngleFunctions, piece: int, gas: Unrolled) -> float:
     """
     r, half = gas.geometry.r, at.half_sine
     volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * at.sine * at.sine)
-    stroke, step, k = gas.stroke[piece], 1, piece
-    if stroke % 2:
-        step = -1
+    stroke, k = gas.stroke[piece], piece
+    step = -1 if stroke % 2 else 1
     while 0 <= k - step < gas.stroke.size and gas.stroke[k - step] == stroke and volume < gas.origin[k]:
         k -= step
     while 0 <= k + step < gas.stroke.size and gas.stroke[k + step] == stroke and volume >= gas.origin[k + step]:

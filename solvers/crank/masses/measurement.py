@@ -233,10 +233,9 @@ def weigh(weighing: Weighing) -> RodMasses:
 
     Raises InvalidInput if the readings do not add up to the rod's mass, or no rod has the period.
     """
-    total = weighing.small_end_reading + weighing.big_end_reading
     warnings = []
     if weighing.rod_mass is not None:
-        difference = total / weighing.rod_mass - 1.0
+        difference = (weighing.small_end_reading + weighing.big_end_reading) / weighing.rod_mass - 1.0
         require(
             abs(difference) <= _MAX_SUM_ERROR,
             "rod_mass",

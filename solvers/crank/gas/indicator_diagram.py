@@ -22,7 +22,7 @@ from solvers.crank.gas.data_faults import (
 )
 from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Geometry, crank_angle_at
-from solvers.errors import require
+from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import kernel
 from solvers.numerics.monotone_cubic import monotone_cubics
@@ -48,9 +48,10 @@ class IndicatorPressure:
     def __post_init__(self) -> None:
         for index, stroke in enumerate(self.strokes):
             count, field = len(stroke.volume), f"pressure.strokes.{index}"
-            enough, same = 2 <= count <= MOST_POINTS, len(stroke.pressure) == count
-            require(enough, f"{field}.volume", "has too few or too many points", f"2 … {MOST_POINTS} points")
-            require(same, f"{field}.pressure", "needs one pressure per volume", f"{count} pressures")
+            if not 2 <= count <= MOST_POINTS:
+                raise InvalidInput(f"{field}.volume", "has too few or too many points", f"2 … {MOST_POINTS} points")
+            if len(stroke.pressure) != count:
+                raise InvalidInput(f"{field}.pressure", "needs one pressure per volume", f"{count} pressures")
             require_finite(field, volume=stroke.volume, pressure=stroke.pressure)
 
     def unroll(self, motion: ExactMotion, cylinder: Cylinder) -> Unrolled:
@@ -60,8 +61,8 @@ class IndicatorPressure:
         short of a dead centre.
         """
         names = STROKES[cylinder.strokes]
-        complete = len(self.strokes) == len(names)
-        require(complete, "pressure.strokes", "needs one set of points per stroke", ", ".join(names))
+        if len(self.strokes) != len(names):
+            raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
         high, gap = low + swept, END_GAP * swept
         volumes, pressures, ends_at = [], [], [0]

@@ -112,7 +112,7 @@ ROOMS = {
         "warnings", "check", "bulk", "verdict", "problem", "optimum", "design", "pareto_front",
     ),
     "solvers/crank": (
-        "motion", "masses", "gas", "scene", "cycle", "engine", "whole_cycle", "effects", "check", "bulk",
+        "motion", "masses", "gas", "scene", "cycle", "engine", "effects", "check",
     ),
     "solvers/pin": (
         "load", "scene", "materials", "stations", "section", "ring", "effects", "optimum",

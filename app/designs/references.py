@@ -13,7 +13,7 @@ from typing import Any, Literal, Self, get_args
 from pydantic import BaseModel, Field, RootModel
 
 from app.designs.schema import Positive, Strict
-from solvers.crank.cycle.loads import LOADS
+from solvers.crank.cycle import LOADS
 from solvers.errors import InvalidInput
 
 Path = tuple[str | int, ...]

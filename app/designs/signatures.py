@@ -159,11 +159,11 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.linkage.swept_area.bounding_box.minimum_misfits", "f2 f1 f1 f f f"),
     ),
     ("crank-dynamics", "analysis"): (
+        ("solvers.crank.check.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),
         ("solvers.crank.cycle.forces._forces", "f1 solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled"),
         ("solvers.crank.effects._changes", "f2"),
         ("solvers.crank.effects._sampled_results", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 i"),
         ("solvers.crank.motion.slider_crank._motion", "f1 solvers.crank.motion.slider_crank.Geometry"),
-        ("solvers.crank.whole_cycle.whole_cycle", "solvers.crank.cycle.forces.Machine solvers.crank.gas.unrolled_pressure.Unrolled f1 b f"),
         ("solvers.numerics.monotone_cubic.monotone_cubics", "f1 f1"),
     ),
 }

@@ -3,29 +3,51 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from solvers.accuracy import require_accuracy
-from solvers.crank.cycle.forces import Cycle, Forces
-from solvers.crank.cycle.worst_instants import BRIX, Worst, worst_instants
-from solvers.crank.effects import Situation, choose_for
-from solvers.crank.engine.speed_fluctuation import SpeedFluctuation, speed_fluctuation_of
+from solvers.crank.cycle import LOADS
+from solvers.crank.cycle.forces import LONGEST_PIECE, Cycle, Forces, Machine
+from solvers.crank.cycle.group import cylinder_group
+from solvers.crank.cycle.worst_instants import BRIX, ROWS, TORQUE, Maxima, refined_maxima, sampled_rows
+from solvers.crank.effects import EFFECTS, Situation
+from solvers.crank.engine.speed_fluctuation import SpeedFluctuation, speed_fluctuation_of, work_at_breaks, work_extremes
 from solvers.crank.engine.unbalance import Balance, balance
+from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.crank.scene import Scene
-from solvers.crank.whole_cycle import whole_cycle
-from solvers.effects import AUTO, EffectSelection
-from solvers.errors import InvalidInput
+from solvers.effects import AUTO, EffectSelection, choose
+from solvers.errors import InvalidInput, require
 from solvers.numerics.arrays import Array
-from solvers.outcome import Accuracy, Outcome, Status
+from solvers.numerics.jit import kernel
+from solvers.outcome import Accuracy, Outcome, Status, evaluated
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
 _TOLERANCE_FRACTION = 0.1
 """Tolerance of searches, as a fraction of the accuracy."""
 _TEXTBOOK_RATIO = 0.5
+_CROSSING_TOLERANCE = 1e-2
+"""Tolerance of crossings of the mean torque relative to that of the work, which is stationary there."""
+_COMPRESSION, _TENSION = 1, 2
+_MIN_FRACTION = 1e-4
+"""Minimum reference of relative errors: of the mean torque as a fraction of its magnitude, of the rod's tension and
+compression as a fraction of the larger one."""
+_WORK_ROUNDING = 4.0 * np.finfo(float).eps
+"""Rounding of the gas work relative to the sum of its magnitudes."""
+
+
+class Worst(NamedTuple):
+    """The instant at which a force is greatest: its name, angle [rad], value [N] and the pressure [Pa] there."""
+
+    name: str
+    angle: float
+    force: float
+    pressure: float
 
 
 @dataclass(frozen=True)
@@ -64,6 +86,69 @@ class CrankDynamics:
         return self.cycle.curve.brix_pressure(self.angle)
 
 
+class WholeCycle(NamedTuple):
+    """Results of a cycle.
+
+    The loads of one cylinder (``LOADS``) and the error of Brix's pressure; the loads of crank pin and bearing from the
+    two rods on one pin; of all cylinders together the maxima of the torque and its negative, and the work between the
+    extremes of the speed [J]; one cylinder's gas work and its rounding error [J]; the maximum relative error; and the
+    number of pieces.
+    """
+
+    loads: Maxima
+    shared_pin: Maxima
+    torque: Maxima
+    fluctuation: float
+    gas_work: float
+    gas_work_error: float
+    error: float
+    pieces: int
+
+
+@kernel
+def whole_cycle(machine: Machine, curve: Unrolled, phases: Array, shared: bool, tolerance: float) -> WholeCycle:
+    """Analyse one cylinder, those with these ``phases`` [rad] together and, if they are ``shared``, the first two on
+    one crank pin, to the relative ``tolerance``.
+
+    In one compiled call: passing pressures to a kernel takes longer than many a single evaluation.
+    """
+    gas, single = refined(curve, LONGEST_PIECE), phases.size == 1
+    group = cylinder_group(gas, np.zeros(1))
+    places, samples = sampled_rows(machine, gas, group, True)
+    loads = refined_maxima(machine, gas, group, places, samples, 0, ROWS if single else TORQUE, tolerance)
+    torque = pins = loads
+    if shared:
+        group = cylinder_group(gas, phases[:2])
+        places, samples = sampled_rows(machine, gas, group, False)
+        pins = refined_maxima(machine, gas, group, places, samples, 0, 2, tolerance)
+    if not single:
+        group = cylinder_group(gas, phases)
+        places, samples = sampled_rows(machine, gas, group, False)
+        torque = refined_maxima(machine, gas, group, places, samples, 2, 4, tolerance)
+    before, magnitude = work_at_breaks(machine, gas)
+    crossing = _CROSSING_TOLERANCE * tolerance
+    fluctuation, missed = work_extremes(machine, gas, group, places, samples[-2], before, crossing)
+    work, work_error = before[-1], _WORK_ROUNDING * magnitude
+    highest = max(abs(torque.value[-2]), abs(torque.value[-1]))
+    error, rod = 0.0, _MIN_FRACTION * max(abs(loads.value[_COMPRESSION]), abs(loads.value[_TENSION]))
+    for i in range(BRIX):
+        least = rod if i in (_COMPRESSION, _TENSION) else 0.0
+        error = max(error, _relative(loads.error[i], abs(loads.value[i]), least))
+    error = max(
+        error,
+        _relative(work_error, abs(work), _MIN_FRACTION * magnitude),
+        _relative(missed + 2.0 * phases.size * work_error, fluctuation, 0.0),
+        _relative(max(torque.error[-2], torque.error[-1]), highest, 0.0),
+    )
+    return WholeCycle(loads, pins, torque, fluctuation, work, work_error, error, gas.stroke.size)
+
+
+@kernel
+def _relative(error: float, value: float, least: float) -> float:
+    """Return an error relative to a value or ``least``; the error itself if both are zero."""
+    return error / max(value, least) if max(value, least) > 0.0 else error
+
+
 def analyse(
     scene: Scene,
     effects: EffectSelection = AUTO,
@@ -77,10 +162,9 @@ def analyse(
     """
     started = time.perf_counter()
     require_accuracy(accuracy)
-    if not 1 <= series_angles <= 100_000:
-        raise InvalidInput("series_angles", "is too few or too many", "1 … 100000")
+    require(1 <= series_angles <= 100_000, "series_angles", "is too few or too many", "1 … 100000")
     situation = Situation(scene)
-    choice = choose_for(situation, effects, effect_tolerance)
+    choice = choose(EFFECTS, situation, effects, effect_tolerance)
     cycle = situation.cycle(frozenset(effect.name for effect in choice.active))
     phases, shared = np.array(cycle.engine.phases), scene.shares_pins and "engine" in cycle.effects
     found = whole_cycle(cycle.machine, cycle.pieces, phases, shared, _TOLERANCE_FRACTION * accuracy)
@@ -89,12 +173,15 @@ def analyse(
     speed_fluctuation = speed_fluctuation_of(
         cycle, found.gas_work, found.gas_work_error, found.fluctuation, torque_max, torque_min
     )
+    loads = found.loads
+    maxima = zip(LOADS, loads.place.tolist(), loads.value.tolist(), loads.pressure.tolist(), strict=False)
+    worst = tuple(Worst(name, place % scene.cylinder.period, force, p) for name, place, force, p in maxima)
     value = CrankDynamics(
         cycle=cycle,
         series_angles=series_angles,
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
-        worst=worst_instants(found.loads, scene.cylinder.period),
+        worst=worst,
         brix_pressure_error=float(found.loads.value[BRIX]) if cycle.curve.has_brix else None,
         speed_fluctuation=speed_fluctuation,
         balance=balance(cycle) if "engine" in cycle.effects else None,
@@ -108,6 +195,24 @@ def analyse(
         accuracy=Accuracy(accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces}),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+class Case(NamedTuple):
+    """The arguments of one ``analyse``."""
+
+    scene: Scene
+    effects: EffectSelection = AUTO
+    effect_tolerance: float = 1e-2
+    accuracy: float = 1e-6
+    series_angles: int = SERIES_ANGLES
+
+    def evaluate(self) -> Outcome[CrankDynamics]:
+        return analyse(*self)
+
+
+def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | InvalidInput]:
+    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
+    return evaluated(cases)
 
 
 def _warnings(scene: Scene, speed_fluctuation: SpeedFluctuation) -> tuple[str, ...]:

@@ -16,7 +16,6 @@ from solvers.crank.cycle.forces import Cycle, Machine, forces_at
 from solvers.crank.gas.unrolled_pressure import Unrolled, pressure_of
 from solvers.crank.motion.slider_crank import angle_functions
 from solvers.crank.scene import Scene
-from solvers.effects import AUTO, Choice, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
@@ -151,8 +150,3 @@ EFFECTS = (
     ),
 )
 """All effects: motion, forces, cylinders."""
-
-
-def choose_for(situation: Situation, selection: EffectSelection = AUTO, tolerance: float = 1e-2) -> Choice[CrankEffect]:
-    """Select the effects for a scene (see ``solvers.effects.choose``)."""
-    return choose(EFFECTS, situation, selection, tolerance)

@@ -9,8 +9,7 @@ import math
 from dataclasses import dataclass
 from functools import cached_property
 
-from solvers.crank.gas.cylinder import Cylinder
-from solvers.crank.gas.unrolled_pressure import Pressure
+from solvers.crank.gas.unrolled_pressure import Cylinder, Pressure
 from solvers.crank.masses.two_mass_model import CrankThrow, RodMass
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import require, require_not_negative, require_positive

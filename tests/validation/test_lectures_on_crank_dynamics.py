@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from solvers import crank
-from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion import slider_crank as kinematics
 
 
 @pytest.mark.parametrize(("ratio", "displacement", "acceleration"), [(0.25, "0.20", "0.66"), (0.3, "0.35", "1.1")])

@@ -23,7 +23,7 @@ from solvers import crank
 from solvers.crank.cycle.forces import Forces
 from solvers.crank.engine.speed_fluctuation import SpeedFluctuation
 from solvers.crank.engine.unbalance import Balance
-from solvers.crank.motion.in_line import brix_error, two_harmonic_error
+from solvers.crank.motion.slider_crank import brix_error, two_harmonic_error
 from solvers.outcome import Outcome
 
 

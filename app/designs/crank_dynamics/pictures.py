@@ -27,8 +27,7 @@ from app.designs.pictures.chart import (
     noted,
 )
 from app.designs.units import figures
-from solvers.crank.motion.in_line import brix_displacement, two_harmonic_acceleration
-from solvers.crank.motion.slider_crank import ExactMotion
+from solvers.crank.motion.slider_crank import ExactMotion, brix_displacement, two_harmonic_acceleration
 
 
 def _closed(values: Sequence[float]) -> list[float]:

@@ -123,7 +123,9 @@ class EstimateRequest(SolverRequest):
         uncertainty = {
             "bore": u.bore_mm * MILLI, "piston_area_density": u.piston_kg_m2, "rod_area_density": u.rod_kg_m2,
         }  # fmt: skip
-        return crank.estimate(crank.Estimate(self.bore_mm * MILLI, self.piston_kg_m2, self.rod_kg_m2, uncertainty))
+        return crank.estimate(
+            crank.Estimate(self.bore_mm * MILLI, self.piston_kg_m2, self.rod_kg_m2, uncertainty=uncertainty)
+        )
 
 
 _METHODS = {"pendulum": PendulumRequest, "weighing": WeighingRequest, "estimate": EstimateRequest}

@@ -56,9 +56,10 @@ class Machine(NamedTuple):
 
 
 class Instant(NamedTuple):
-    """p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, along the rod, tangential and
-    radial."""
+    """The mechanism, p [Pa] and the forces [N] at one angle: gas, inertia, axial on the wrist pin, side, along the rod,
+    tangential and radial."""
 
+    at: AngleFunctions
     pressure: float
     gas: float
     inertia: float
@@ -109,7 +110,7 @@ def forces_at(at: AngleFunctions, pressure: float, machine: Machine) -> Instant:
     axial = gas_force + inertia
     side = axial * at.tangent - couple_force
     return Instant(
-        pressure, gas_force, inertia, gas_force + machine.piston * factor, side,
+        at, pressure, gas_force, inertia, gas_force + machine.piston * factor, side,
         axial * at.secant - couple_force * at.tangent / at.secant,
         axial * at.sine + side * at.cosine, axial * at.cosine - side * at.sine,
     )  # fmt: skip
@@ -129,8 +130,7 @@ def _forces(angle: Array, machine: Machine, gas: Unrolled) -> Array:
         phi = wrapped(angle[i], gas.breaks)
         at = instant(phi, piece_of(phi, gas.breaks), machine, gas)
         out[0, i], out[1, i], out[2, i] = at.pressure, at.gas, at.inertia
-        out[3, i], out[4, i] = at.gas + at.inertia, at.side
-        out[5, i] = at.rod
+        out[3, i], out[4, i], out[5, i] = at.gas + at.inertia, at.side, at.rod
         out[6, i], out[7, i], out[8, i] = at.tangential, at.radial, at.tangential * machine.geometry.r
         out[9, i] = norm(at.wrist_pin_axial, at.side)
         out[10, i] = norm(at.tangential, at.radial - machine.big_end)

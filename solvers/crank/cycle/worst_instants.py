@@ -14,7 +14,6 @@ import numpy as np
 
 from solvers.crank.cycle.forces import Instant, Machine, instant, norm
 from solvers.crank.cycle.group import CylinderGroup
-from solvers.crank.cycle.loads import LOADS
 from solvers.crank.gas.unrolled_pressure import Unrolled, brix_pressure_at, piece_of, wrapped
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.brackets import shrink_bracket, trial_points
@@ -30,15 +29,6 @@ _UNREFINED_FRACTION, _REFINED_FRACTION = 0.5, 0.01
 """As fractions of the tolerance: possible excess left unrefined, and the error of a refined maximum, whose last
 round gains many digits."""
 _ROUNDING = 4.0 * np.finfo(float).eps
-
-
-class Worst(NamedTuple):
-    """The instant at which a force is greatest: its name, angle [rad], value [N] and the pressure [Pa] there."""
-
-    name: str
-    angle: float
-    force: float
-    pressure: float
 
 
 class Maxima(NamedTuple):
@@ -62,22 +52,16 @@ def instant_of(angle: float, n: int, cylinder: int, machine: Machine, gas: Unrol
 
 @kernel
 def _write_rows(
-    angle: Array,
-    pieces: Index,
-    machine: Machine,
-    gas: Unrolled,
-    group: CylinderGroup,
-    alone: bool,
-    brix: bool,
-    out: Array,
+    angle: Array, pieces: Index, machine: Machine, gas: Unrolled, group: CylinderGroup, brix: bool, out: Array
 ) -> None:
     """Write the rows at shaft angles of the group's pieces, (rows, angles); where the piece is -1, the values of the
     previous angle are repeated.
 
-    Of cylinders that are not ``alone`` four rows: loads of crank pin and bearing, torque and its negative, summed.
+    Of a single cylinder all rows; of several four: loads of crank pin and bearing, torque and its negative, summed.
     The row of Brix's error only if ``brix``.
     """
-    pins, cylinders, r = PINS if alone else 0, group.shift.shape[1], machine.geometry.r
+    alone, cylinders, r = out.shape[0] == ROWS, group.shift.shape[1], machine.geometry.r
+    pins = PINS if alone else 0
     for i in range(angle.size):
         n = pieces[i]
         if n < 0:
@@ -97,7 +81,7 @@ def _write_rows(
             out[0, i], out[1, i], out[2, i] = at.gas, at.rod, -at.rod
             out[3, i], out[4, i] = abs(at.side), norm(at.wrist_pin_axial, at.side)
         if brix:
-            out[BRIX, i] = abs(brix_pressure_at(angle[i], group.piece[n, 0], gas) - at.pressure)
+            out[BRIX, i] = abs(brix_pressure_at(at.at, group.piece[n, 0], gas) - at.pressure)
 
 
 @kernel
@@ -122,7 +106,7 @@ def sampled_rows(machine: Machine, gas: Unrolled, group: CylinderGroup, alone: b
             places[n * each + j], pieces[n * each + j] = min(low + (high - low) * (j / SUBINTERVALS), high), n
         if _is_continuous(n, gas, group):
             pieces[n * each] = -1
-    _write_rows(places, pieces, machine, gas, group, alone, alone and brix, out)
+    _write_rows(places, pieces, machine, gas, group, alone and brix, out)
     return places, out
 
 
@@ -152,8 +136,8 @@ def _upper_estimate(values: Array, first: int, j: int, second_difference: float)
 
 @kernel
 def refined_maxima(
-    machine: Machine, gas: Unrolled, group: CylinderGroup, alone: bool, places: Array, samples: Array,
-    first_row: int, end_row: int, tolerance: float,
+    machine: Machine, gas: Unrolled, group: CylinderGroup, places: Array, samples: Array, first_row: int, end_row: int,
+    tolerance: float,
 ) -> Maxima:  # fmt: skip
     """Return the refined maxima of some of the sampled rows; ``tolerance`` is relative to them."""
     count, each = places.size, SUBINTERVALS + 1
@@ -189,7 +173,7 @@ def refined_maxima(
             pieces[:] = n
             for _ in range(_MAX_ROUNDS):
                 trial_points(place, value, points)
-                _write_rows(points, pieces, machine, gas, group, alone, row == BRIX, out)
+                _write_rows(points, pieces, machine, gas, group, row == BRIX, out)
                 gain_bound = shrink_bracket(place, value, points, out[row])
                 if (
                     gain_bound <= _REFINED_FRACTION * tolerance * abs(value[1]) + _ROUNDING * scale
@@ -206,9 +190,3 @@ def refined_maxima(
         found[0, at], found[1, at], found[2, at] = best, where, upper_bound - best + _ROUNDING * scale
         found[3, at] = instant_of(where, piece, 0, machine, gas, group).pressure
     return Maxima(found[0], found[1], found[2], found[3])
-
-
-def worst_instants(found: Maxima, period: float) -> tuple[Worst, ...]:
-    """Return the loads as named instants."""
-    maxima = zip(LOADS, found.place.tolist(), found.value.tolist(), found.pressure.tolist(), strict=False)
-    return tuple(Worst(name, place % period, force, p) for name, place, force, p in maxima)

@@ -4,7 +4,8 @@ The work of one cylinder's torque above its mean, since the start of the cycle, 
 
     w(phi) = W_gas(phi) - M_mean phi - m_j v^2/2 + Delta J (omega beta')^2/2, W_gas = A int (p - p_0) dx:
 
-the masses do no net work, so the mean torque is that of the gas. The speed has its extremes where the summed torque
+the masses do no net work, so the mean torque is that of the gas, whose work is in closed form for cubics of the volume
+and by Gauss quadrature for those of the angle. The speed has its extremes where the summed torque
 crosses its mean.
 
 Source: any text on engine balance, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II; the
@@ -20,13 +21,16 @@ import numpy as np
 from solvers.crank.cycle.forces import Cycle, Machine
 from solvers.crank.cycle.group import CylinderGroup
 from solvers.crank.cycle.worst_instants import SUBINTERVALS, instant_of
-from solvers.crank.engine.gas_work import work_since_break
-from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, wrapped
+from solvers.crank.gas.unrolled_pressure import Unrolled, piece_of, pressure_of, volume_of, work_at, wrapped
 from solvers.crank.motion.slider_crank import angle_functions
 from solvers.numerics.arrays import Array
-from solvers.numerics.jit import kernel
+from solvers.numerics.jit import inlined_kernel, kernel
 
 _MAX_ROUNDS = 60
+_FEW, _LONG_CRANK = 5, 0.6
+_RULES = 0.5 * np.concatenate([np.polynomial.legendre.leggauss(n) for n in (_FEW, 10)], axis=1)
+"""Gauss rules of half the interval (-1, 1): of five nodes, which integrate a piece to rounding if the crank is at most
+0.6 rods long, and of ten, which do so up to the shortest rod that can turn."""
 
 
 @dataclass(frozen=True)
@@ -45,6 +49,38 @@ class SpeedFluctuation:
     torque_mean: float
     torque_irregularity: float | None
     flywheel_inertia_wanted: float | None
+
+
+@inlined_kernel
+def work_since_break(angle: float, k: int, machine: Machine, gas: Unrolled) -> float:
+    """Return the gas work [J] from the start of piece ``k`` to an angle of it."""
+    start, geometry = gas.breaks[k], machine.geometry
+    if gas.by_volume:
+        first = volume_of(angle_functions(start, gas.geometry), gas)
+        last = volume_of(angle_functions(angle, gas.geometry), gas)
+        return work_at(last, k, gas) - work_at(first, k, gas) - machine.back_pressure * (last - first)
+    total, few = 0.0, geometry.r + abs(geometry.offset) <= _LONG_CRANK * geometry.length
+    for i in range(0 if few else _FEW, _FEW if few else _RULES.shape[1]):
+        phi = start + (angle - start) * (0.5 + _RULES[0, i])
+        at = angle_functions(phi, geometry)
+        total += (
+            _RULES[1, i] * (pressure_of(phi, at, k, gas) - machine.back_pressure) * (at.sine + at.cosine * at.tangent)
+        )
+    return total * (angle - start) * geometry.r * machine.area
+
+
+@kernel
+def work_at_breaks(machine: Machine, gas: Unrolled) -> tuple[Array, float]:
+    """Return the gas work [J] from the start of the cycle to every break, and the sum of the pieces' magnitudes."""
+    before, magnitude, compensation = np.zeros(gas.breaks.size), 0.0, 0.0
+    for k in range(gas.stroke.size):
+        work = work_since_break(gas.breaks[k + 1], k, machine, gas)
+        magnitude += abs(work)
+        # Compensated (Kahan) summation.
+        work -= compensation
+        before[k + 1] = before[k] + work
+        compensation = (before[k + 1] - before[k]) - work
+    return before, magnitude
 
 
 @kernel

@@ -17,8 +17,6 @@ from numpy.typing import NDArray
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array
 
-Offending = NDArray[np.bool_]
-
 REVOLUTION = 2.0 * math.pi
 END_GAP = 5e-3
 """Fraction of the swept volume by which a stroke's points may miss a dead centre; the end's pressure is extended."""
@@ -58,7 +56,7 @@ class Fault(NamedTuple):
     ``repaired`` describes its repair, none if empty, and ``repair`` does it: by default the points are left out.
     """
 
-    offending: Callable[[Points], Offending]
+    offending: Callable[[Points], NDArray[np.bool_]]
     reason: str
     allowed: str
     repaired: str = ""
@@ -73,12 +71,12 @@ class Repair:
     what: str
 
 
-def _last(points: Points, offends: bool) -> Offending:
+def _last(points: Points, offends: bool) -> NDArray[np.bool_]:
     """Mask of the last point if ``offends``, otherwise of none."""
     return np.append(np.zeros(points.x.size - 1, bool), offends)
 
 
-def _second_turn(points: Points) -> Offending:
+def _second_turn(points: Points) -> NDArray[np.bool_]:
     """Points after the angle of a four-stroke cycle starts at zero again."""
     back = points.steps < 0
     relabelled = points.span > 1.5 * REVOLUTION and np.ptp(points.x) <= 1.01 * REVOLUTION
@@ -87,25 +85,25 @@ def _second_turn(points: Points) -> Offending:
     )
 
 
-def _one_turn(points: Points) -> Offending:
+def _one_turn(points: Points) -> NDArray[np.bool_]:
     """The last point of a four-stroke cycle that ends after one turn."""
     return _last(points, points.span > 1.5 * REVOLUTION and 0.8 * REVOLUTION <= np.ptp(points.x) <= 1.001 * REVOLUTION)
 
 
-def _turning_back(points: Points) -> Offending:
+def _turning_back(points: Points) -> NDArray[np.bool_]:
     """Steps against the stroke's prevailing direction."""
     rising = np.sum(points.steps > 0) >= np.sum(points.steps < 0)
     return points.steps < 0 if rising else points.steps > 0
 
 
-def _unclosed(points: Points) -> Offending:
+def _unclosed(points: Points) -> NDArray[np.bool_]:
     """The last point one cycle after the first, with another pressure."""
     repeats_first = abs(points.x[-1] - points.x[0] - points.span) <= 1e-9 * points.span
     gap = abs(points.pressure[-1] - points.pressure[0])
     return _last(points, repeats_first and gap > _CLOSURE_TOLERANCE * np.ptp(points.pressure))
 
 
-def _outside(points: Points) -> Offending:
+def _outside(points: Points) -> NDArray[np.bool_]:
     tolerance = END_GAP * points.span
     return (points.x < points.low - tolerance) | (points.x > points.high + tolerance)
 

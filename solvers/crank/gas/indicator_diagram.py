@@ -8,11 +8,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from itertools import accumulate
 
 import numpy as np
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import (
     END_GAP,
     STROKE_FAULTS,
@@ -22,7 +20,7 @@ from solvers.crank.gas.data_faults import (
     require_finite,
     require_sound,
 )
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion, Geometry, crank_angle_at
 from solvers.errors import InvalidInput
 from solvers.numerics.arrays import Array, Index
@@ -67,10 +65,13 @@ class IndicatorPressure:
             raise InvalidInput("pressure.strokes", "needs one set of points per stroke", ", ".join(names))
         low, swept = cylinder.clearance_volume, cylinder.area * motion.stroke
         high, gap = low + swept, END_GAP * swept
-        columns = [np.array((stroke.volume, stroke.pressure)) for stroke in self.strokes]
-        columns = [column if column[0, 0] < column[0, -1] else column[:, ::-1] for column in columns]
-        volume, pressure = np.concatenate(columns, axis=1)
-        first = np.array([0, *accumulate(column.shape[1] for column in columns)], np.intp)
+        volumes, pressures, ends_at = [], [], [0]
+        for stroke in self.strokes:
+            step = 1 if stroke.volume[0] < stroke.volume[-1] else -1
+            volumes += stroke.volume[::step]
+            pressures += stroke.pressure[::step]
+            ends_at.append(len(volumes))
+        volume, pressure, first = np.array(volumes), np.array(pressures), np.array(ends_at, np.intp)
         # Complete and ascending data has no fault; testing each fault separately takes ten times as long.
         if not _sound(volume, first, low, high, gap):
             for index, stroke in enumerate(self.strokes):

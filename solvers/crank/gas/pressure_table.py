@@ -7,11 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import TABLE_FAULTS, Points, Repair, repaired, require_finite, require_sound_table
-from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Unrolled
+from solvers.crank.gas.unrolled_pressure import MOST_POINTS, Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
-from solvers.errors import InvalidInput
+from solvers.errors import require
 from solvers.numerics.arrays import Array
 from solvers.numerics.monotone_cubic import monotone_cubics
 
@@ -29,10 +28,9 @@ class TablePressure:
 
     def __post_init__(self) -> None:
         count = len(self.angle)
-        if not 3 <= count <= MOST_POINTS:
-            raise InvalidInput("pressure.angle", "has too few or too many points", f"3 … {MOST_POINTS} points")
-        if len(self.pressure) != count:
-            raise InvalidInput("pressure.pressure", "needs one pressure per angle", f"{count} pressures")
+        enough, same = 3 <= count <= MOST_POINTS, len(self.pressure) == count
+        require(enough, "pressure.angle", "has too few or too many points", f"3 … {MOST_POINTS} points")
+        require(same, "pressure.pressure", "needs one pressure per angle", f"{count} pressures")
         require_finite("pressure", angle=self.angle, pressure=self.pressure)
 
     def open_cycle(self, period: float) -> tuple[Array, Array]:

@@ -7,17 +7,43 @@ diagram). At a break it may jump; the piece index selects the side.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.motion.slider_crank import AngleFunctions, ExactMotion, Geometry, angle_functions, displacement_of
+from solvers.errors import require, require_not_negative, require_positive
 from solvers.numerics.arrays import Array, Index
 from solvers.numerics.jit import inlined_kernel, kernel
 
 MOST_POINTS = 20_000
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """Bore D, clearance volume V_c, crankcase pressure p_0, and the strokes per cycle: two or four."""
+
+    bore: float
+    clearance_volume: float
+    crankcase_pressure: float
+    strokes: int
+
+    def __post_init__(self) -> None:
+        require_positive(self, "cylinder", "bore")
+        require_not_negative(self, "cylinder", "clearance_volume")
+        require(math.isfinite(self.crankcase_pressure), "cylinder.crankcase_pressure", "must be finite", "(-inf, inf)")
+        require(self.strokes in (2, 4), "cylinder.strokes", "is neither two nor four", "2 or 4")
+
+    @property
+    def area(self) -> float:
+        return math.pi * self.bore**2 / 4.0
+
+    @property
+    def period(self) -> float:
+        """Crank angle of one cycle [rad]: 2 pi or 4 pi."""
+        return math.pi * self.strokes
 
 
 class Unrolled(NamedTuple):
@@ -85,17 +111,15 @@ def piece_of(angle: float, breaks: Array) -> int:
 
 
 @inlined_kernel
-def pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
-    """Return p [Pa] at an angle of a piece, both its ends included."""
-    return pressure_of(angle, angle_functions(angle, gas.geometry), piece, gas)
+def volume_of(at: AngleFunctions, gas: Unrolled) -> float:
+    """Return V [m3], with ``at`` the state of the mechanism ``gas.geometry``."""
+    return gas.clearance + gas.area * displacement_of(at, gas.geometry)
 
 
 @inlined_kernel
 def pressure_of(angle: float, at: AngleFunctions, piece: int, gas: Unrolled) -> float:
-    """Return p [Pa] at an angle of a piece, with ``at`` the state of the mechanism ``gas.geometry`` there."""
-    t = angle
-    if gas.by_volume:
-        t = gas.clearance + gas.area * displacement_of(at, gas.geometry)
+    """Return p [Pa] at an angle of a piece, both its ends included, with ``at`` the state of ``gas.geometry``."""
+    t = volume_of(at, gas) if gas.by_volume else angle
     return _cubic(t - gas.origin[piece], piece, gas)
 
 
@@ -112,18 +136,16 @@ def work_at(volume: float, piece: int, gas: Unrolled) -> float:
     return t * (c[piece, 3] + t * (c[piece, 2] / 2.0 + t * (c[piece, 1] / 3.0 + t * c[piece, 0] / 4.0)))
 
 
-@kernel
-def brix_pressure_at(angle: float, piece: int, gas: Unrolled) -> float:
+@inlined_kernel
+def brix_pressure_at(at: AngleFunctions, piece: int, gas: Unrolled) -> float:
     """Return p [Pa] of the diagram at the position of Brix's construction x = r (1 - cos phi + lambda/2 sin^2 phi).
 
     The cubic at that volume is searched within the stroke, starting from the piece of the exact motion.
     """
-    half, sine = math.sin(0.5 * angle), math.sin(angle)
-    r = gas.geometry.r
-    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * sine * sine)
-    stroke, step, k = gas.stroke[piece], 1, piece
-    if stroke % 2:
-        step = -1
+    r, half = gas.geometry.r, at.half_sine
+    volume = gas.clearance + gas.area * r * (2.0 * half * half + 0.5 * r / gas.geometry.length * at.sine * at.sine)
+    stroke, k = gas.stroke[piece], piece
+    step = -1 if stroke % 2 else 1
     while 0 <= k - step < gas.stroke.size and gas.stroke[k - step] == stroke and volume < gas.origin[k]:
         k -= step
     while 0 <= k + step < gas.stroke.size and gas.stroke[k + step] == stroke and volume >= gas.origin[k + step]:
@@ -146,7 +168,8 @@ def _pressures(angle: Array, gas: Unrolled, brix: bool) -> Array:
     for i in range(angle.size):
         phi = wrapped(angle[i], gas.breaks)
         k = piece_of(phi, gas.breaks)
-        out[i] = brix_pressure_at(phi, k, gas) if brix else pressure_at(phi, k, gas)
+        at = angle_functions(phi, gas.geometry)
+        out[i] = brix_pressure_at(at, k, gas) if brix else pressure_of(phi, at, k, gas)
     return out
 
 

@@ -27,9 +27,7 @@ class RodMass:
 
     def __post_init__(self) -> None:
         require_positive(self, "masses.rod", "length")
-        require_not_negative(
-            self, "masses.rod", "mass", "cg_from_pin", *(["inertia"] if self.inertia is not None else [])
-        )
+        require_not_negative(self, "masses.rod", "mass", "cg_from_pin", "inertia")
         require(
             self.cg_from_pin <= self.length,
             "masses.rod_cg_from_pin",
@@ -69,8 +67,7 @@ class CrankThrow:
     counterweight_radius: float = 0.0
 
     def __post_init__(self) -> None:
-        names = "crank_pin", "web", "web_radius", "counterweight", "counterweight_radius"
-        require_not_negative(self, "masses", *names)
+        require_not_negative(self, "masses", "crank_pin", "web", "web_radius", "counterweight", "counterweight_radius")
 
     def at_crank_pin(self, crank_radius: float) -> float:
         """m_k, from m_k r = m_cp r + 2 m_w rho_w - m_cw rho_cw [kg]; negative if the counterweights prevail."""

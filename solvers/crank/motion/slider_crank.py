@@ -1,4 +1,4 @@
-"""Exact piston motion, with or without a pin offset.
+"""Exact piston motion, with or without a pin offset, and the textbook's two harmonics.
 
 phi is measured from the crank parallel to the cylinder axis, on the cylinder's side; the offset e is the distance of
 the cylinder axis from the shaft, positive toward the side to which the crank turns from there. Without an offset
@@ -6,6 +6,10 @@ that is the angle from top dead centre. Displacement is measured from the upper 
 
 The displacement's derivative is r (sin phi + cos phi tan beta), so forces expressed in the tangent do exactly the
 work of the gas.
+
+Without an offset, with lambda = r/L < 1: the velocity in elementary functions, and the two harmonics, exact in the
+limit of a long rod; their errors are greatest with the crank perpendicular to the cylinder axis. Source: any text on
+engine dynamics, e.g. C. F. Taylor, The Internal Combustion Engine in Theory and Practice II.
 """
 
 from __future__ import annotations
@@ -185,3 +189,33 @@ def crank_angle_at(displacement: float, r: float, length: float, e: float) -> fl
         * math.sqrt(distance + r + length)
     )
     return math.atan2(e, height) + 2.0 * math.atan2(sine_part, cosine_part)
+
+
+def velocity(angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float) -> Array:
+    """v = r omega sin(phi) (1 + lambda cos(phi)/sqrt(1 - lambda^2 sin^2(phi))) [m/s], positive toward the crank."""
+    lam = crank_radius / rod_length
+    s = lam * np.sin(angle)
+    return crank_radius * angular_speed * np.sin(angle) * (1.0 + lam * np.cos(angle) / np.sqrt((1.0 - s) * (1.0 + s)))
+
+
+def two_harmonic_acceleration(angle: ArrayLike, crank_radius: float, rod_length: float, angular_speed: float) -> Array:
+    """a = r omega^2 (cos phi + lambda cos 2 phi) [m/s^2]: the second derivative of ``brix_displacement``."""
+    lam = crank_radius / rod_length
+    return crank_radius * angular_speed**2 * (np.cos(angle) + lam * np.cos(2.0 * np.asarray(angle)))
+
+
+def brix_displacement(angle: ArrayLike, crank_radius: float, rod_length: float) -> Array:
+    """x = r [(1 - cos phi) + (lambda/4)(1 - cos 2 phi)] [m]: Brix's construction; the differences as squared sines."""
+    lam = crank_radius / rod_length
+    return crank_radius * (2.0 * np.sin(0.5 * np.asarray(angle)) ** 2 + 0.5 * lam * np.sin(angle) ** 2)
+
+
+def brix_error(ratio: float) -> float:
+    """max |x_Brix - x|/r = lambda^3/(2 (1 + c)^2), c = sqrt(1 - lambda^2), lambda = r/L."""
+    return ratio**3 / (2.0 * (1.0 + math.sqrt((1.0 - ratio) * (1.0 + ratio))) ** 2)
+
+
+def two_harmonic_error(ratio: float) -> float:
+    """max |a_2 - a|/(r omega^2 (1 + lambda)) = lambda^3/(c (1 + c) (1 + lambda)), c as in ``brix_error``."""
+    c = math.sqrt((1.0 - ratio) * (1.0 + ratio))
+    return ratio**3 / (c * (1.0 + c) * (1.0 + ratio))

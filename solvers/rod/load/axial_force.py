@@ -3,7 +3,7 @@
     P(phi) = -(p(phi) - p_back) pi D^2/4 + m a(phi),   s(phi) = r sin(phi)
 
 with the pressure as Schmidt's expression or as piecewise cubics (``solvers.rod.load.gas``) and the acceleration of
-``solvers.crank.motion.in_line``, m being the part of the reciprocating mass taken into account.
+``solvers.crank.motion.slider_crank``, m being the part of the reciprocating mass taken into account.
 """
 
 from __future__ import annotations

@@ -10,10 +10,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from solvers.crank.gas.cylinder import Cylinder
 from solvers.crank.gas.data_faults import Repair
 from solvers.crank.gas.indicator_diagram import STROKES, IndicatorPressure, repaired_indicator
-from solvers.crank.gas.unrolled_pressure import Unrolled
+from solvers.crank.gas.unrolled_pressure import Cylinder, Unrolled
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from solvers.numerics.panels import split

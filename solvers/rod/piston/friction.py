@@ -2,7 +2,7 @@
 
     F |v| = (4/pi) mu int |q_wall| ds |v|,   v = r omega (sin phi + lambda sin phi cos phi/cos beta)
 
-(the wall force: ``skirt``; the velocity: ``solvers.crank.motion.in_line``).
+(the wall force: ``skirt``; the velocity: ``solvers.crank.motion.slider_crank``).
 """
 
 from __future__ import annotations

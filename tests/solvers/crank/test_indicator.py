@@ -10,7 +10,7 @@ import pytest
 from scipy.interpolate import PchipInterpolator
 
 from solvers import crank
-from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion import slider_crank as kinematics
 from solvers.crank.motion.slider_crank import ExactMotion
 from solvers.errors import InvalidInput
 from tests.solvers.crank.cycles import GAMMA, four_stroke

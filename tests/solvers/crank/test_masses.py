@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from solvers import crank
-from solvers.crank.masses.pendulum import amplitude_factor
+from solvers.crank.masses.measurement import amplitude_factor
 from solvers.errors import InvalidInput
 from solvers.numerics.uncertainty import linear, sensitivities
 

@@ -8,7 +8,7 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion import slider_crank as kinematics
 from solvers.crank.motion.slider_crank import ExactMotion, angle_functions, crank_angle_at
 
 EPS = np.finfo(float).eps

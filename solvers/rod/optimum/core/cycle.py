@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solvers.crank.motion import in_line as kinematics
+from solvers.crank.motion import slider_crank as kinematics
 from solvers.fatigue import FatigueCriterion
 from solvers.fatigue.kernels import Diagram
 from solvers.numerics import periodic

@@ -71,7 +71,7 @@ def test_a_pin_too_weak_by_a_hair_is_told_how_much_and_what_would_do(force):
     """Once: "exceeded between 25 and 25 mm: 1.00002 times", and a diameter rounded to one that is too small."""
     advice = answered("pin-profile", Mode.DESIGN, load={"force_n": force}).result["diagnosis"][0]["advice"]
     share = float(re.search(r"by ([\d.e-]+) %", advice)[1])
-    assert share == pytest.approx(100 * (force / 18980.729194 - 1), rel=0.02)
+    assert share == pytest.approx(100 * (force / 18980.729194 - 1), rel=0.05)
     span = re.search(r"for ([\d.]+) < x < ([\d.]+) mm", advice)
     assert float(span[1]) < 40.0 < float(span[2])
     would_do = float(re.search(r"at least ([\d.]+) mm", advice)[1])

@@ -270,7 +270,7 @@ class _Design:
     def result_with_effects(
         self, chosen: frozenset[str], proof: Proof, excess: float, strip: Dimensions, tentative: bool = False
     ) -> _SearchResult:
-        """The result with given effects; if they are ``tentative``, incomplete if the first optimum does not vibrate."""
+        """The result with given effects; ``tentative`` ones are incomplete if the first optimum does not vibrate."""
         context = self.context(chosen, strip)
 
         def confirm_vibration(local: LocalResult) -> None:

@@ -14,7 +14,6 @@ from http import HTTPStatus
 from pathlib import Path
 
 import pytest
-from solvers.pin.optimum.capacity import _where
 
 from app.api.contract import PATHS
 from app.designs.kind import Mode
@@ -22,7 +21,7 @@ from app.designs.problems import MEANINGS, UNTYPED, anchor, problem_type
 from app.designs.registry import KINDS
 from app.errors import _BUSY
 from app.web.forms.tree import form_of
-from solvers.pin.optimum.capacity import WeakSpan
+from solvers.pin.optimum.capacity import WeakSpan, _where
 
 ROOT = Path(__file__).parents[2]
 PHRASES = {status.phrase for status in HTTPStatus}

@@ -17,7 +17,7 @@ import numpy as np
 from bench.campaign.scenes import Results, Scene, greatest_change
 from solvers.watch import OutOfTime, Watch
 
-_ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
+ACCURACIES = (1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8)
 _TIGHTEST = 1e-12
 ROUNDING = 1e-13
 JUDGED_INDEPENDENTLY = 50
@@ -65,8 +65,12 @@ class Judged:
 
 
 def judge_estimate(scene: Scene) -> Judged | None:
-    """Judge a scene's estimate; None if the scene or its reference has no answer."""
-    accuracy = float(np.random.default_rng(scene.seed).choice(_ACCURACIES))
+    """Judge a scene's estimate at a random accuracy; None if the scene or its reference has no answer."""
+    return judge_estimate_at(scene, float(np.random.default_rng(scene.seed).choice(ACCURACIES)))
+
+
+def judge_estimate_at(scene: Scene, accuracy: float) -> Judged | None:
+    """Judge a scene's estimate at an accuracy; None if the scene or its reference has no answer."""
     answer = scene.solve(accuracy=accuracy)
     reference = _reference(scene) if answer.status == "succeeded" else None
     if reference is None:

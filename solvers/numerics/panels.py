@@ -28,8 +28,9 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel, reducing_kernel
 
 _MAX_DECREASE_RATIO = 0.75
-_MIN_DECREASE_RATIO = 0.25
-"""Limits of the assumed decrease ratio of coefficients: slowest, as at a corner, and fastest trusted."""
+_MIN_DECREASE_RATIO = 0.15
+"""Limits of the assumed decrease ratio of coefficients: slowest, as at a corner, and fastest trusted, since a pair may
+be small by accident."""
 _TAIL = 6
 _MAX_STEPS = 40
 _MAX_HALVINGS = 40

@@ -145,7 +145,7 @@ def _check(
     error = max(relative(compression_error, compression), relative(tension_error, tension))
     mean, mean_error = mean_of(edges, rule, states[FORCE])
     out[0], out[1], out[2], out[3] = 1.0 if is_stable else 0.0, critical, compression, tension
-    few = accuracy >= 10.0 * FEW_POLYNOMIALS_ERROR
+    few = accuracy >= _LOW_ACCURACY
     polynomials = FEW_POLYNOMIALS if few else POLYNOMIALS
     out[4] = frequency_under(modes, stiffness, section.line_mass, l, length, mean, polynomials)
     if is_stable and has_shape:

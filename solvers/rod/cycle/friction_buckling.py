@@ -28,30 +28,41 @@ _GREATEST = 1.0 - 1e-14
 
 @kernel
 def carried_share(drive: Drive, strip: Strip, critical: float, angle: Array) -> float:
-    """The share of the axial forces that a strip buckled by friction alone would carry, P_cr [N] given; the worst of
-    the angles, which must increase over a revolution, is refined."""
-    share, worst = np.inf, 0
+    """The share of the axial forces that a strip buckled by friction alone would carry, P_cr [N] given. The angles must
+    increase over a revolution; between their neighbours all those are refined whose share can lead to the least."""
+    share, least = np.empty(angle.size), np.inf
     for i in range(angle.size):
-        found = _share_at(drive, strip, critical, angle[i], share)
-        if found < share:
-            share, worst = found, i
-    left, right = angle[max(worst - 1, 0)], angle[min(worst + 1, angle.size - 1)]
+        share[i] = _share_at(drive, strip, critical, angle[i])
+        least = min(least, share[i])
+    for i in range(angle.size):
+        before, after = max(i - 1, 0), min(i + 1, angle.size - 1)
+        # A smooth minimum is below the neighbouring samples by less than those differ.
+        change = max(abs(share[before] - share[i]), abs(share[after] - share[i]))
+        if share[i] <= share[before] and share[i] <= share[after] and share[i] - change <= least:
+            least = min(least, _least_between(drive, strip, critical, angle[before], angle[after]))
+    return min(least, _GREATEST)
+
+
+@kernel
+def _least_between(drive: Drive, strip: Strip, critical: float, left: float, right: float) -> float:
+    """The least share between two angles, by golden section."""
+    least = np.inf
     for _ in range(GOLDEN_STEPS):
         lower, upper = right - GOLDEN * (right - left), left + GOLDEN * (right - left)
-        at_lower = _share_at(drive, strip, critical, lower, np.inf)
-        at_upper = _share_at(drive, strip, critical, upper, np.inf)
-        share = min(share, at_lower, at_upper)
+        at_lower = _share_at(drive, strip, critical, lower)
+        at_upper = _share_at(drive, strip, critical, upper)
+        least = min(least, at_lower, at_upper)
         if at_lower < at_upper:
             right = upper
         else:
             left = lower
-    return min(share, _GREATEST)
+    return least
 
 
 @kernel
-def _share_at(drive: Drive, strip: Strip, critical: float, angle: float, enough: float) -> float:
-    """The share at one angle, or any lower bound of it that is above ``enough``; inf where friction pulls."""
+def _share_at(drive: Drive, strip: Strip, critical: float, angle: float) -> float:
+    """The share at one angle; inf where friction pulls."""
     friction_factor = strip.friction * drive.crank_radius * math.sin(angle)
     if not friction_factor < 0.0:
         return np.inf
-    return greatest_share(strip, axial_force(drive, angle), friction_factor, critical, enough)[0]
+    return greatest_share(strip, axial_force(drive, angle), friction_factor, critical, np.inf)[0]

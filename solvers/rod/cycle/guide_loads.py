@@ -201,11 +201,12 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
                 power, error, left, depth = power + part, error + part_error, pending[depth], depth - 1
     if power == 0.0:
         return 0.0, 0.0
-    # Relative to the maximum reactions over the revolution; the mean of |v| is two strokes per revolution.
+    # The mean of |v| is two strokes per revolution. An interpolant's error oscillates n times in a panel: against a weight
+    # that changes its sign once it integrates to at most 2/n of its bound.
     sampling_error = 0.0
     for p in range(edges.size - 1):
         points = slice(p * n, (p + 1) * n)
         panel_errors = panel_error(guide.side[points], rule) + panel_error(couple[points], rule)
         sampling_error += panel_errors * (edges[p + 1] - edges[p])
-    bound = guide.per_wall * 4.0 / TURN
+    bound = 2.0 / n * guide.per_wall * 4.0 / TURN
     return power, (error + sampling_error / TURN * bound) / power

@@ -358,9 +358,10 @@ def _space_error(equation: StripEquation, samples: Array, greatest: Array) -> fl
 
 @kernel
 def _truncation_error(terms: Array) -> float:
-    """Truncation error of a series from its last four terms, by the ratio of successive pairs."""
+    """Truncation error of a series from its last four terms, by the ratio of successive pairs; the terms to come may
+    decrease more slowly than these, as where damping begins to count."""
     earlier, later = max(abs(terms[0]), abs(terms[1])), max(abs(terms[2]), abs(terms[3]))
-    ratio = min(max(later / max(earlier, 1e-300), 0.05), 0.9)
+    ratio = min(max(later / max(earlier, 1e-300), 0.1), 0.9)
     return 2.0 * later * ratio / (1.0 - ratio)
 
 

@@ -201,8 +201,8 @@ def friction_power(edges: Array, rule: Rule, guide: Guide, tolerance: float) -> 
                 power, error, left, depth = power + part, error + part_error, pending[depth], depth - 1
     if power == 0.0:
         return 0.0, 0.0
-    # The mean of |v| is two strokes per revolution. An interpolant's error oscillates n times in a panel: against a weight
-    # that changes its sign once it integrates to at most 2/n of its bound.
+    # The mean of |v| is two strokes per revolution. An interpolant's error oscillates n times in a panel: against a
+    # weight that changes its sign once it integrates to at most 2/n of its bound.
     sampling_error = 0.0
     for p in range(edges.size - 1):
         points = slice(p * n, (p + 1) * n)

@@ -17,6 +17,7 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
+from tests.reliability.attacks import AT_ONCE as ATTACKERS
 from tests.reliability.attacks import attack, told
 from tests.reliability.cluster_kills import kill_in_turn
 from tests.reliability.descriptors import exhaust
@@ -44,7 +45,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running,
 def test_the_service_survives_malformed_requests(service):
     """Short version of ``python -m tests.reliability.attacks``."""
     running, client = service
-    outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW)
+    outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW, ATTACKERS)
     print(told(outcomes))
     assert not bad, (told(outcomes), bad[:3])
     assert client.get("/healthz").status_code == 200

@@ -96,9 +96,7 @@ def sent(address: tuple[str, int], request: bytes) -> str:
     return first[9:12].decode("ascii", "replace") if first.startswith(b"HTTP/1.") else "no HTTP"
 
 
-def attack(
-    address: tuple[str, int], seed: int, number: int, at_once: int = 1
-) -> tuple[Counter[str], list[bytes]]:
+def attack(address: tuple[str, int], seed: int, number: int, at_once: int = 1) -> tuple[Counter[str], list[bytes]]:
     """Send ``number`` random requests, ``at_once`` concurrently; returns the counts of outcomes and the requests with a
     bad one."""
     rng = random.Random(seed)

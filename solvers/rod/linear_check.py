@@ -17,7 +17,7 @@ from solvers.numerics.panels import Rule, greatest, largest, mean_of
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
-from solvers.rod.cycle.sampling import first_edges, rule_for, sample
+from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
 from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
 from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
@@ -77,7 +77,6 @@ _STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = 5, 12, 15, 1
 
 SAMPLING_FRACTION = 0.1
 """Sampling tolerance as a fraction of the accuracy."""
-ROUNDING = 1e-14
 REFINEMENTS = 4
 _LOW_ACCURACY = 1e-4
 ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
@@ -128,7 +127,7 @@ def _check(
     if strip.compliance != 0.0:
         critical = min(rigid, -stiffness * critical_coupling(l, length, strip.compliance))
     tolerance = SAMPLING_FRACTION * accuracy
-    edges, states = sample(drive, strip, first_edges(drive, strip, sharp), rule, tolerance)
+    edges, states = sample(drive, strip, critical, first_edges(drive, strip, sharp), rule, tolerance)
     compression, tension, compression_error, tension_error = np.inf, 0.0, 0.0, 0.0
     if edges.size > 0:
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
@@ -137,7 +136,7 @@ def _check(
     if not is_stable:
         # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
         unbent = Strip(stiffness, l, length, 0.0, 0.0, 0.0, strip.lever, strip.offset, strip.buckled_force)
-        edges, states = sample(drive, unbent, first_edges(drive, unbent, sharp), rule, tolerance)
+        edges, states = sample(drive, unbent, np.inf, first_edges(drive, unbent, sharp), rule, tolerance)
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
         if compression < critical:
             compression = critical / carried_share(drive, strip, critical, states[ANGLE])
@@ -157,7 +156,7 @@ def _check(
                 break
             # Small differences of large quantities need a finer discretisation.
             tolerance = max(0.5 * tolerance * accuracy / found, ROUNDING)
-            edges, states = sample(drive, strip, edges, rule, tolerance)
+            edges, states = sample(drive, strip, critical, edges, rule, tolerance)
         error = max(error, found)
         if compression > 0.0:
             # Near buckling rounding errors of load and strip are amplified in the stresses.

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 SHARE_ERROR = 1e-13
 """Relative error of the share."""
+_MIN_SEPARATION = 1e-9
+"""Least difference of neighbouring angles [rad]."""
 _GREATEST = 1.0 - 1e-14
 """Of a strip that has no equilibrium, whatever rounding makes of it at the boundary."""
 
@@ -29,7 +31,9 @@ _GREATEST = 1.0 - 1e-14
 @kernel
 def carried_share(drive: Drive, strip: Strip, critical: float, angle: Array) -> float:
     """The share of the axial forces that a strip buckled by friction alone would carry, P_cr [N] given. The angles must
-    increase over a revolution; between their neighbours all those are refined whose share can lead to the least."""
+    not decrease over a revolution; between their neighbours all those are refined whose share can lead to the least."""
+    # Where two panels meet, both have a point: of such a pair neither would be less than both of its neighbours.
+    angle = angle[np.append(np.diff(angle) > _MIN_SEPARATION, True)]
     share, least = np.empty(angle.size), np.inf
     for i in range(angle.size):
         share[i] = _share_at(drive, strip, critical, angle[i])

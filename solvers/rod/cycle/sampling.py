@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 TURN = 2.0 * math.pi
 MAX_PANELS = 6000
+ROUNDING = 1e-14
+"""Relative rounding error of what is sampled."""
 RESOLVED_ROWS = 5
 """Number of rows that panels must resolve (``resolved_rows``)."""
 _GRID = TURN / 128 * np.arange(129)
@@ -109,18 +111,23 @@ def _states_on(drive: Drive, strip: Strip, left: float, right: float, rule: Rule
 
 
 @kernel
-def sample(drive: Drive, strip: Strip, initial: Array, rule: Rule, tolerance: float) -> tuple[Array, Array]:
+def sample(
+    drive: Drive, strip: Strip, critical: float, initial: Array, rule: Rule, tolerance: float
+) -> tuple[Array, Array]:
     """Return the edges of panels that resolve the revolution to ``tolerance`` relative to the maximum of every
     quantity, at most ``MAX_PANELS``, refined from edges ``initial``; and the states at their points.
 
-    No edges are returned if the strip buckles at one of the sampled points.
+    No edges are returned if the strip buckles at one of the sampled points. Close to P_cr = ``critical`` [N] rounding
+    errors are amplified by 1/(1 - P/P_cr), in the forces as well with friction; smaller errors cannot be resolved.
     """
-    n, scale = rule.points.size, np.zeros(RESOLVED_ROWS)
+    n, scale, least = rule.points.size, np.zeros(RESOLVED_ROWS), 0.0
     buckled_force = 0.5 * strip.buckled_force if strip.couples != 0.0 else -np.inf
     stack = [(0.0, 0.0, np.empty((ROWS, n))) for _ in range(0)]
     for p in range(initial.size - 2, -1, -1):
         left, right = initial[p], initial[p + 1]
-        stack.append((left, right, _states_on(drive, strip, left, right, rule, scale)))
+        states = _states_on(drive, strip, left, right, rule, scale)
+        stack.append((left, right, states))
+        least = min(least, states[FORCE].min())
     edges, resolved = [initial[0]], [np.empty((ROWS, n)) for _ in range(0)]
     while len(stack) > 0:
         left, right, states = stack.pop()
@@ -128,9 +135,11 @@ def sample(drive: Drive, strip: Strip, initial: Array, rule: Rule, tolerance: fl
             return np.empty(0), np.empty((ROWS, 0))
         bisect = False
         if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:
-            rows = resolved_rows(states)
+            least, rows = min(least, states[FORCE].min()), resolved_rows(states)
+            rounding = ROUNDING / max(1.0 + least / critical, ROUNDING)
             for row in range(rows.shape[0]):
-                bisect = bisect or panel_error(rows[row], rule) > tolerance * max(scale[row], 1e-300)
+                resolvable = max(tolerance, rounding if row > 0 or strip.friction != 0.0 else ROUNDING)
+                bisect = bisect or panel_error(rows[row], rule) > resolvable * max(scale[row], 1e-300)
         if bisect:
             middle = 0.5 * (left + right)
             stack.append((middle, right, _states_on(drive, strip, middle, right, rule, scale)))

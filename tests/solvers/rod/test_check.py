@@ -140,6 +140,25 @@ def test_the_greatest_deflection_is_that_of_the_dense_model():
     )
 
 
+@pytest.mark.parametrize(("seed", "margin"), [(15, 1e-6), (11, 1e-6), (3, 1e-5), (0, 1e-4)])
+@pytest.mark.parametrize("accuracy", [1e-8, 1e-10])
+def test_next_to_buckling_no_panels_are_spent_on_rounding_errors(seed, margin, accuracy):
+    """There were 6,000 panels, 8 s, and errors up to 1: the stresses' rounding errors grow as 1/(1 - P/P_cr)."""
+    rng = np.random.default_rng(seed)
+    machines = [random_machine(rng, (1.0 + gap, 1.0 + gap)) for gap in (1e-2, 1e-3, 1e-4, 1e-5, 1e-6)]
+    scene, dimensions = next(
+        m for m, gap in zip(machines, (1e-2, 1e-3, 1e-4, 1e-5, 1e-6), strict=True) if gap == margin
+    )
+    found = rod.check(scene, dimensions, CORE, accuracy=accuracy)
+    assert 1.0 < found.value.stability_safety < 1.0 + 2.0 * margin
+    assert found.accuracy.settings["angles"] < 1000
+    grown = np.finfo(float).eps / (found.value.stability_safety - 1.0)
+    assert found.accuracy.estimated <= max(accuracy, 1e3 * grown)
+    exact, error = reference(scene, dimensions), found.accuracy.estimated + 1e3 * grown + REFERENCE_FLOOR
+    value = results(found)
+    assert all(value[name] == pytest.approx(expected, rel=error) for name, expected in exact.items())
+
+
 def test_beyond_buckling_there_are_no_stresses():
     value = rod.check(PAPER, rod.Dimensions(9e-3, 0.3e-3, 23e-3), CORE).value
     assert value.stability_safety < 1

@@ -11,10 +11,11 @@ from scipy.optimize import brentq
 from oracles.textbook import rod_beam_column
 from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.cycle.state import MOMENT, ROWS, SIDE, STROKE, fill_states, friction_corners
+from solvers.rod.cycle.state import MOMENT, ROWS, SIDE, STROKE, fill_states, friction_corners, greatest_share
+from solvers.rod.load.axial_force import axial_force
 from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
-from tests.solvers.rod.machines import CORE, PAPER, STRIP, bent
+from tests.solvers.rod.machines import CORE, PAPER, STRIP, bent, random_machine
 
 ANGLES = np.linspace(0.0, 2 * np.pi, 25)
 
@@ -161,6 +162,24 @@ def test_where_friction_buckles_the_strip_there_are_no_stresses(coefficient):
         piston = replace(scene.piston, friction_coefficient=part * coefficient)
         scaled = replace(scene, piston=piston, load=rod.ConstantLoad(part * 0.8e6))
         assert (rod.check(scaled, THIN, FED_BACK).value.stresses is not None) is stable
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 1e-4])
+@pytest.mark.parametrize("seed", [30, 290, 552, 556])
+def test_the_worst_angle_of_a_strip_buckled_by_friction_lies_between_samples(seed, accuracy):
+    """Where two panels meet, the angle was refined to one side only, and of several low ones only the lowest."""
+    rng = np.random.default_rng([seed, 3])
+    scene, strip = random_machine(rng, (1.01, 1.3))
+    scene = replace(scene, piston=replace(scene.piston, friction_coefficient=rng.uniform(0.1, 0.6)))
+    found = rod.check(scene, strip, FED_BACK, accuracy=accuracy).value
+    assert found.stresses is None and rod.check(scene, strip, CORE).value.stresses is not None
+    cycle = Cycle(scene, strip, Composition(couples=True, feedback=True))
+    least = np.inf
+    for angle in np.linspace(np.pi, 2.0 * np.pi, 2001)[1:-1]:
+        pushed = cycle.strip.friction * cycle.drive.crank_radius * np.sin(angle)
+        force = axial_force(cycle.drive, angle)
+        least = min(least, greatest_share(cycle.strip, force, pushed, found.critical_force, np.inf)[0])
+    assert least * (1.0 - 1e-5) <= found.stability_safety <= least * (1.0 + 1e-12)
 
 
 @pytest.mark.parametrize("skirt", [1e-4, 2.7e-5])

@@ -135,18 +135,19 @@ class Excitation:
 
 
 class Smoothness(NamedTuple):
-    """Least and greatest axial force [N] on every element, and the distance of analyticity y of the motion from the
-    real axis there [rad]."""
+    """Least and greatest axial force [N] on every element; distance of analyticity y of the motion from the real axis
+    there [rad]; and second derivative of side force and moment, relative to the greatest of each [1/rad^2]."""
 
     least: Array
     greatest: Array
     analytic: Array
+    curvature: Array
 
 
 @kernel
 def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smoothness:
     count, p = edges.size - 1, rule.points.size
-    least, greatest, analytic = np.empty(count), np.empty(count), np.empty(count)
+    least, greatest, analytic, second = np.empty(count), np.empty(count), np.empty(count), np.zeros((2, count))
     greatest_load, tail = np.full(2, 1e-300), np.zeros((2, count))
     for e in range(count):
         lowest, highest = np.inf, -np.inf
@@ -163,7 +164,14 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
                 for i in range(p):
                     total += rule.tail[t, i] * row[i]
                 tail[q, e] = max(tail[q, e], abs(total))
+            for t in range(p):
+                total = 0.0
+                for i in range(p):
+                    total += rule.second[t, i] * row[i]
+                second[q, e] = max(second[q, e], abs(total) / (edges[e + 1] - edges[e]) ** 2)
+    curvature = np.empty(count)
     for e in range(count):
+        curvature[e] = max(second[0, e] / greatest_load[0], second[1, e] / greatest_load[1])
         ratio = max(tail[0, e] / greatest_load[0], tail[1, e] / greatest_load[1]) + _NOISE
         width = edges[e + 1] - edges[e]
         rho = ratio ** (-1.0 / (p - 2))
@@ -172,7 +180,7 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
         is_reliable = ratio > _ABOVE_NOISE * _NOISE or width > _NARROW
         is_enclosed = _contains(corners, edges[e]) and (e == count - 1 or _contains(corners, edges[e + 1]))
         analytic[e] = 0.25 * width * (rho - 1.0 / rho) if is_reliable and not is_enclosed else np.inf
-    return Smoothness(least, greatest, analytic)
+    return Smoothness(least, greatest, analytic, curvature)
 
 
 @kernel

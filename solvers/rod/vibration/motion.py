@@ -26,6 +26,8 @@ Complex = NDArray[np.complex128]
 MOST_RINGING = 16
 """Largest number of ringing modes."""
 
+NARROW = 3.0
+"""Phase advance of a mode over an element [rad] below which a series in derivatives loses digits."""
 _DAMPED_MARGIN = 2.0
 """Safety factor on the error estimate of the polynomials along the strip with modal damping, where their coefficients
 decrease only algebraically."""
@@ -213,24 +215,28 @@ def neighbouring_motion(
 def excited_ringing(equation: StripEquation, excitation: Excitation, n: int) -> float:
     """Ringing of mode number n excited between corners, relative to a corner's: about exp(-omega y) with y the distance
     of analyticity (``excitation``), with a safety factor on the exponent."""
-    analytic, _ = least_phases(equation, excitation.edges, excitation.smoothness)
+    analytic, _, _ = least_phases(equation, excitation.edges, excitation.smoothness)
     return math.exp(-analytic[n - 1] / EXPONENT)
 
 
 @kernel
-def least_phases(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array]:
+def least_phases(equation: StripEquation, edges: Array, force: Smoothness) -> tuple[Array, Array, Array]:
     """Least phase advances [rad] of every mode, uncoupled, under the greatest compression of each element: within the
-    distance of analyticity from the real axis, and over the element's width."""
+    distance of analyticity from the real axis; over the element's width; and, if the latter is less than ``NARROW``,
+    over the scale on which the excitation changes, the square root of its greatest value over its second derivative."""
     n = equation.masses.size
-    analytic, width = np.full(n, np.inf), np.full(n, np.inf)
+    analytic, narrow, changing = np.full(n, np.inf), np.full(n, np.inf), np.full(n, np.inf)
     for k in range(n):
         for e in range(force.least.size):
             fluctuation = equation.strip.couples * force.least[e] - equation.mean
             stiffness = max(1.0 + fluctuation * equation.geometric[k, k], SOFTEST)
             frequency = math.sqrt(stiffness / equation.masses[k])
             analytic[k] = min(analytic[k], frequency * force.analytic[e])
-            width[k] = min(width[k], frequency * (edges[e + 1] - edges[e]))
-    return analytic, width
+            phase = frequency * (edges[e + 1] - edges[e])
+            narrow[k] = min(narrow[k], phase)
+            if phase < NARROW:
+                changing[k] = min(changing[k], frequency / math.sqrt(max(force.curvature[e], 1e-300)))
+    return analytic, narrow, changing
 
 
 @kernel

@@ -30,6 +30,10 @@ from solvers.numerics.radau import Radau
 
 Array = NDArray[np.float64]
 
+_NARROW = 2.0
+"""Phase of the slowest fast mode [rad] over an element below which it is narrow: rounding errors grow in derivatives of
+its polynomials, most in the speeds at its ends."""
+
 
 class Partition(NamedTuple):
     """The equation's matrices in the coordinates above, for m slow modes.
@@ -63,7 +67,8 @@ def slow_motion(
     Returns solutions (elements, points, 2 m + 1, m + fast), columns being those for unit initial states (a, sqrt(mu)
     a') and, last, the particular solution; final states of the slow modes (elements, 2 m + 1, 2 m); speeds of the fast
     coordinates at an element's two ends (elements, 2, 2 m + 1, fast); the series' last term in the outputs (elements,
-    points, 2 m + 1, 2); and the largest ratio of its last term to the one before. The series ends where a term is below ``tolerance`` relative to the
+    points, 2 m + 1, 2), at the ends of narrow elements including the ringing that its speed excites; and the largest
+    ratio of its last term to the one before. The series ends where a term is below ``tolerance`` relative to the
     largest output of the first one, after ``max_terms`` terms, or before a term that is larger than its predecessor.
 
     Arrays on an element are ordered (modes, columns, points), so that every step is a product of small matrices or a
@@ -90,11 +95,13 @@ def slow_motion(
     force, net_load, forced = np.empty((m, wide)), np.empty((columns, m * p)), np.empty((columns, m * p))
     homogeneous, response = np.empty((columns, m * p)), np.empty((m * p, m * p))
     previous, output, difference = np.zeros((2, wide)), np.empty((2, wide)), np.empty((2, wide))
-    end_slopes = np.empty((fast * columns, 2))
+    # ringing amplitudes excited by the last term's speeds at the two ends
+    end_terms, end_slopes = np.zeros((2, columns, 2)), np.empty((fast * columns, 2))
     first_size, end_weights = np.zeros(2 * columns), np.empty((p, 2))
     accepted_rows = accepted[m:].reshape(fast * columns, p)
     for e in range(count):
         h, per_width, per_square = widths[e], 1.0 / widths[e], 1.0 / widths[e] ** 2
+        phase = h / math.sqrt(np.trace(partition.fast_masses)) if fast > 0 else np.inf
         for k in range(fast):
             for i in range(p):
                 compliance[k, i] = 1.0 / (1.0 + fluctuation[e, i] * partition.eigenvalues[k])
@@ -111,7 +118,7 @@ def slow_motion(
             for i in range(p):
                 slow_load[a, last_column + i] = forces[e, i, a]
         _slow_response(h, fluctuation[e], compliance, partition, rule, homogeneous, response)
-        inertia[:], previous[:], previous_size, ratio = 0.0, 0.0, np.inf, 0.0
+        inertia[:], previous[:], end_terms[:], previous_size, ratio = 0.0, 0.0, 0.0, np.inf, 0.0
         for term in range(max_terms):
             for k in range(fast):
                 for j in range(wide):
@@ -132,6 +139,8 @@ def slow_motion(
                 for j in range(wide):
                     r[k, j] -= coupled[k, j] * compliance[k, j]
             np.dot(partition.outputs, x, output)
+            if phase < _NARROW:
+                _end_amplitudes(output - previous, rule.first, phase, end_terms)
             size_now = 0.0
             for q in range(2):
                 for c in range(columns):
@@ -141,6 +150,7 @@ def slow_motion(
                         largest = max(largest, abs(output[q, j]))
                     if term == 0:
                         first_size[q * columns + c] = largest
+                    change = max(change, abs(end_terms[0, c, q]), abs(end_terms[1, c, q]))
                     if first_size[q * columns + c] > 0.0:
                         size_now = max(size_now, change / first_size[q * columns + c])
             if term > 0:
@@ -150,6 +160,8 @@ def slow_motion(
             for q in range(2):
                 for j in range(wide):
                     difference[q, j], previous[q, j] = output[q, j] - previous[q, j], output[q, j]
+                for c in range(columns if phase < _NARROW else 0):
+                    difference[q, c * p], difference[q, c * p + p - 1] = end_terms[0, c, q], end_terms[1, c, q]
             for k in range(size):
                 for j in range(wide):
                     accepted[k, j] = x[k, j]
@@ -231,6 +243,20 @@ def _slow_response(
                 homogeneous[c, a * p + i + 1] = solution[a * s + i, c]
             for j in range(m * p):
                 response[j, a * p + i + 1] = solution[a * s + i, 2 * m + j]
+
+
+@kernel
+def _end_amplitudes(term: Array, first: Array, phase: float, out: Array) -> None:
+    """Ringing amplitudes that a term's speed would excite at an element's two ends (2, columns, 2), from the term in
+    the outputs (2, columns points); ``phase`` is the advance of the slowest fast mode over the element. If it is small,
+    what the two ends excite nearly cancels, hence the division by at least 1."""
+    p = first.shape[0]
+    for end in range(2):
+        for c in range(out.shape[1]):
+            for q in range(2):
+                out[end, c, q] = 0.0
+                for j in range(p):
+                    out[end, c, q] += first[end * (p - 1), j] / max(phase, 1.0) * term[q, c * p + j]
 
 
 @kernel

@@ -34,6 +34,7 @@ from solvers.rod.vibration.excitation import RULE, TURN, Excitation, off_jumps, 
 from solvers.rod.vibration.motion import (
     EXPONENT,
     MOST_RINGING,
+    NARROW,
     Errors,
     Motion,
     least_phases,
@@ -65,9 +66,10 @@ _MAX_ATTEMPTS, _MAX_FRUITLESS = 8, 2
 _LARGE_ERROR, _STEP_REDUCTION = 0.03, 0.75
 """Elements with at least this fraction of the worst element's error are halved with it; factor on the step then."""
 
-_LEAST_WIDTH_PHASE, _LEAST_WIDTH_PHASE_EXACT, _LEAST_HALF_PHASE = 2.0, 3.0, 9.0
-"""Phases of the slowest fast mode [rad]: least over the narrowest element with many corners, at low accuracy and
-otherwise; and least over half an element for it to be halved."""
+_LEAST_WIDTH_PHASE, _LEAST_HALF_PHASE, _LEAST_CHANGE_PHASE = 2.0, 9.0, 5.0
+"""Phases of the slowest fast mode [rad]: least over the narrowest element with many corners at low accuracy; least over
+half an element for it to be halved; and, in a narrow element, over the scale on which the force changes, below which
+the mode must be slow."""
 
 _FREQUENCY_MARGIN = 1.2
 """Mean frequency of a mode over that under the mean force, assumed."""
@@ -326,10 +328,11 @@ def _slow_modes(equation: StripEquation, excitation: Excitation, tolerance: floa
     """Number of slow modes: those that the force excites because it changes fast, or for which elements between many
     corners are too narrow for series. With few corners at least one, as integrating it takes less time than its
     ringing."""
-    analytic, width_phase = least_phases(equation, excitation.edges, excitation.smoothness)
-    follows = np.exp(-analytic / EXPONENT) < tolerance
-    if excitation.corners.size > FEW_CORNERS:
-        follows &= width_phase > (_LEAST_WIDTH_PHASE if tolerance > _LOW_ACCURACY else _LEAST_WIDTH_PHASE_EXACT)
+    analytic, width_phase, change_phase = least_phases(equation, excitation.edges, excitation.smoothness)
+    many = excitation.corners.size > FEW_CORNERS
+    least_width = _LEAST_WIDTH_PHASE if tolerance > _LOW_ACCURACY else NARROW
+    sufficient = width_phase > least_width if many else change_phase > _LEAST_CHANGE_PHASE
+    follows = (np.exp(-analytic / EXPONENT) < tolerance) & sufficient
     return max(int(np.argmax(np.append(follows[:-1], True))), min(excitation.corners.size, 1))
 
 

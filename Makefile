@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 SERVICE := $(VENV)/.service
 STAMP := $(VENV)/.installed
 
-.PHONY: help run test lint messages screenshots lock bench campaign system sbom audit clean
+.PHONY: help run test warm lint messages screenshots lock bench campaign system sbom audit clean
 
 help:            ## list the commands
 	@grep -E '^[a-z]+:.*##' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | expand -t 12
@@ -25,11 +25,18 @@ run: $(SERVICE)  ## set up, serve on 127.0.0.1:8000, design the paper's rod as a
 system:
 	@bash scripts/system-packages
 
-test: $(STAMP) system  ## set up and pass every test
+# Packages of the system are downloaded while kernels are compiled. Each worker of pytest takes its half of the tests in
+# order, so that those of the service, which often wait, run beside those of the solvers. Bytecode is kept: the tests
+# start Python some two hundred times.
+test warm: export PYTHONDONTWRITEBYTECODE :=
+test:            ## set up and pass every test
+	@$(MAKE) --no-print-directory --jobs=2 warm system
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4 --dist worksteal
+
+warm: $(STAMP)
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/crankwright warm-up
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest --numprocesses auto --maxprocesses 4
 
 lint: $(STAMP)   ## style only
 	$(BIN)/ruff check .

@@ -13,6 +13,9 @@ from pathlib import Path
 
 import pytest
 
+from app.designs.kind import Mode
+from app.designs.registry import KINDS
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -52,14 +55,16 @@ def test_it_excludes_tests_benches_and_oracles(installed):
     assert not [name for name in ("oracles", "bench", "tests") if (installed / name).exists()]
 
 
-def test_its_command_checks_and_stores(installed, check_request, tmp_path):
+def test_its_command_checks_and_stores(installed, tmp_path):
+    """The kernels that this check needs are compiled anew, next to the installed modules."""
     request = tmp_path / "request.json"
-    request.write_text(json.dumps({**check_request, "effects": {"exclude": ["rod_inertia"]}}))
+    request.write_text(json.dumps(KINDS["pin-profile"].example(Mode.CHECK)))
     out = python(
-        installed, "-m", "app.cli", "check", "flexible-rod", str(request), "--json",
+        installed, "-m", "app.cli", "check", "pin-profile", str(request), "--json",
         "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3",
     )  # fmt: skip
     assert json.loads(out)["status"] == "succeeded"
+    assert list((installed / "solvers").rglob("*.nbi"))
     assert (installed / "bin" / "crankwright").exists()
 
 

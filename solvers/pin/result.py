@@ -48,8 +48,9 @@ def _kept(table: Array, places: Array, step: float) -> Array:
     """Mask of the columns kept: one per ``step``, the ends, ``places``, the maximum stress; of equal ones the first."""
     x, sizes = table[0], table[1:3]
     new = np.append(True, (np.diff(x) > 0.0) | (np.abs(np.diff(sizes)) > 1e-12 * sizes[:, :-1]).any(axis=0))
-    places = np.append(places, (x[0], x[-1], x[np.argmax(table[5])]))
-    at_place = (np.abs(x[:, None] - places) <= 1e-12 * x[-1]).any(axis=1)
+    places = np.sort(np.append(places, (x[0], x[-1], x[np.argmax(table[5])])))
+    after = np.searchsorted(places, x).clip(1, places.size - 1)
+    at_place = np.minimum(np.abs(x - places[after - 1]), np.abs(x - places[after])) <= 1e-12 * x[-1]
     return new & (at_place | (np.diff(np.floor(x / step), prepend=-1.0) > 0.0))
 
 

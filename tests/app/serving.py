@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 from starlette.testclient import TestClient
 
@@ -23,3 +25,12 @@ def serving(folder: Path, **settings: object) -> Iterator[TestClient]:
     with TestClient(app, raise_server_exceptions=False) as client:
         app.state.service.executor.wait_until_warm()
         yield client
+
+
+def file_at(client: TestClient, place: str, **more: Any) -> Any:
+    """The answer with an export, however long a busy machine takes to make it."""
+    end = time.monotonic() + 60
+    while (answer := client.get(place, **more)).status_code == 202:
+        assert time.monotonic() < end, place
+        time.sleep(0.1)
+    return answer

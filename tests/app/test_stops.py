@@ -56,9 +56,9 @@ def figures() -> Iterator[None]:
         print(f"{what}: {len(seconds)} times, median {median(seconds):.2f} s, longest {max(seconds):.2f} s")
 
 
-def moments(seed: int, longest: float) -> list[float]:
+def moments(seed: int, longest: float, count: int = MOMENTS) -> list[float]:
     """Seconds after the start at which to stop: a few in the suite, all of them in a campaign."""
-    return [round(random.Random(seed + k).uniform(0.0, longest), 2) for k in range(MOMENTS)]
+    return [round(random.Random(seed + k).uniform(0.0, longest), 2) for k in range(count)]
 
 
 @pytest.mark.parametrize("seconds", moments(1, 5.0))
@@ -214,7 +214,7 @@ class Load:
 
 
 @pytest.mark.parametrize("cold", [False, True], ids=["warm", "compiling"])
-@pytest.mark.parametrize("seconds", moments(2, 4.0))
+@pytest.mark.parametrize("seconds", moments(2, 4.0, max(MOMENTS - 1, 2)))
 def test_a_loaded_service_ends_at_any_moment_and_keeps_what_it_accepted(
     tmp_path: Path, seconds: float, cold: bool
 ) -> None:

@@ -96,16 +96,15 @@ def sent(address: tuple[str, int], request: bytes) -> str:
     return first[9:12].decode("ascii", "replace") if first.startswith(b"HTTP/1.") else "no HTTP"
 
 
-def attack(address: tuple[str, int], seed: int, number: int) -> tuple[Counter[str], list[bytes]]:
-    """Send ``number`` random requests; returns the counts of outcomes and the requests with a bad one."""
-    rng, outcomes, bad = random.Random(seed), Counter[str](), []
-    for _ in range(number):
-        request = raw_request(rng)
-        outcome = sent(address, request)
-        outcomes[outcome] += 1
-        if not good(outcome):
-            bad.append(request)
-    return outcomes, bad
+def attack(address: tuple[str, int], seed: int, number: int, at_once: int = 1) -> tuple[Counter[str], list[bytes]]:
+    """Send ``number`` random requests, ``at_once`` concurrently; returns the counts of outcomes and the requests with a
+    bad one."""
+    rng = random.Random(seed)
+    requests = [raw_request(rng) for _ in range(number)]
+    with ThreadPoolExecutor(at_once) as threads:
+        outcomes = list(threads.map(lambda request: sent(address, request), requests))
+    bad = [request for request, outcome in zip(requests, outcomes, strict=True) if not good(outcome)]
+    return Counter(outcomes), bad
 
 
 def good(outcome: str) -> bool:

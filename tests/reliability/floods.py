@@ -140,7 +140,7 @@ FLOODS: dict[str, Callable[[], Flood]] = {
 }
 
 
-async def send(address: str, name: str, seconds: float) -> Counter[str]:
+async def send(address: str, name: str, seconds: float, clients: int = AT_ONCE) -> Counter[str]:
     """Run the clients with back-to-back requests; returns the counts of answers."""
     request, numbers, told = FLOODS[name](), count(1), Counter[str]()
     end = time.monotonic() + seconds
@@ -159,7 +159,7 @@ async def send(address: str, name: str, seconds: float) -> Counter[str]:
                 told[str(status or "closed")] += 1
                 await asyncio.sleep(0.05 if status in (0, 429, 503) else 0)
 
-        await asyncio.gather(*(one() for _ in range(AT_ONCE)))
+        await asyncio.gather(*(one() for _ in range(clients)))
     return told
 
 
@@ -208,9 +208,10 @@ def probe(port: int, going_on: Iterator[Any]) -> Latencies:
     return Latencies(Waits(sorted(health)), Waits(sorted(checks)))
 
 
-def flooded(name: str, seconds: float, client: httpx.Client) -> tuple[Latencies, Counter[str]]:
+def flooded(name: str, seconds: float, client: httpx.Client, clients: int = AT_ONCE) -> tuple[Latencies, Counter[str]]:
     """Latencies of a running service during a flood, and the answers to the flood."""
-    words = [sys.executable, "-m", "tests.reliability.floods", "--send", str(client.base_url), str(seconds), name]
+    told_to = ["--send", str(client.base_url), "--clients", str(clients)]
+    words = [sys.executable, "-m", "tests.reliability.floods", *told_to, str(seconds), name]
     with subprocess.Popen(words, stdout=subprocess.PIPE, text=True, cwd=ROOT) as process:
         found = probe(client.base_url.port, iter(lambda: process.poll() is None, False))
         told = Counter(json.loads(process.stdout.read()))
@@ -232,12 +233,13 @@ def measure(name: str, seconds: float, folder: Path, **settings: object) -> tupl
 def main() -> None:
     asked = argparse.ArgumentParser(prog="python -m tests.reliability.floods")
     asked.add_argument("--send", metavar="ADDRESS", help="only send the flood, and print the counts of answers")
+    asked.add_argument("--clients", type=int, default=AT_ONCE, help="at once, with --send")
     asked.add_argument("seconds", type=float)
     asked.add_argument("floods", nargs="*", default=list(FLOODS), metavar="FLOOD", help=", ".join(FLOODS))
     given = asked.parse_args()
     if given.send:
         os.nice(19)
-        print(json.dumps(asyncio.run(send(given.send, *given.floods, given.seconds))))
+        print(json.dumps(asyncio.run(send(given.send, *given.floods, given.seconds, given.clients))))
         return
     for name in given.floods:
         with tempfile.TemporaryDirectory() as folder:

@@ -17,16 +17,17 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.store.verify import verify
 from tests.app.running import Running, wait_until
+from tests.reliability.attacks import AT_ONCE as ATTACKERS
 from tests.reliability.attacks import attack, told
 from tests.reliability.cluster_kills import kill_in_turn
 from tests.reliability.descriptors import exhaust
 from tests.reliability.disk import cut_and_changed, in_a_faulty_process
-from tests.reliability.floods import AT_ONCE, flooded
+from tests.reliability.floods import flooded
 from tests.reliability.fuzz import PARSERS, spoil
 from tests.reliability.kills import one_round
 
 CAMPAIGN = bool(os.environ.get("CRANKWRIGHT_CAMPAIGN"))
-RAW, KILLS = 200, (60 if CAMPAIGN else 1)
+RAW, KILLS, FLOODING = 200, (60 if CAMPAIGN else 1), 24
 CHECK = KINDS["crank-masses"].example(Mode.ANALYSIS)
 
 
@@ -44,7 +45,7 @@ def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Running,
 def test_the_service_survives_malformed_requests(service):
     """Short version of ``python -m tests.reliability.attacks``."""
     running, client = service
-    outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW)
+    outcomes, bad = attack(("127.0.0.1", client.base_url.port), 1, RAW, ATTACKERS)
     print(told(outcomes))
     assert not bad, (told(outcomes), bad[:3])
     assert client.get("/healthz").status_code == 200
@@ -101,13 +102,13 @@ def test_the_service_recovers_from_descriptor_exhaustion(tmp_path: Path):
 
 @pytest.mark.timeout(600)
 def test_checks_and_health_checks_are_answered_during_floods(tmp_path: Path):
-    """Short version of ``python -m tests.reliability.floods``, without its bounds on latencies."""
+    """Short version of ``python -m tests.reliability.floods``: fewer clients, no bounds on single latencies."""
     with Running(tmp_path, solve_budget_s=1, queue_patience_s=5) as running, running.client() as client:
         wait_until(lambda: running.ready(client), 170.0)
         for name in ("everything", "large bodies", "batches"):
-            found, told = flooded(name, 0.5, client)
+            found, told = flooded(name, 0.5, client, FLOODING)
             print(f"{name}: {found}\n{dict(told)}")
-            assert told.total() >= AT_ONCE and told.keys() <= {"201", "202", "422", "429", "503", "closed"}, told
+            assert told.total() >= FLOODING and told.keys() <= {"201", "202", "422", "429", "503", "closed"}, told
             assert found.health.at(0.5) < 0.5 and found.checks.at(0.5) < 1.0
         assert "Traceback" not in running.output.read_text()
 

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import time
-
 import pytest
 from starlette.testclient import TestClient
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from tests.app.serving import file_at
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +19,7 @@ def run(client: TestClient) -> dict:
 def test_a_run_and_its_files_are_sent_once(client: TestClient, run: dict, link: str) -> None:
     links = {**run["links"], **run["links"]["exports"], **run["links"]["plots"]}
     plain = {"accept-encoding": "identity"}
-    while (first := client.get(links[link], headers=plain)).status_code == 202:
-        time.sleep(0.1)  # the file is being made
+    first = file_at(client, links[link], headers=plain)
     tag = first.headers["etag"]
     assert first.status_code == 200 and tag.startswith('"')
     for asked in (tag, f'"other", {tag}', f"W/{tag}", "*"):

@@ -334,9 +334,9 @@ def test_each_takes_less_than_a_second():
         if export.where is ExportProcess.SOLIDS:
             continue
         for run in PARTS.values():
-            times = []
             for _ in range(3):
                 begun = time.process_time()
                 file(run, name)
-                times.append(time.process_time() - begun)
-            assert min(times) < 1.0, name
+                if (took := time.process_time() - begun) < 1.0:
+                    break
+            assert took < 1.0, name

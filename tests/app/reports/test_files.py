@@ -20,6 +20,7 @@ from app.reports.html import html
 from app.reports.pdf import pdf
 from app.reports.text import for_typst
 from tests.app.reports.runs import EXAMPLES, OTHERS, example, solved
+from tests.app.serving import file_at
 
 HOSTILE = [
     "#import \"/etc/passwd\": *",
@@ -132,10 +133,10 @@ def test_the_same_run_gives_the_same_file_within_a_second():
 
 def test_the_service_serves_both_files(client):
     run = client.post("/api/v1/checks/flexible-rod", json=KINDS["flexible-rod"].example(Mode.CHECK)).json()
-    page = client.get(run["links"]["exports"]["html"])
+    page = file_at(client, run["links"]["exports"]["html"])
     assert page.status_code == 200 and page.headers["content-type"].startswith("text/html")
     assert run["verdict"]["summary"] in "".join(Page(page.text).words)
-    file = client.get(run["links"]["exports"]["pdf"])
+    file = file_at(client, run["links"]["exports"]["pdf"])
     assert file.headers["content-type"] == "application/pdf"
     assert f"flexible-rod-{run['id']}.pdf" in file.headers["content-disposition"]
     assert len(PdfReader(io.BytesIO(file.content)).pages) <= 6

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+import tracemalloc
 from dataclasses import replace
 from itertools import pairwise
 
@@ -225,6 +226,18 @@ def test_the_load_sweep_of_figure_5():
         mass = STEEL.density * GEOMETRY.area * 2 * np.trapezoid(1 - (diameter / D) ** 2, x)
         assert mass * 1e3 == pytest.approx(grams(vaz(force)), rel=1e-3)
     assert np.isnan(pin.free_sizes(VAZ, PAPER, 20e3, x)[-1])
+
+
+def test_a_table_of_many_bores_needs_memory_for_its_points_only():
+    """Not for every pair of a point and a station, which took gigabytes and seconds."""
+    x = np.linspace(0.0, LENGTH, 4001)
+    value = pin.check(VAZ, pin.Profile(tuple(x), tuple(13e-3 + 1e-3 * np.sin(300.0 * x)))).value
+    tracemalloc.start()
+    along = value.along
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.isin(x, along.x).sum() > 0.99 * x.size
+    assert peak < 20e6
 
 
 @pytest.mark.parametrize(

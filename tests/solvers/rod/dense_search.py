@@ -15,7 +15,7 @@ from solvers import rod
 
 MISSED = 4e-3
 COUNTS = (4, 14, 8)
-CRITICAL = np.linspace(0.0, 4.4934094579, 20001)[1:]
+CRITICAL = np.linspace(0.0, 4.4934094579, 2001)[1:]
 TERMS = (np.sin(CRITICAL) - CRITICAL * np.cos(CRITICAL), CRITICAL**2 * np.sin(CRITICAL))
 """What the buckling equation has on that grid, whatever beta is."""
 

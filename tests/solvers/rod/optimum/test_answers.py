@@ -91,17 +91,22 @@ OUT_OF_REACH = {
 }
 
 
+@pytest.fixture(scope="module")
+def sampled():
+    """Strips all over the bounds of the reference problem."""
+    heights, lengths = np.geomspace(0.2e-3, 1e-3, 120), np.linspace(8e-3, 26e-3, 25)
+    b, h, l = (v.ravel() for v in np.meshgrid([4e-3, 9e-3], heights, lengths))
+    return sample(REFERENCE.scene, b, h, l)
+
+
 @pytest.mark.parametrize("name", OUT_OF_REACH)
-def test_every_requirement_out_of_reach_is_named_alone_with_the_best_beside_the_others(name):
+def test_every_requirement_out_of_reach_is_named_alone_with_the_best_beside_the_others(sampled, name):
     required, result = OUT_OF_REACH[name]
     asked = replace(rod.Requirements(1.0, 1.0), **{name: required})
     outcome = rod.design(replace(REFERENCE, requirements=asked), CORE)
     assert outcome.status is Status.INFEASIBLE
     (entry,) = outcome.diagnosis
     assert (entry.requirement, entry.required) == (name, required)
-    heights, lengths = np.geomspace(0.2e-3, 1e-3, 120), np.linspace(8e-3, 26e-3, 25)
-    b, h, l = (v.ravel() for v in np.meshgrid([4e-3, 9e-3], heights, lengths))
-    sampled = sample(REFERENCE.scene, b, h, l)
     values = result(sampled)[sampled.admissible(without(asked, name), 0.0)]
     best = values.max() if name.startswith("min") else values.min()
     assert entry.attainable == pytest.approx(best, rel=0.04)

@@ -9,7 +9,7 @@ TUPLES: dict[str, str] = {
     "solvers.crank.motion.slider_crank.Geometry": "f f f f f f",
     "solvers.linkage.steady_state.collocation.Machine": "f1 f f f f",
     "solvers.numerics.panels.Rule": "f1 f1 f1 f2 f2",
-    "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2 f3 f3",
+    "solvers.numerics.radau.Radau": "f1 f1 f2 f2 f2 f2 f2 f1 f2",
     "solvers.numerics.ripple.Ripple": "f1 c2 c3 c3 f2 f5 f5 f1 f1 f2",
     "solvers.pin.closed_form.kernel.Pins": "f2 f2 f3 f2",
     "solvers.pin.closed_form.kernel.Results": "f1 f1 f1 f1 f1 f1 f1 f1",

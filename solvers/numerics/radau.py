@@ -30,8 +30,6 @@ class Radau(NamedTuple):
     single_integral, double_integral  integrals up to the Radau points, from the values at these only (s, s)
     end_slope        slope at the end, from the increments since the start (s,)
     tail             last four Legendre coefficients, from the values (4, s + 1)
-    first_by_degree, second_by_degree  derivatives of the Legendre series truncated at degree 0, 1, ... s, from the
-                     values (s + 1, s + 1, s + 1)
     """
 
     points: Array
@@ -43,8 +41,6 @@ class Radau(NamedTuple):
     double_integral: Array
     end_slope: Array
     tail: Array
-    first_by_degree: Array
-    second_by_degree: Array
 
 
 @cache
@@ -62,25 +58,17 @@ def radau(stages: int) -> Radau:
     def matrix_of(operation: object, targets: Array, coefficients: Array) -> Array:
         return np.ascontiguousarray(legendre.legval(targets, operation(coefficients)).T)
 
-    def derivatives_by_degree(order: int) -> Array:
-        """Derivatives of the parts of a polynomial, by their degree."""
-        parts = [np.where(np.arange(stages + 1)[:, None] <= degree, full_series, 0.0) for degree in range(stages + 1)]
-        return np.stack([matrix_of(lambda c: legendre.legder(c, order, scl=2.0), nodes, part) for part in parts])
-
-    first_by_degree, second_by_degree = derivatives_by_degree(1), derivatives_by_degree(2)
     single_integral = matrix_of(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), x, radau_series)
     return Radau(
         points=points,
         weights=1.0 / np.prod(points[:, None] - points + np.eye(stages + 1), axis=1),
-        first=first_by_degree[-1],
-        second=second_by_degree[-1],
+        first=matrix_of(lambda c: legendre.legder(c, 1, scl=2.0), nodes, full_series),
+        second=matrix_of(lambda c: legendre.legder(c, 2, scl=2.0), nodes, full_series),
         integral=matrix_of(lambda c: legendre.legint(c, lbnd=-1.0, scl=0.5), nodes, full_series),
         single_integral=single_integral,
         double_integral=single_integral @ single_integral,
         end_slope=np.ascontiguousarray(np.linalg.inv(single_integral)[-1]),
         tail=np.ascontiguousarray(full_series[-_TAIL:]),
-        first_by_degree=first_by_degree,
-        second_by_degree=second_by_degree,
     )
 
 

@@ -49,9 +49,6 @@ _SUBDIVISIONS = 8
 """Intervals between two corners of the load in which corners of friction are searched."""
 _NO_ANGLES = np.empty(0)
 _NOISE, _ABOVE_NOISE, _NARROW = 1e-15, 10.0, TURN / 64
-_CURVATURE_DEGREE = 4
-"""Second derivatives are taken of the part up to this degree, where rounding errors are small even in a narrow
-element."""
 
 
 @dataclass(frozen=True)
@@ -170,7 +167,7 @@ def _smoothness(edges: Array, states: Array, corners: Array, rule: Radau) -> Smo
             for t in range(p):
                 total = 0.0
                 for i in range(p):
-                    total += rule.second_by_degree[_CURVATURE_DEGREE, t, i] * row[i]
+                    total += rule.second[t, i] * row[i]
                 second[q, e] = max(second[q, e], abs(total) / (edges[e + 1] - edges[e]) ** 2)
     curvature = np.empty(count)
     for e in range(count):

@@ -30,10 +30,9 @@ from solvers.numerics.radau import Radau
 
 Array = NDArray[np.float64]
 
-_NARROW, _ROUNDING, _FORCE_LENGTH = 2.0, 1e-16, 200.0
-"""Phase of the slowest fast mode [rad] over an element above which the series differentiates polynomials of full
-degree; rounding error of a polynomial's highest coefficient; and shortest length over which forces vary, as a phase of
-a fast mode [rad], which gives the decrease of their Legendre coefficients."""
+_NARROW = 2.0
+"""Phase of the slowest fast mode [rad] over an element below which it is narrow: rounding errors grow in derivatives of
+its polynomials, most in the speeds at its ends."""
 
 
 class Partition(NamedTuple):
@@ -55,36 +54,6 @@ class Partition(NamedTuple):
     fast_masses: Array
     fast_damping: Array
     outputs: Array
-
-
-@kernel
-def series_degree(phase: float, max_degree: int) -> int:
-    """Degree up to which the series differentiates polynomials, on an element over which the slowest fast mode advances
-    by ``phase`` [rad].
-
-    The second derivative multiplies a Legendre coefficient of degree d by (d - 1) d (d + 1) (d + 2)/(2 phase^2) and
-    lowers its degree by two, and further terms repeat this. Rounding errors therefore grow with the degree and on
-    narrower elements. The degree returned minimizes their sum with the truncation error of smooth forces.
-    """
-    if phase >= _NARROW:
-        return max_degree
-    best, smallest = max_degree, np.inf
-    for degree in range(1, max_degree + 1):
-        error = _ROUNDING * _rounding_growth(degree, phase)
-        for omitted in range(degree + 1, degree + 3):
-            error += (phase / _FORCE_LENGTH) ** omitted * _rounding_growth(omitted, phase)
-        if error < smallest:
-            best, smallest = degree, error
-    return best
-
-
-@kernel
-def _rounding_growth(degree: int, phase: float) -> float:
-    """Factor by which all terms of the series together amplify a coefficient of this degree."""
-    growth = 1.0
-    for d in range(degree, 1, -2):
-        growth *= max(0.5 * (d - 1) * d * (d + 1) * (d + 2) / phase**2, 1.0)
-    return growth
 
 
 @fusing_kernel
@@ -122,11 +91,10 @@ def slow_motion(
     first_derivative = derivatives[derivatives.shape[0] - 1].reshape(fast * columns, p)
     second_derivative = derivatives[0].reshape(fast * columns, p)
     weights, coupling = np.empty((fast, derivatives.shape[0] * fast)), np.ascontiguousarray(partition.coupling.T)
-    first_t, second_t, transposed_degree = np.empty((p, p)), np.empty((p, p)), -1
+    first_t, second_t = np.ascontiguousarray(rule.first.T), np.ascontiguousarray(rule.second.T)
     force, net_load, forced = np.empty((m, wide)), np.empty((columns, m * p)), np.empty((columns, m * p))
     homogeneous, response = np.empty((columns, m * p)), np.empty((m * p, m * p))
-    previous, output, unresolved = np.zeros((2, wide)), np.empty((2, wide)), np.zeros((2, wide))
-    difference = np.empty((2, wide))
+    previous, output, difference = np.zeros((2, wide)), np.empty((2, wide)), np.empty((2, wide))
     # ringing amplitudes excited by the last term's speeds at the two ends
     end_terms, end_slopes = np.zeros((2, columns, 2)), np.empty((fast * columns, 2))
     first_size, end_weights = np.zeros(2 * columns), np.empty((p, 2))
@@ -134,13 +102,6 @@ def slow_motion(
     for e in range(count):
         h, per_width, per_square = widths[e], 1.0 / widths[e], 1.0 / widths[e] ** 2
         phase = h / math.sqrt(np.trace(partition.fast_masses)) if fast > 0 else np.inf
-        degree, is_narrow = series_degree(phase, p - 1), phase < _NARROW
-        first, second = rule.first_by_degree[degree], rule.second_by_degree[degree]
-        if degree != transposed_degree:
-            transposed_degree = degree
-            for i in range(p):
-                for j in range(p):
-                    first_t[i, j], second_t[i, j] = first[j, i], second[j, i]
         for k in range(fast):
             for i in range(p):
                 compliance[k, i] = 1.0 / (1.0 + fluctuation[e, i] * partition.eigenvalues[k])
@@ -157,9 +118,8 @@ def slow_motion(
             for i in range(p):
                 slow_load[a, last_column + i] = forces[e, i, a]
         _slow_response(h, fluctuation[e], compliance, partition, rule, homogeneous, response)
-        inertia[:], previous[:], unresolved[:], previous_size, ratio = 0.0, 0.0, 0.0, np.inf, 0.0
-        # A polynomial's derivatives vanish beyond its degree; later ratios would say nothing about convergence.
-        for term in range(min(max_terms, degree // 2 + 1) if is_narrow else max_terms):
+        inertia[:], previous[:], end_terms[:], previous_size, ratio = 0.0, 0.0, 0.0, np.inf, 0.0
+        for term in range(max_terms):
             for k in range(fast):
                 for j in range(wide):
                     r[k, j] = (fast_load[k, j] - inertia[k, j]) * compliance[k, j]
@@ -179,8 +139,8 @@ def slow_motion(
                 for j in range(wide):
                     r[k, j] -= coupled[k, j] * compliance[k, j]
             np.dot(partition.outputs, x, output)
-            if is_narrow:
-                _end_amplitudes(output - previous + unresolved, first, phase, end_terms)
+            if phase < _NARROW:
+                _end_amplitudes(output - previous, rule.first, phase, end_terms)
             size_now = 0.0
             for q in range(2):
                 for c in range(columns):
@@ -190,8 +150,7 @@ def slow_motion(
                         largest = max(largest, abs(output[q, j]))
                     if term == 0:
                         first_size[q * columns + c] = largest
-                    if is_narrow:
-                        change = max(change, abs(end_terms[0, c, q]), abs(end_terms[1, c, q]))
+                    change = max(change, abs(end_terms[0, c, q]), abs(end_terms[1, c, q]))
                     if first_size[q * columns + c] > 0.0:
                         size_now = max(size_now, change / first_size[q * columns + c])
             if term > 0:
@@ -200,26 +159,15 @@ def slow_motion(
                 break
             for q in range(2):
                 for j in range(wide):
-                    difference[q, j], previous[q, j] = output[q, j] - previous[q, j] + unresolved[q, j], output[q, j]
+                    difference[q, j], previous[q, j] = output[q, j] - previous[q, j], output[q, j]
+                for c in range(columns if phase < _NARROW else 0):
+                    difference[q, c * p], difference[q, c * p + p - 1] = end_terms[0, c, q], end_terms[1, c, q]
             for k in range(size):
                 for j in range(wide):
                     accepted[k, j] = x[k, j]
-            if is_narrow:
-                for q in range(2):
-                    for c in range(columns):
-                        difference[q, c * p], difference[q, c * p + p - 1] = end_terms[0, c, q], end_terms[1, c, q]
             if size_now <= tolerance or fast == 0:
                 break
             previous_size = size_now
-            if term == 0 and degree < p - 1:
-                _add_unresolved(
-                    r,
-                    rule.second_by_degree[min(degree + 2, p - 1)] - second,
-                    partition,
-                    compliance,
-                    per_square,
-                    unresolved,
-                )
             np.dot(fast_rows, second_t, second_derivative)
             if is_damped:
                 np.dot(fast_rows, first_t, first_derivative)
@@ -295,24 +243,6 @@ def _slow_response(
                 homogeneous[c, a * p + i + 1] = solution[a * s + i, c]
             for j in range(m * p):
                 response[j, a * p + i + 1] = solution[a * s + i, 2 * m + j]
-
-
-@kernel
-def _add_unresolved(
-    r: Array, second: Array, partition: Partition, compliance: Array, per_square: float, out: Array
-) -> None:
-    """Add to ``out`` (2, columns points) the outputs of the inertial forces of the part of the fast coordinates (fast,
-    columns points) beyond the series' degree; ``second`` gives that part's second derivative, ``per_square`` is
-    1/width^2."""
-    (fast, wide), p = r.shape, second.shape[0]
-    derivative = np.dot(r.reshape(fast * wide // p, p), np.ascontiguousarray(second.T)).reshape(fast, wide)
-    inertia = np.dot(partition.fast_masses, derivative)
-    for q in range(2):
-        for k in range(fast):
-            for j in range(wide):
-                out[q, j] += (
-                    partition.outputs[q, partition.masses.size + k] * compliance[k, j] * inertia[k, j] * per_square
-                )
 
 
 @kernel

@@ -148,20 +148,20 @@ def test_a_diverging_series_ends_before_its_growing_term():
     assert ratio >= 1.0 and np.abs(term).max() == pytest.approx(3.0 * TURN / 16, rel=1e-2)
 
 
-@pytest.mark.parametrize("phase", [3.0, 1.0, 0.1, 1e-2, 1e-3])
+@pytest.mark.parametrize("phase", [3.0, 1.0, 0.3, 0.1, 1e-2, 1e-3])
 @pytest.mark.parametrize("mu", [1e-2, 1e-4])
-def test_series_estimate_their_error_in_narrow_elements(mu, phase):
+def test_estimates_are_honest_in_narrow_elements(mu, phase):
     """mu r'' + r = cos x from 1 on, including the speed at both ends: the effects of its errors there nearly cancel
-    over a short element."""
-    edges = np.array([1.0, 1.0 + phase * np.sqrt(mu)])
+    over a short element. Rounding errors of derivatives end the series, with the size of its last term as estimate."""
+    edges, tolerance = np.array([1.0, 1.0 + phase * np.sqrt(mu)]), 1e-5
     at, matrices = points(edges), partition(np.array([mu]), np.zeros((1, 1)), 0)
     found, _, speeds, term, ratio = slow_motion(
-        np.diff(edges), np.zeros_like(at), np.cos(at)[..., None], matrices, RULE, 1e-5, 9
+        np.diff(edges), np.zeros_like(at), np.cos(at)[..., None], matrices, RULE, tolerance, 9
     )
     exact, slope = np.cos(at) / (1 - mu), -np.sin(edges) / (1 - mu)
     error = np.abs(found[0, :, 0, 0] - exact[0]).max()
     error = max(error, min(phase, 1.0) * np.sqrt(mu) * np.abs(speeds[0, :, 0, 0] - slope).max())
-    assert ratio < 0.5 and error < 2.0 * np.abs(term).max() * ratio + 5e-7
+    assert error < 1.1 * np.abs(term).max() * (ratio / (1.0 - ratio) if ratio < 0.5 else 1.0) + 0.1 * tolerance
 
 
 def test_a_fast_change_in_a_narrow_element_raises_the_error_estimate():
@@ -169,7 +169,8 @@ def test_a_fast_change_in_a_narrow_element_raises_the_error_estimate():
     at, matrices = points(edges), partition(np.array([0.01]), np.zeros((1, 1)), 0)
     load = 1.0 + 1e-6 * np.cos(6.0 * at / edges[1])[..., None]
     *_, term, _ = slow_motion(np.diff(edges), np.zeros_like(at), load, matrices, RULE, 1e-8, 9)
-    assert np.abs(term).max() > 1e-3
+    # The first term does not follow the force; its ringing is of the size of the force's change.
+    assert np.abs(term).max() > 1e-6
 
 
 def test_amplification_near_a_resonance():

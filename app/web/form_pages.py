@@ -97,7 +97,8 @@ async def _shown(
     return page(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
         title=kind.title_of(spec), caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
-        others=list(kind.others(mode)), notice=notice, kept_by=f"/designs/{kind.slug}?mode={mode}" if _may_post() else "",
+        others=list(kind.others(mode)), notice=notice,
+        kept_by=f"/designs/{kind.slug}?mode={mode}" if _may_post() else "",
     )  # fmt: skip
 
 
@@ -160,8 +161,8 @@ async def submit(
 ) -> Response:
     """Submit the run and redirect to its page, or show the form again with messages at the faulty fields.
 
-    ``was`` is the previous mode when the user switches modes, ``language`` or ``units`` the chosen one; the form is then
-    converted, not submitted.
+    ``was`` is the previous mode when the user switches modes, ``language`` or ``units`` what is chosen; the form is
+    then converted, not submitted.
     """
     kind, chosen = _kind_and_mode(slug, mode)
     form, texts = form_of(kind, chosen), await _texts(request)
@@ -212,8 +213,12 @@ async def draw(request: Request, slug: str, mode: str = "design") -> Response:
     svg, caption = drawn(kind, spec)
     return JSONResponse(
         {
-            "title": spoken(kind.title_of(spec)), "svg": svg, "caption": caption, "json": _as_json(spec),
-            "faults": faults.at, "others": faults.elsewhere,
+            "title": spoken(kind.title_of(spec)),
+            "svg": svg,
+            "caption": caption,
+            "json": _as_json(spec),
+            "faults": faults.at,
+            "others": faults.elsewhere,
         }
     )
 

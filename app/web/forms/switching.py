@@ -12,7 +12,8 @@ from app.words.units import System, measuring
 def in_units(form: Group, texts: Texts, chosen: System) -> dict[str, str]:
     """The texts with all figures converted from the current units to the ``chosen`` ones.
 
-    A form in those reads the same values from them. What is no number, or means the same in both, stays as typed: "5 mm".
+    A form in those reads the same values from them. What is no number, or means the same in both, stays as typed, such
+    as "5 mm".
     """
     return dict(texts) | {
         name: text

@@ -185,7 +185,10 @@ def test_the_greatest_time_of_a_design_is_the_services(client, kinds):
     for slug, told in kinds.items():
         for request in told["requests"]:
             for field in request["fields"]:
-                if field["path"].endswith("time_budget_s") and (request["mode"], field["path"]) != ("accuracy", "time_budget_s"):
+                if field["path"].endswith("time_budget_s") and (request["mode"], field["path"]) != (
+                    "accuracy",
+                    "time_budget_s",
+                ):
                     assert field["maximum"] == longest, (slug, request["mode"])
         if "design" in told["modes"]:
             name = "".join(word.capitalize() for word in slug.split("-")) + "DesignRequest"

@@ -118,7 +118,7 @@ def test_the_first_item_of_slow_jobs_is_not_solved_twice() -> None:
 @pytest.mark.parametrize("kind", ["impact-linkage", "flexible-rod"])
 @pytest.mark.parametrize("mode", [Mode.CHECK, Mode.DESIGN])
 def test_intake_does_not_wait_until_workers_are_free(monkeypatch: pytest.MonkeyPatch, kind: str, mode: Mode) -> None:
-    """A batch that arrives while all workers are busy is taken without a solved item; what was begun serves later ones."""
+    """A batch that arrives while all workers are busy is taken without a solved item; a solve begun serves others."""
     monkeypatch.setattr(engines, "_DICTIONARY_S", 0.05)
     example = KINDS[kind].example(mode)
 
@@ -133,7 +133,9 @@ def test_intake_does_not_wait_until_workers_are_free(monkeypatch: pytest.MonkeyP
         engine = engines.BatchEngine(None, Busy(), 10.0)  # type: ignore[arg-type]
 
         async def dictionary() -> bytes:
-            return await engine.dictionary(kind, mode, "scalars", Source("ndjson"), Row(1, json.dumps(example).encode()))
+            return await engine.dictionary(
+                kind, mode, "scalars", Source("ndjson"), Row(1, json.dumps(example).encode())
+            )
 
         async with asyncio.timeout(5.0):
             assert json.loads(await dictionary()) == example

@@ -132,10 +132,10 @@ def test_rod_modes_keep_what_is_typed(page, address):
 def test_language_and_units_keep_what_is_typed(page, address):
     page.goto(f"{address}/designs/pin-profile?mode=check")
     fill(page, "Outer diameter D", "25.4")
-    fill(page, "Force F", "lots")
+    fill(page, "Greatest force on the piston", "lots")
     page.get_by_role("button", name="in", exact=True).click()
     expect(box(page, "Outer diameter D")).to_have_value("1")
-    expect(box(page, "Force F")).to_have_value("lots")
+    expect(box(page, "Greatest force on the piston")).to_have_value("lots")
     page.get_by_role("button", name="Українська").click()
     expect(page.locator("html")).to_have_attribute("lang", "uk")
     expect(page.locator('[id="geometry.outer_diameter_mm"]')).to_have_value("1")

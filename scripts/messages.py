@@ -185,7 +185,7 @@ def _filled(kind: Kind, mode: Mode, request: dict[str, Any]) -> dict[str, Any]:
 
 def _of_kinds() -> Iterator[str]:
     for kind in KINDS.values():
-        yield kind.title
+        yield from (kind.title, *kind.titles.values())
         yield kind.summary
         yield from (_plain(effect.name) for effect in kind.known_effects)
         for mode in kind.jobs:

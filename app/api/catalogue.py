@@ -5,14 +5,14 @@ from __future__ import annotations
 from functools import cache
 from typing import Any
 
-from fastapi import APIRouter, Response
+from fastapi import APIRouter, Request, Response
 from pydantic import Field
 
 from app.api.contract import PATHS, Shown
 from app.designs.fields import FieldInfo, fields_of, objectives_of
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS, example_of, modes_of, plots_of
-from app.designs.schema import scaled
+from app.designs.schema import MAX_TIME_S, scaled
 from app.designs.units import in_si
 from app.errors import Problem
 from app.exports.export import Tool, has_part
@@ -118,11 +118,11 @@ async def list_kinds() -> Response:
     response_model=KindInfo,
     responses={404: {"description": "there is no such kind"}},
 )
-async def one_kind(kind: str) -> Response:
+async def one_kind(kind: str, request: Request) -> Response:
     """Everything needed to build a form."""
     if kind not in KINDS:
         raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
-    return _json(_one_kind(kind))
+    return _json(_one_kind(kind, request.app.state.settings.solve_budget_s))
 
 
 @router.get("/materials", summary="List materials", response_model=MaterialList)
@@ -147,7 +147,7 @@ def _line(kind: Kind) -> dict[str, Any]:
 
 
 @cache
-def _one_kind(slug: str) -> bytes:
+def _one_kind(slug: str, longest_s: float) -> bytes:
     kind = KINDS[slug]
     return KindInfo(
         **_line(kind),
@@ -165,7 +165,7 @@ def _one_kind(slug: str) -> bytes:
             ModeInfo(
                 mode=mode,
                 path=f"/api/v1/{PATHS[mode]}/{slug}",
-                fields=list(fields_of(kind, mode)),
+                fields=[_limited(field, longest_s) for field in fields_of(kind, mode)],
                 example=dict(example_of(kind, mode)),
                 examples={} if mode is Mode.ACCURACY else kind.others(mode),
                 plots=list(plots_of(kind, mode)),
@@ -173,6 +173,13 @@ def _one_kind(slug: str) -> bytes:
             for mode in modes_of(kind)
         ],
     ).model_dump_json().encode()  # fmt: skip
+
+
+def _limited(field: FieldInfo, longest_s: float) -> FieldInfo:
+    """The field as this service accepts it: a design has at most the service's time."""
+    if field.path in ("time_budget_s", "spec.time_budget_s") and field.maximum == MAX_TIME_S:
+        return field.model_copy(update={"maximum": longest_s})
+    return field
 
 
 @cache

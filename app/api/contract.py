@@ -23,7 +23,7 @@ from app.batches.sweep import Sweep
 from app.designs.kind import Detail, Kind, Mode
 from app.designs.problems import INVALID, problem_details
 from app.designs.registry import KINDS, example_of, job_of, modes_of
-from app.designs.schema import AccuracyResult, EffectResult, Infeasible
+from app.designs.schema import MAX_TIME_S, AccuracyResult, EffectResult, Infeasible
 from app.designs.verdict import VerdictResult
 from app.errors import MEDIA_TYPE
 from app.store.record import RunStatus
@@ -324,12 +324,21 @@ def document(app: FastAPI) -> dict[str, Any]:
     return found
 
 
+def _limit_time(schemas: dict[str, Any], longest_s: float) -> None:
+    """Set the greatest time of a design to this service's."""
+    for schema in schemas.values():
+        for form in schema.get("properties", {}).get("time_budget_s", {}).get("anyOf", ()):
+            if form.get("maximum") == MAX_TIME_S:
+                form["maximum"] = longest_s
+
+
 def install(app: FastAPI) -> None:
     """Serve this document instead of FastAPI's own."""
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
             app.openapi_schema = document(app)
+            _limit_time(app.openapi_schema["components"]["schemas"], app.state.settings.solve_budget_s)
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]

@@ -61,8 +61,8 @@ _LOOKUP_THRESHOLD_S = 5e-3
 """Item solve time [s] above which equal items of other chunks are looked up before solving."""
 _MAX_DICTIONARY_BYTES = 32_000
 """The window of DEFLATE [bytes]."""
-_DICTIONARY_S = 5.0
-"""Maximum time [s] that intake waits for the solve of a batch's first item: usually milliseconds."""
+_DICTIONARY_S = 2.0
+"""Maximum time [s] that intake waits for a dictionary: usually milliseconds, but not while all workers are busy."""
 
 
 class _ItemTime(NamedTuple):
@@ -97,6 +97,7 @@ class BatchEngine:
         self._item_s: dict[tuple[str, str, str], _ItemTime] = {}
         self._blocks: OrderedDict[tuple[int, int], bytes] = OrderedDict()
         self._dictionaries: dict[tuple[str, str, str], bytes] = {}
+        self._preparing: dict[tuple[str, str, str], asyncio.Task[bytes]] = {}
         self._owners: Turns[str | None] = Turns()
         self._batches: Turns[int] = Turns()
         self._records: OrderedDict[int, BatchRecord] = OrderedDict()
@@ -119,6 +120,8 @@ class BatchEngine:
 
     async def close(self) -> None:
         """Cancel every solve and release all leases."""
+        for preparing in list(self._preparing.values()):
+            preparing.cancel()
         if self._loop is None:
             return
         tasks = [self._loop, *self._tasks]
@@ -132,19 +135,28 @@ class BatchEngine:
 
     async def dictionary(self, kind: str, mode: str, detail: str, source: Source, first: Row | None) -> bytes:
         """Compression dictionary for the items of a batch: its ``first`` item, from which most others differ in their
-        numbers only, or else the kind's example; empty if unavailable, which only costs space."""
-        job, key = job_of(KINDS[kind], Mode(mode)), (kind, mode, detail)
-        if job.run_many is not None and first is not None and len(first.content) <= _MAX_DICTIONARY_BYTES:
-            with suppress(UnreadableRow, RecursionError, TimeoutError):
-                request, _ = validated(job, source.body(first))
-                async with asyncio.timeout(_DICTIONARY_S):
-                    if request is not None and (found := await self._item(kind, mode, detail, request)):
-                        return found
+        numbers only, or else the kind's example; without an answer in time the example's request, which only costs
+        space."""
+        job, example = job_of(KINDS[kind], Mode(mode)), example_of(KINDS[kind], Mode(mode))
+        with suppress(TimeoutError):
+            async with asyncio.timeout(_DICTIONARY_S):
+                if job.run_many is not None and first is not None and len(first.content) <= _MAX_DICTIONARY_BYTES:
+                    with suppress(UnreadableRow, RecursionError):
+                        request, _ = validated(job, source.body(first))
+                        if request is not None and (found := await self._item(kind, mode, detail, request)):
+                            return found
+                if mode != Mode.ACCURACY:  # a study is too expensive for a dictionary
+                    return await self._example(kind, mode, detail, job.request.model_validate(example))
+        return canonical_json(example)
+
+    async def _example(self, kind: str, mode: str, detail: str, request: BaseModel) -> bytes:
+        """The solved example as an item. Its solve goes on if nobody waits for it any longer: later batches use it."""
+        key = (kind, mode, detail)
         if key not in self._dictionaries:
-            example = example_of(KINDS[kind], Mode(mode))
-            if mode == Mode.ACCURACY:  # a study is too expensive for a dictionary
-                return canonical_json(example)
-            if not (found := await self._item(kind, mode, detail, job.request.model_validate(example))):
+            if key not in self._preparing:
+                self._preparing[key] = task = asyncio.create_task(self._item(kind, mode, detail, request))
+                task.add_done_callback(lambda _: self._preparing.pop(key))
+            if not (found := await asyncio.shield(self._preparing[key])):
                 return b""
             self._dictionaries[key] = found
         return self._dictionaries[key]

@@ -106,6 +106,7 @@ class Kind:
     """A kind of design.
 
     slug, title   in URLs, and for display
+    titles        titles of requests in which a field, given by its name, has a value
     jobs, plots   by mode, and by name
     main_results  numbers judged by an accuracy study, dotted for nested ones; none for closed-form answers
     given_results  judged as well if the dimensions are given; a flat objective leaves a design's own dimensions
@@ -133,6 +134,7 @@ class Kind:
     figure: Callable[[Mode, Mapping[str, Any]], tuple[str, float | None]]
     drawing: Callable[[dict[str, Any]], Drawing | None]
     calculation: Callable[[Mapping[str, Any], Chain], None]
+    titles: Mapping[tuple[str, str], str] = field(default_factory=dict)
     given_results: tuple[str, ...] = ()
     whole: str = ""
     drawn_if: Mapping[str, Callable[[dict[str, Any]], bool]] = field(default_factory=dict)
@@ -142,6 +144,11 @@ class Kind:
     part_if: Callable[[Mapping[str, Any]], bool] = lambda _result: False
     labels: Mapping[str, str] = field(default_factory=dict)
     denials: Mapping[str, str] = field(default_factory=dict)
+
+    def title_of(self, spec: Mapping[str, Any]) -> str:
+        """The title of what a request, which may be incomplete or that of an accuracy study, is about."""
+        spec = spec.get("spec", spec)
+        return next((title for (name, value), title in self.titles.items() if spec.get(name) == value), self.title)
 
     def has_part(self, run: Mapping[str, Any]) -> bool:
         """Whether a run with a result describes a part."""

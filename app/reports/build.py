@@ -47,7 +47,7 @@ _MAX_PLOTS = 4
 def report_of(run: Mapping[str, Any]) -> Report:
     """The report of a run with a result, given as its JSON."""
     kind = KINDS[run["kind"]]
-    title = _(kind.title)
+    title = _(kind.title_of(run["spec"]))
     return Report(
         title=run["name"] or title,
         subtitle=f"{title} · {_first_upper(_(run['mode']))}",
@@ -76,7 +76,7 @@ def _opening(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
         yield Banner(Standing.FAILS, _("No such design"), none)
         yield _diagnosis(run["result"])
     else:
-        yield Banner(Standing.PLAIN, _(kind.title), _headline(run))
+        yield Banner(Standing.PLAIN, _(kind.title_of(run["spec"])), _headline(run))
     if not verdict and run["result"].get("warnings"):
         yield Bullets(tuple(_sentence(spoken(text)) for text in run["result"]["warnings"]))
     if run["mode"] != Mode.ACCURACY and run["status"] == "succeeded":

@@ -9,7 +9,10 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 
+from app.access.caller import caller
 from app.access.csrf import FIELD
+from app.access.scopes import Scope
+from app.access.sessions import session
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
@@ -23,11 +26,16 @@ from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
+from app.web.forms.switching import in_units
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
+from app.web.languages import COOKIE, UNITS_COOKIE, keep
 from app.web.rendering import add_filter, page, templates
 from app.words.drawings import drawn
+from app.words.languages import Language, speaking
 from app.words.languages import gettext as _
+from app.words.solver_texts import spoken
+from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
 
@@ -88,9 +96,15 @@ async def _shown(
     svg, caption = drawn(kind, spec)
     return page(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
-        caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
+        title=kind.title_of(spec), caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
         others=list(kind.others(mode)), notice=notice,
+        kept_by=f"/designs/{kind.slug}?mode={mode}" if _may_post() else "",
     )  # fmt: skip
+
+
+def _may_post() -> bool:
+    """Whether the user's key allows forms to be sent."""
+    return session.get() is None or Scope.DESIGN in caller.get().scopes
 
 
 @router.get("/designs/{slug}")
@@ -137,13 +151,32 @@ def _carried(kind: Kind, old: Mode, new: Mode, filled: Texts, example: dict[str,
 
 
 @router.post("/designs/{slug}")
-async def submit(request: Request, slug: str, mode: str = "design", was: str | None = None) -> Response:
+async def submit(
+    request: Request,
+    slug: str,
+    mode: str = "design",
+    was: str | None = None,
+    language: Language | None = None,
+    units: System | None = None,
+) -> Response:
     """Submit the run and redirect to its page, or show the form again with messages at the faulty fields.
 
-    ``was`` is the previous mode when the user switches modes; the form is then converted, not submitted.
+    ``was`` is the previous mode when the user switches modes, ``language`` or ``units`` what is chosen; the form is
+    then converted, not submitted.
     """
     kind, chosen = _kind_and_mode(slug, mode)
     form, texts = form_of(kind, chosen), await _texts(request)
+    if language is not None:
+        with speaking(language):
+            shown = await _shown(request, kind, chosen, texts)
+        keep(shown, COOKIE, language)
+        return shown
+    if units is not None:
+        texts = in_units(form, texts, units)
+        with measuring(units):
+            shown = await _shown(request, kind, chosen, texts)
+        keep(shown, UNITS_COOKIE, units)
+        return shown
     if was is not None:
         old = _kind_and_mode(slug, was)[1]
         return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
@@ -179,7 +212,14 @@ async def draw(request: Request, slug: str, mode: str = "design") -> Response:
         faults = placed(form, texts, problem)
     svg, caption = drawn(kind, spec)
     return JSONResponse(
-        {"svg": svg, "caption": caption, "json": _as_json(spec), "faults": faults.at, "others": faults.elsewhere}
+        {
+            "title": spoken(kind.title_of(spec)),
+            "svg": svg,
+            "caption": caption,
+            "json": _as_json(spec),
+            "faults": faults.at,
+            "others": faults.elsewhere,
+        }
     )
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from http.cookies import CookieError, SimpleCookie
 
 from starlette.datastructures import Headers
+from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
 from app.edge.asgi import header
@@ -12,6 +13,7 @@ from app.words.languages import LANGUAGES, speaking
 from app.words.units import SYSTEMS, System, measuring
 
 COOKIE, UNITS_COOKIE = "language", "units"
+_COOKIE_MAX_AGE_S = 365 * 24 * 3600
 
 
 def preferred(headers: Headers) -> str:
@@ -29,6 +31,11 @@ def units_of(headers: Headers) -> System:
     """The unit system of the cookie, else metric."""
     kept = _cookie_value(headers, UNITS_COOKIE)
     return System(kept) if kept in SYSTEMS else System.METRIC
+
+
+def keep(answer: Response, cookie: str, value: str) -> None:
+    """Make the browser remember a language or a unit system."""
+    answer.set_cookie(cookie, value, max_age=_COOKIE_MAX_AGE_S, httponly=True, samesite="lax")
 
 
 def _cookie_value(headers: Headers, cookie: str) -> str:

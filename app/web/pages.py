@@ -12,14 +12,13 @@ from app.errors import Problem
 from app.jobs.warming import format_status
 from app.store.record import RunFilter
 from app.submission import Service
-from app.web.languages import COOKIE, UNITS_COOKIE
+from app.web.languages import COOKIE, UNITS_COOKIE, keep
 from app.web.rendering import page
 from app.words.drawings import drawn
 from app.words.languages import LANGUAGES
 from app.words.units import SYSTEMS
 
 router = APIRouter(include_in_schema=False)
-_COOKIE_MAX_AGE_S = 365 * 24 * 3600
 
 
 @router.get("/")
@@ -62,5 +61,5 @@ def _redirect_with_cookie(cookie: str, value: str, back: str) -> Response:
     # No open redirect: a second slash would name another host.
     inside = back.startswith("/") and not back.startswith(("//", "/\\")) and back.isprintable()
     answer = RedirectResponse(back if inside else "/", status_code=303)
-    answer.set_cookie(cookie, value, max_age=_COOKIE_MAX_AGE_S, httponly=True, samesite="lax")
+    keep(answer, cookie, value)
     return answer

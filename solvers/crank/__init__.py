@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import Any
 
 _SUBMODULE_OF = {
-    "Case": "check",
-    "analyse_many": "check",
+    "Case": "bulk",
+    "analyse_many": "bulk",
     "CrankDynamics": "check",
     "analyse": "check",
     "EFFECTS": "effects",

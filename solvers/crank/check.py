@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -21,10 +20,10 @@ from solvers.crank.engine.unbalance import Balance, balance
 from solvers.crank.gas.unrolled_pressure import Unrolled, refined
 from solvers.crank.scene import Scene
 from solvers.effects import AUTO, EffectSelection, choose
-from solvers.errors import InvalidInput, require
+from solvers.errors import require
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.outcome import Accuracy, Outcome, Status, evaluated
+from solvers.outcome import Accuracy, Outcome, Status
 
 SERIES_ANGLES = 360
 _ROUNDING = 1e-14
@@ -195,24 +194,6 @@ def analyse(
         accuracy=Accuracy(accuracy, max(found.error, _ROUNDING), {"pieces": found.pieces}),
         timing={"solve_s": time.perf_counter() - started},
     )
-
-
-class Case(NamedTuple):
-    """The arguments of one ``analyse``."""
-
-    scene: Scene
-    effects: EffectSelection = AUTO
-    effect_tolerance: float = 1e-2
-    accuracy: float = 1e-6
-    series_angles: int = SERIES_ANGLES
-
-    def evaluate(self) -> Outcome[CrankDynamics]:
-        return analyse(*self)
-
-
-def analyse_many(cases: Iterable[Case]) -> list[Outcome[CrankDynamics] | InvalidInput]:
-    """Return one outcome per case, in input order; an invalid case yields its InvalidInput."""
-    return evaluated(cases)
 
 
 def _warnings(scene: Scene, speed_fluctuation: SpeedFluctuation) -> tuple[str, ...]:

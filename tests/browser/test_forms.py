@@ -3,6 +3,7 @@ elsewhere."""
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 
 import pytest
@@ -126,6 +127,25 @@ def test_rod_modes_keep_what_is_typed(page, address):
     page.get_by_role("button", name="Check: dimensions are known").click()
     expect(box(page, "Speed")).to_have_value("41")
     expect(box(page, "Free length l")).to_have_value("23")
+
+
+def test_language_and_units_keep_what_is_typed(page, address):
+    page.goto(f"{address}/designs/pin-profile?mode=check")
+    fill(page, "Outer diameter D", "25.4")
+    fill(page, "Greatest force on the piston", "lots")
+    page.get_by_role("button", name="in", exact=True).click()
+    expect(box(page, "Outer diameter D")).to_have_value("1")
+    expect(box(page, "Greatest force on the piston")).to_have_value("lots")
+    page.get_by_role("button", name="Українська").click()
+    expect(page.locator("html")).to_have_attribute("lang", "uk")
+    expect(page.locator('[id="geometry.outer_diameter_mm"]')).to_have_value("1")
+    page.get_by_role("button", name="English").click()
+    page.get_by_role("button", name="mm", exact=True).click()
+    expect(box(page, "Outer diameter D")).to_have_value("25.4")
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Piston pin")
+    page.get_by_label("a bushing").check()
+    expect(page.get_by_role("heading", level=1)).to_contain_text("Bushing")
+    expect(page).to_have_title(re.compile("^Bushing"))
 
 
 def test_enter_submits_the_form(page, address):

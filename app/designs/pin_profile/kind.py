@@ -115,6 +115,7 @@ GIVEN_RESULTS = ("ovalization_um", "ring_stresses_mpa.inner_side", "ring_stresse
 PIN_PROFILE = Kind(
     slug="pin-profile",
     title="Piston pin",
+    titles={("variable", "outer"): "Bushing"},
     summary="the lightest bore of a piston pin: free, drillable, stepped, conical",
     jobs={
         Mode.DESIGN: Job(

@@ -52,7 +52,7 @@ def part(run: Mapping[str, Any], _angle_deg: float | None = None) -> Part:
     length = bore[-1].end
     drills = () if bushing else tuple(_drills(bore, length))
     return Part(
-        title="Piston pin bushing" if bushing else "Piston pin",
+        title="Bushing" if bushing else "Piston pin",
         solids=(Revolution("bushing" if bushing else "pin", section(bore, outside, length)),),
         parameters=tuple(_parameters(g, length, bore, outside, bushing, drills)),
         drawing=_drawing(bore, outside, length, bushing, drills),

@@ -11,9 +11,10 @@ from app.designs.refusals import LIMITS, REQUIRED
 from app.errors import Problem
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Node, Texts
+from app.web.forms.schemas import bound
 from app.words.languages import gettext as _
 from app.words.solver_texts import spoken
-from app.words.units import told, unit_shown
+from app.words.units import unit_shown
 
 SAYS = {
     "is out of range": "is out of range",
@@ -82,15 +83,16 @@ def _limit(text: str, unit: str, keep_names: bool) -> str:
         before, _sep, behind = pattern.partition("{}")
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
-            return _(pattern).format(_in_display_unit(figure, unit))
+            return _(pattern).format(_shown(figure, unit))
     return spoken(text, keep_names)
 
 
-def _in_display_unit(figure: str, unit: str) -> str:
+def _shown(limit: str, unit: str) -> str:
+    """A limit as in the field's hint; text if it is none."""
     try:
-        return f"{told(float(figure), unit):.6g}" if unit_shown(unit) != unit else figure
+        return bound(float(limit), unit) if unit_shown(unit) != unit else limit
     except ValueError:
-        return figure
+        return limit
 
 
 def placed(form: Group, texts: Texts, problem: Problem) -> Faults:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from app.designs.refusals import LIMITS
 from app.designs.units import tidy
 from app.words.languages import gettext as _
 from app.words.units import told
@@ -12,8 +13,8 @@ from app.words.units import told
 Schema = Mapping[str, Any]
 TAGS = ("kind", "method")
 """Names of the fields that discriminate between the members of a union."""
-_WIDE = (1e-6, 1e6)
-"""Limits at least this wide are numerical safeguards and are not shown."""
+_WIDE = 1e6
+"""Limits at least this far from zero are numerical safeguards and are not shown."""
 
 
 def is_numbers(schema: Schema) -> bool:
@@ -51,24 +52,15 @@ def allowed(schema: Schema, unit: str) -> str:
     """The range as text; limits beyond ``_WIDE`` are omitted."""
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
-    high = None if high is not None and high >= _WIDE[1] else high
-    if low is not None and low <= -_WIDE[1]:
+    high = None if high is not None and high >= _WIDE else high
+    if low is not None and low <= -_WIDE:
         low = None
-    if low == _WIDE[0]:
-        low, above = None, 0
     if low is not None and high is not None:
-        return f"{_bound(low, unit)} … {_bound(high, unit)}"
-    found = []
-    if low is not None:
-        found.append(_("at least %(x)s") % {"x": _bound(low, unit)})
-    elif above is not None:
-        found.append(_("more than %(x)s") % {"x": _bound(above, unit)})
-    if high is not None:
-        found.append(_("at most %(x)s") % {"x": _bound(high, unit)})
-    elif below is not None:
-        found.append(_("less than %(x)s") % {"x": _bound(below, unit)})
-    return ", ".join(found)
+        return f"{bound(low, unit)} … {bound(high, unit)}"
+    limits = {"ge": low, "gt": above if low is None else None, "le": high, "lt": below if high is None else None}
+    return ", ".join(_(LIMITS[name]).format(bound(x, unit)) for name, x in limits.items() if x is not None)
 
 
-def _bound(value: float, unit: str) -> str:
+def bound(value: float, unit: str) -> str:
+    """A limit in the displayed unit."""
     return tidy(f"{told(value, unit):g}")

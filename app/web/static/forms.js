@@ -3,6 +3,7 @@
 "use strict";
 (() => {
   const form = document.getElementById("the-form");
+  const title = document.getElementById("the-title");
   const drawing = document.getElementById("the-drawing");
   const caption = document.getElementById("the-caption");
   const live = document.getElementById("the-answer");
@@ -219,6 +220,8 @@
     try {
       const drawn = await (await send(form.dataset.drawing)).json();
       if (drawn.svg) { drawing.innerHTML = drawn.svg; light(); }
+      document.title = document.title.replace(title.textContent, drawn.title);
+      title.textContent = drawn.title;
       caption.textContent = drawn.svg ? drawn.caption : drawing.firstChild ? say("last_drawing") : say("no_drawing");
       json.textContent = drawn.json;
       if (!showFaults(drawn.faults, drawn.others) && form.dataset.answer && !again) {

@@ -177,3 +177,24 @@ def test_an_unknown_steel_is_refused_with_the_known_ones(client):
     assert answer.status_code == 422
     told = answer.json()["errors"][0]
     assert told["pointer"] == "/material/name" and "pin-steel-16MnCr5" in told["allowed"]
+
+
+def test_the_greatest_time_of_a_design_is_the_services(client, kinds):
+    longest = client.app.state.settings.solve_budget_s
+    schemas = client.get("/openapi.json").json()["components"]["schemas"]
+    for slug, told in kinds.items():
+        for request in told["requests"]:
+            for field in request["fields"]:
+                if field["path"].endswith("time_budget_s") and (request["mode"], field["path"]) != (
+                    "accuracy",
+                    "time_budget_s",
+                ):
+                    assert field["maximum"] == longest, (slug, request["mode"])
+        if "design" in told["modes"]:
+            name = "".join(word.capitalize() for word in slug.split("-")) + "DesignRequest"
+            number = schemas[name]["properties"]["time_budget_s"]["anyOf"][0]
+            assert (number["type"], number["maximum"]) == ("number", longest)
+            asked = KINDS[slug].example(Mode.DESIGN) | {"time_budget_s": 1.01 * longest}
+            answer = client.post(f"/api/v1/designs/{slug}", json=asked)
+            assert answer.status_code == 422
+            assert answer.json()["errors"][0]["allowed"] == f"at most {longest:g}"

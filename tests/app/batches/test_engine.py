@@ -115,6 +115,38 @@ def test_the_first_item_of_slow_jobs_is_not_solved_twice() -> None:
     assert [asked["blow_frequency_hz"] for asked in executor.asked] == [example["blow_frequency_hz"]]
 
 
+@pytest.mark.parametrize("kind", ["impact-linkage", "flexible-rod"])
+@pytest.mark.parametrize("mode", [Mode.CHECK, Mode.DESIGN])
+def test_intake_does_not_wait_until_workers_are_free(monkeypatch: pytest.MonkeyPatch, kind: str, mode: Mode) -> None:
+    """A batch that arrives while all workers are busy is taken without a solved item; a solve begun serves others."""
+    monkeypatch.setattr(engines, "_DICTIONARY_S", 0.05)
+    example = KINDS[kind].example(mode)
+
+    async def story() -> None:
+        free = asyncio.Event()
+
+        class Busy(_Inline):
+            async def run(self, *call: Any) -> Any:
+                await free.wait()
+                return await super().run(*call)
+
+        engine = engines.BatchEngine(None, Busy(), 10.0)  # type: ignore[arg-type]
+
+        async def dictionary() -> bytes:
+            return await engine.dictionary(
+                kind, mode, "scalars", Source("ndjson"), Row(1, json.dumps(example).encode())
+            )
+
+        async with asyncio.timeout(5.0):
+            assert json.loads(await dictionary()) == example
+        free.set()
+        monkeypatch.setattr(engines, "_DICTIONARY_S", 60.0)
+        assert json.loads(await dictionary())["result"]
+        await engine.close()
+
+    asyncio.run(story())
+
+
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize(("elapsed_s", "items"), [(1e-3, 500), (5e-3, 500), (5e-2, 100)])
 def test_chunks_stay_large_where_workers_wait_for_the_processor(elapsed_s: float, items: int) -> None:

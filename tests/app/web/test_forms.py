@@ -165,3 +165,21 @@ def test_an_infeasible_design_explains_itself(client):
 def test_an_oversized_form_is_refused(client):
     fields = texts_of("flexible-rod", "check") | {"load.table.points": "1 1\n" * 400_000}
     assert client.post("/designs/flexible-rod?mode=check", data=fields).status_code == 413
+
+
+def test_a_bushing_is_called_so(client):
+    """On its form, also while one types, on the run's page, and in its report and drawing."""
+    first = client.get("/designs/pin-profile?mode=check").text
+    assert "<title>Piston pin: " in first
+    form = client.get("/designs/pin-profile?mode=check&example=a bushing").text
+    assert "<title>Bushing: " in form and '<span id="the-title">Bushing</span>' in form
+    kind = KINDS["pin-profile"]
+    texts: dict[str, str] = {}
+    form_of(kind, Mode.CHECK).take(kind.others(Mode.CHECK)["a bushing"], texts)
+    drawn = client.post("/designs/pin-profile/drawing?mode=check", data=texts).json()
+    assert drawn["title"] == "Bushing"
+    place = client.post("/designs/pin-profile?mode=check", data=texts, follow_redirects=False).headers["location"]
+    assert re.search(r'class="about">.*?</span> Bushing ·', client.get(place).text)
+    exports = f"/api/v1{place}/exports"
+    assert "Bushing · Check" in client.get(f"{exports}/html").text
+    assert "\nBushing\n" in client.get(f"{exports}/dxf").text.replace("\r", "")

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import re
 
 import pytest
 
+from app.api.bodies import parse
 from app.designs.kind import Mode
 from app.designs.refusals import REQUIRED
 from app.designs.registry import KINDS
@@ -207,3 +209,25 @@ def test_inches_and_psi_are_converted_to_metric_units():
 
 def test_a_small_number_is_shown_without_a_padded_exponent():
     assert [shown(value) for value in (1e-6, 2.5e-7, 0.01, 7850.0)] == ["1e-6", "2.5e-7", "0.01", "7850"]
+
+
+@pytest.mark.parametrize("units", System)
+@pytest.mark.parametrize(("slug", "mode"), JOBS)
+def test_a_refused_value_gets_the_limit_that_the_hint_names(slug, mode, units):
+    seen = 0
+    with measuring(units):
+        form = form_of(KINDS[slug], mode)
+        texts = texts_of(slug, mode)
+        for node in [part for part in form.parts(texts) if isinstance(part, Number) and part.present(texts)]:
+            problem = None
+            try:
+                parse(KINDS[slug].jobs[mode].request, json.dumps(form.value(texts | {node.name: "-5"})).encode())
+            except Problem as refused:
+                problem = refused
+            fault = placed(form, texts, problem).at.get(node.name, "") if problem else ""
+            least = re.search(r"is out of range: (?:at least|more than) (\S+?)(?:[;,]|$)", fault)
+            if least:
+                words = fault.removeprefix("is out of range: ").partition(";")[0]
+                assert node.allowed.startswith(f"{least[1]} … ") or words in node.allowed, (node.name, fault)
+                seen += 1
+    assert seen

@@ -168,10 +168,8 @@ def analyse(
     phases, shared = np.array(cycle.engine.phases), scene.shares_pins and "engine" in cycle.effects
     found = whole_cycle(cycle.machine, cycle.pieces, phases, shared, _TOLERANCE_FRACTION * accuracy)
     torque_mean = found.gas_work / scene.cylinder.period
-    torque_max, torque_min = float(found.torque.value[-2]), -float(found.torque.value[-1])
-    speed_fluctuation = speed_fluctuation_of(
-        cycle, found.gas_work, found.gas_work_error, found.fluctuation, torque_max, torque_min
-    )
+    extremes = float(found.torque.value[-2]), -float(found.torque.value[-1])
+    speed_fluctuation = speed_fluctuation_of(cycle, found.gas_work, found.gas_work_error, found.fluctuation, *extremes)
     loads = found.loads
     maxima = zip(LOADS, loads.place.tolist(), loads.value.tolist(), loads.pressure.tolist(), strict=False)
     worst = tuple(Worst(name, place % scene.cylinder.period, force, p) for name, place, force, p in maxima)

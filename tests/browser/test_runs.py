@@ -134,7 +134,7 @@ def test_the_reference_stands_by_itself(sound, address):
 
 def test_a_person_works_in_inches_and_learns_what_a_limit_is_worth(sound, address):
     sound.goto(f"{address}/designs/pin-profile?mode=design")
-    sound.get_by_role("group", name="Units").get_by_role("link", name="in", exact=True).click()
+    sound.get_by_role("group", name="Units").get_by_role("button", name="in", exact=True).click()
     diameter = sound.locator('[id="geometry.outer_diameter_mm"]')
     expect(diameter).to_have_value("0.865748031496")
     diameter.fill("0.875")

@@ -16,7 +16,7 @@ from typing import Any
 
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
-from solvers.crank import effects as crank_effects
+from solvers.crank import check as crank_check
 from solvers.linkage import effects as linkage_effects
 from solvers.outcome import EffectReport
 from solvers.pin import effects as pin_effects
@@ -26,14 +26,14 @@ _ASKED: tuple[tuple[str, Mode, ModuleType], ...] = (
     ("flexible-rod", Mode.CHECK, rod_effects),
     ("pin-profile", Mode.CHECK, pin_effects),
     ("impact-linkage", Mode.CHECK, linkage_effects),
-    ("crank-dynamics", Mode.ANALYSIS, crank_effects),
+    ("crank-dynamics", Mode.ANALYSIS, crank_check),
 )
 _ROUNDS = 600
 
 
 @contextmanager
 def _listed(wing: ModuleType, effects: Sequence[Any]) -> Iterator[None]:
-    """The package with a different list of effects."""
+    """The module with a different list of effects."""
     whole = wing.EFFECTS
     wing.EFFECTS = tuple(effects)
     try:

@@ -20,7 +20,7 @@ from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.sqp import MemoisedRows, program, run_slsqp
+from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, run_slsqp
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
@@ -219,6 +219,10 @@ def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radi
     values = current.memory.values(current.x)
     p = program(task.objective, current.limits, current.memory.active.layout, task.margin)
     step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
+    if step.violation > task.margin:
+        # Where a violation is hardly above rounding, SLSQP finds no descent: to first order its merit function is constant
+        # along the step to the limit.
+        step = restore_feasibility(current.memory, p, trust_box, step.x)
     gain = p.cost(values) - step.cost
     if not current.feasible:
         gain += _PENALTY * (max(p.violation(values), 0.0) - max(step.violation, 0.0))

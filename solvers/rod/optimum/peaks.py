@@ -64,7 +64,7 @@ class Peaks(NamedTuple):
     """Locations of a strip's peaks; the clamp section is always included.
 
     angles        crank angles of the extremes of stress [rad]
-    sections      eta of interior peaks along the strip
+    sections      eta of the peaks along the strip
     reactions     crank angles of the peaks of side force or contact pressure [rad]
     compressions  crank angles of the peaks of compression [rad], where it depends on the strip
     """
@@ -87,7 +87,7 @@ class Peaks(NamedTuple):
         return _stencils(self.compressions, spacing)
 
     def stations(self) -> Array:
-        """eta of the clamp, then of each interior section and a neighbour on each side."""
+        """eta of the clamp, then of each other section and a neighbour on each side."""
         middle = np.clip(self.sections, SECTION_STEP, 1.0 - SECTION_STEP)
         inner = middle[:, None] + np.array([SECTION_STEP, 0.0, -SECTION_STEP])
         return np.concatenate([[1.0], inner.ravel()])
@@ -133,10 +133,10 @@ def find_peaks(strip: Response, diagram: Diagram, required: RequiredResults, cor
     high, low = table.max(axis=2), table.min(axis=2)
     severity = np.empty_like(high)
     severities(high, low, *diagram, severity)
-    candidates = _distinct(_interior_peaks(severity, eta))
+    candidates = _distinct(_peaks_beside_clamp(severity, eta))
     by_utilisation = len(candidates)
     if required.stress:
-        candidates += _distinct(_interior_peaks(np.maximum(high, -low), eta))
+        candidates += _distinct(_peaks_beside_clamp(np.maximum(high, -low), eta))
     columns = [0] + [int(np.argmin(np.abs(eta - section))) for section in candidates]
     rows = table[:, columns].reshape(-1, angle.size)
     near = _may_hold_maximum(rows) | _may_hold_maximum(-rows)
@@ -236,7 +236,7 @@ def _peak_positions(values: Array, tolerance: float) -> tuple[NDArray[np.intp], 
 
 def _refined_section(strip: Response, section: float, angles: Array, diagram: Diagram, by_stress: bool) -> float:
     """eta near ``section`` at which the worse fibre's utilisation or stress peaks, from its extremes at ``angles``."""
-    eta = np.clip(section + _SECTION_SPAN * np.linspace(1.0, -1.0, _REFINED_SECTIONS), 0.0, 1.0)
+    eta = np.unique(np.clip(section + _SECTION_SPAN * np.linspace(-1.0, 1.0, _REFINED_SECTIONS), 0.0, 1.0))[::-1].copy()
     table = strip.stresses(angles, eta)
     severity, high, low = np.empty((2, eta.size)), table.max(axis=2), table.min(axis=2)
     if by_stress:
@@ -245,8 +245,6 @@ def _refined_section(strip: Response, section: float, angles: Array, diagram: Di
         severities(high, low, *diagram, severity)
     row = severity[int(severity.max(axis=1).argmax())]
     j = int(row.argmax())
-    if not 0 < j < eta.size - 1:
-        return section
     return float(eta[j] + _vertex_offset(row, j) * (eta[1] - eta[0]))
 
 
@@ -265,12 +263,11 @@ def _distinct(sections: list[float]) -> list[float]:
     return out
 
 
-def _interior_peaks(values: Array, eta: Array) -> list[float]:
-    """eta of the highest peak of each row away from the ends of the strip; [0.5] if there is none."""
+def _peaks_beside_clamp(values: Array, eta: Array) -> list[float]:
+    """eta of the highest peak of each row away from the clamp, possibly at the head; [0.5] if there is none."""
     out = []
     for row in values:
-        inner = (row[1:-1] >= row[:-2]) & (row[1:-1] >= row[2:])
-        at = np.flatnonzero(inner) + 1
+        at = np.flatnonzero((row[1:] >= row[:-1]) & (row[1:] >= np.append(row[2:], -np.inf))) + 1
         if at.size == 0:
             continue
         j = int(at[np.argmax(row[at])])
@@ -279,6 +276,9 @@ def _interior_peaks(values: Array, eta: Array) -> list[float]:
 
 
 def _vertex_offset(values: Array, j: int) -> float:
-    """Offset from sample j, in steps, of the vertex of the parabola through it and its neighbours; 0 if not concave."""
+    """Offset from sample j, in steps, of the vertex of the parabola through it and its neighbours; 0 if not concave or
+    at an end."""
+    if not 0 < j < values.size - 1:
+        return 0.0
     concavity = 2.0 * values[j] - values[j - 1] - values[j + 1]
     return 0.5 * (values[j + 1] - values[j - 1]) / concavity if concavity > 0 else 0.0

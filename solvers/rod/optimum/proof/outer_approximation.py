@@ -226,9 +226,8 @@ def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, required: RequiredR
     sections: list[float] = []
     for values in (severity, np.maximum(high, -low)) if required.stress else (severity,):
         for fibre, j in np.argwhere(values > _NEAR_MAXIMUM * values.max()):
-            # The clamp, or the middle section of a stencil.
-            if j == 0 or j % 3 == 2:
-                sections.append(eta[j])
+            # The clamp, or the peak of the stencil.
+            sections.append(1.0 if j == 0 else peaks.sections[(j - 1) // 3])
             stress, margin = table[fibre, j], _TIE_TOLERANCE * (high[fibre, j] - low[fibre, j])
             indices.update(np.flatnonzero((stress >= high[fibre, j] - margin) | (stress <= low[fibre, j] + margin)))
     governed = angles[sorted(indices)]

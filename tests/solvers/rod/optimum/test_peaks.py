@@ -12,8 +12,9 @@ from solvers import rod
 from solvers.fatigue import serensen
 from solvers.rod.optimum.core.cycle import core_cycle
 from solvers.rod.optimum.peaks import RequiredResults
-from solvers.rod.rows import SIDE
+from solvers.rod.rows import SIDE, STRESS, UTILISATION
 from solvers.rod.scene import Dimensions
+from tests.solvers.rod.machines import PAPER
 
 MM = 1e-3
 STEEP = rod.TableLoad(
@@ -57,3 +58,23 @@ def test_designs_under_tables_are_proven_to_the_accuracy(seed, points):
     found = rod.design(tabulated(seed, points), CORE)
     assert found.accuracy.met
     assert found.value.check is not None
+
+
+@pytest.mark.parametrize("rod_length", [45.5 * MM, 120.0 * MM, 240.0 * MM, 900.0 * MM])
+def test_stress_peaks_of_a_short_strip_are_found_next_to_the_head(rod_length):
+    """On a long rod bending is greatest at the head or a few hundredths of the strip beside it."""
+    asked = rod.RodProblem(
+        replace(PAPER, mechanism=replace(PAPER.mechanism, rod_length=rod_length)),
+        rod.Bounds((4.0 * MM, 9.0 * MM), (0.2 * MM, 1.0 * MM), (8.0 * MM, 26.0 * MM)),
+        rod.Requirements(2.65, 1.8),
+        rod.OBJECTIVES["mass"],
+    )
+    for d in (Dimensions(4.0 * MM, 0.31 * MM, 8.0 * MM), Dimensions(8.0 * MM, 0.6 * MM, 20.0 * MM)):
+        cycle = core_cycle(asked.scene, serensen(asked.scene.material), 0.0)
+        required = RequiredResults(True, False, False)
+        values = cycle.rows_near(cycle.peaks(d, required), required).values(np.log([d.b, d.h, d.l]))
+        stresses = rod.check(asked.scene, d, CORE, accuracy=1e-8).value.stresses
+        assert values[UTILISATION] == pytest.approx(-np.log(stresses.fatigue_safety), abs=1e-6)
+        assert values[STRESS] == pytest.approx(np.log(stresses.max_stress), abs=1e-6)
+    found = rod.design(asked, CORE)
+    assert found.accuracy.met and found.certificate.gap <= 1e-6

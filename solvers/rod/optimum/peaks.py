@@ -245,6 +245,9 @@ def _refined_section(strip: Response, section: float, angles: Array, diagram: Di
         severities(high, low, *diagram, severity)
     row = severity[int(severity.max(axis=1).argmax())]
     j = int(row.argmax())
+    if j == 0 or (j == eta.size - 1 and eta[j] > 0.0):
+        # The peak of another section.
+        return section
     return float(eta[j] + _vertex_offset(row, j) * (eta[1] - eta[0]))
 
 
@@ -276,9 +279,11 @@ def _peaks_beside_clamp(values: Array, eta: Array) -> list[float]:
 
 
 def _vertex_offset(values: Array, j: int) -> float:
-    """Offset from sample j, in steps, of the vertex of the parabola through it and its neighbours; 0 if not concave or
-    at an end."""
-    if not 0 < j < values.size - 1:
+    """Offset from sample j, in steps, of the maximum of the parabola through it and its neighbours, or at an end through
+    the last three samples and within them; 0 if not concave."""
+    middle = min(max(j, 1), values.size - 2)
+    concavity = 2.0 * values[middle] - values[middle - 1] - values[middle + 1]
+    if concavity <= 0.0:
         return 0.0
-    concavity = 2.0 * values[j] - values[j - 1] - values[j + 1]
-    return 0.5 * (values[j + 1] - values[j - 1]) / concavity if concavity > 0 else 0.0
+    vertex = middle + 0.5 * (values[middle + 1] - values[middle - 1]) / concavity
+    return min(max(vertex, 0.0), values.size - 1.0) - j

@@ -220,8 +220,8 @@ def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radi
     p = program(task.objective, current.limits, current.memory.active.layout, task.margin)
     step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
     if step.violation > task.margin:
-        # Where a violation is hardly above rounding, SLSQP finds no descent: to first order its merit function is constant
-        # along the step to the limit.
+        # Where a violation is hardly above rounding SLSQP finds no descent: to first order, its merit function is
+        # constant along the step to the limit.
         step = restore_feasibility(current.memory, p, trust_box, step.x)
     gain = p.cost(values) - step.cost
     if not current.feasible:

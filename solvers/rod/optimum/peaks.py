@@ -279,8 +279,8 @@ def _peaks_beside_clamp(values: Array, eta: Array) -> list[float]:
 
 
 def _vertex_offset(values: Array, j: int) -> float:
-    """Offset from sample j, in steps, of the maximum of the parabola through it and its neighbours, or at an end of that
-    through the last three samples, within them; 0 if not concave."""
+    """Offset from sample j, in steps, of the maximum of the parabola through it and its neighbours, or at an end
+    through the last three samples and within them; 0 if not concave."""
     middle = min(max(j, 1), values.size - 2)
     concavity = 2.0 * values[middle] - values[middle - 1] - values[middle + 1]
     if concavity <= 0.0:

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 from solvers.effects import AUTO, EffectSelection
 from solvers.fatigue import FatigueCriterion, serensen
 from solvers.outcome import Outcome
 from solvers.rod import rows
-from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.effects import EFFECTS, choose_for, compose
@@ -55,12 +54,8 @@ _MAX_CHECK_ERROR = 1e-3
 """Maximum error of a check that counts in the minimum resolvable gain."""
 _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
-_MAX_SEARCHED_EXCESS = 0.05
-"""Logarithmic excess up to which another search for a feasible strip is worthwhile."""
 _UNRESOLVED_EXCESS = 2e-3
 """Excess over the core's limits that the search for the least one does not distinguish from 0."""
-_MAX_ITERATIONS = 6
-"""Maximum iterations of a local search for an attainable value."""
 _SLACKS, _MAX_MISSED = (0.2, 1.0), 10.0
 """Fractions of the maximum slack by which requirements are relaxed in turn, and what a search may have missed them by,
 as the searches for the least violation are less exact than others."""
@@ -129,6 +124,8 @@ class _Design:
     slack: float = 0.0
     """By how much the problem's requirements have been relaxed."""
     out_of_time: bool = False
+    other_designs: dict[Hashable, AttainableBest | None] = field(default_factory=dict)
+    """Designs of other problems in the same scene, which several problems may need."""
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -287,9 +284,7 @@ class _Design:
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
         starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
-        quick = not context.model.has_resonances and not self.sizes.discrete
-        design_of, local_search = (partial(of, context.model.effects) for of in (self.other_design, self.local_optimum))
-        attainable = RequirementsAsObjectives(self.problem, self.accuracy, design_of, local_search, quick)
+        attainable = self.requirements_as_objectives(context)
         try:
             optimum, complete = self.full_optimum(context, attainable, excess, starts, clearly_infeasible), True
         except NoVibration:
@@ -336,7 +331,7 @@ class _Design:
                 margin *= self.accuracy
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(self.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
-        attainable = RequirementsAsObjectives(p, self.accuracy, lambda *_: None, lambda *_: None, False)
+        attainable = self.requirements_as_objectives(context)
         compose = partial(self.answers.infeasible, context, attainable, proof, strip, (), None)
         return _SearchResult(chosen, strip, max(excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
@@ -381,14 +376,15 @@ class _Design:
             yield closest.dimensions
         # If it violates none, its sizes are not available, and any requirement will do.
         violated = attainable.first_violated(closest)
-        may_be_met = not clearly_infeasible and nearest.best.excess < _MAX_SEARCHED_EXCESS
-        worthwhile = may_be_met or not self.sizes.discrete
-        best = attainable.best(violated) if worthwhile and violated is not None else None
+        best = None if violated is None else attainable.best(violated)
         if best is not None and attainable.may_be_met_by(best):
             yield best.check.dimensions
         # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
         if not clearly_infeasible:
             self.watch()
+
+    def requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
+        return RequirementsAsObjectives(self.problem, self.accuracy, partial(self.other_design, context.model.effects))
 
     def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""
@@ -396,27 +392,18 @@ class _Design:
             self.watch()
         except OutOfTime:
             return None
-        other = replace(self, problem=problem, selection=effects, relaxes=False)
-        result = other.result_with_selected_effects()
+        key = effects, problem.objective.name, problem.requirements
+        if key not in self.other_designs:
+            self.other_designs[key] = self.attainable_best(effects, problem)
+        return self.other_designs[key]
+
+    def attainable_best(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
+        result = replace(self, problem=problem, selection=effects, relaxes=False).result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()
         opponents = tuple(BY_NAME[a.name] for a in outcome.value.active if a.name in BY_NAME)
         return AttainableBest(outcome.value.check, outcome.accuracy.estimated, opponents)
-
-    def local_optimum(
-        self, effects: EffectSelection, problem: RodProblem, strip: Dimensions
-    ) -> Outcome[RodCheck] | None:
-        """Result of one local search for another problem in the same scene; None if it violates a
-        requirement or if no time is left."""
-        other = replace(self, problem=problem, selection=effects)
-        other.cycle = self.cycle
-        context = other.context(effects.include, strip).exploratory(strip)
-        try:
-            result = context.search_from(strip, context.bounds, max_iterations=_MAX_ITERATIONS)
-        except OutOfTime:
-            return None
-        return None if result is None or result.feasible_best is None else result.feasible_best.outcome
 
     def optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)

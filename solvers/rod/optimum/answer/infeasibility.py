@@ -1,8 +1,7 @@
 """Diagnosis of infeasibility: which requirements cannot be met, and the best value of each under the others.
 
-The attainable value is the optimum of a separate design problem. With effects beyond the core it is taken from a design
-on the full model, if one exists or takes little time, and otherwise from the core's optimum, evaluated on the full
-model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
+The attainable value is the optimum of a separate design problem; if the time is over, the core's optimum, evaluated on
+the full model. Conflicting requirements are identified by the active limits of that design, or by searches on the core.
 """
 
 from __future__ import annotations
@@ -133,12 +132,11 @@ class _Diagnosis:
         return (min if r.is_minimum else max)(values, key=lambda one: one.value, default=None)
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
-        """The best value under all other requirements except ``but``, on the full model if that takes little time."""
-        if self.full.quick and all(o is r for o in but):
-            attained = self.full.best(r)
-            if attained is not None:
-                return attained
-        return self.core.best(r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but)))
+        """The best value under all other requirements except ``but``; the core's if the time is over, or no strip found
+        meets them."""
+        return self.full.best(r, but) or self.core.best(
+            r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but))
+        )
 
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""
@@ -178,9 +176,7 @@ class _Diagnosis:
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
         try:
-            outcome = None if self.core.sizes.discrete else self.full.best_near(r, best.strip)
-            if outcome is None:
-                outcome = self.model.check(best.strip, self.core.accuracy)
+            outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
             return expected, 1.0
         if outcome.value.stresses is None:

@@ -6,12 +6,10 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
-from solvers.outcome import Outcome
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
 from solvers.rod.problem import LIMITED_RESULTS, RodProblem
-from solvers.rod.scene import Dimensions
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
@@ -32,19 +30,15 @@ class AttainableBest(NamedTuple):
 class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
-    accuracy       accuracy of the designs
-    design_of      design of another problem on the full model
-    local_search   end of one such local search on the full model from a strip; None if it violates a requirement
-    quick          whether a design takes little time
-    found          results so far, by requirement
+    accuracy   accuracy of the designs
+    design_of  design of another problem on the full model
+    found      results so far, by requirement and all requirements left out, itself included
     """
 
     problem: RodProblem
     accuracy: float
     design_of: Callable[[RodProblem], AttainableBest | None]
-    local_search: Callable[[RodProblem, Dimensions], Outcome[RodCheck] | None]
-    quick: bool
-    found: dict[str, AttainableBest | None] = field(default_factory=dict)
+    found: dict[tuple[Constraint, frozenset[Constraint]], AttainableBest | None] = field(default_factory=dict)
 
     def first_violated(self, nearest: RodCheck) -> Constraint | None:
         """The requirement to optimise first: one that the strip ``nearest`` to feasibility violates, if any."""
@@ -53,25 +47,22 @@ class RequirementsAsObjectives:
         violated = [c for c in order if not c.meets(nearest, getattr(asked, c.name))]
         return next(iter(violated or order), None)
 
-    def best(self, c: Constraint) -> AttainableBest | None:
-        """The strip with the best value of a requirement's result under all other requirements."""
-        if c.name not in self.found:
-            self.found[c.name] = self.design_of(self._with_objective(c))
-        return self.found[c.name]
+    def best(self, c: Constraint, but: Iterable[Constraint] = ()) -> AttainableBest | None:
+        """The strip with the best value of a requirement's result under all other requirements except ``but``."""
+        left_out = frozenset({c, *but})
+        if (c, left_out) not in self.found:
+            self.found[c, left_out] = self.design_of(self._with_objective(c, left_out))
+        return self.found[c, left_out]
 
     def may_be_met_by(self, best: AttainableBest) -> bool:
         """Whether all requirements are met, as far as the accuracy of a design tells."""
         return self.problem.requirements.relaxed(POSSIBLY_FEASIBLE * self.accuracy).met_by(best.check)
 
-    def best_near(self, c: Constraint, strip: Dimensions) -> Outcome[RodCheck] | None:
-        """The local optimum for a requirement's result near a strip."""
-        return self.local_search(self._with_objective(c), strip)
-
-    def _with_objective(self, c: Constraint) -> RodProblem:
+    def _with_objective(self, c: Constraint, left_out: frozenset[Constraint]) -> RodProblem:
         p = self.problem
-        without = replace(p.requirements, **{c.name: _LOOSEST[c.name]})
+        without = replace(p.requirements, **{o.name: _LOOSEST[o.name] for o in left_out})
         return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
 
     def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
-        """The optima found so far."""
-        return {c: best for c in requirements if (best := self.found.get(c.name)) is not None}
+        """The optima found so far under all other requirements."""
+        return {c: best for c in requirements if (best := self.found.get((c, frozenset({c})))) is not None}

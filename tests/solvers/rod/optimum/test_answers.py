@@ -279,3 +279,11 @@ def test_effects_beyond_the_core_are_met_on_the_full_model():
     assert again.stresses.fatigue_safety >= 2.65 * (1 - 1e-9)
     assert again.stability_safety >= 1.8 * (1 - 1e-9)
     assert outcome.certificate.evidence["effects_beyond_the_core"]
+
+
+@pytest.mark.parametrize("seed", [303, 358, 919, 971])
+def test_what_is_attainable_is_known_to_the_accuracy(seed):
+    """Two requirements that clash or are both out of reach, of strips that ring, with free sizes or in steps."""
+    outcome = rod.design(realistic(seed))
+    assert outcome.status is Status.INFEASIBLE and len(outcome.diagnosis) == 2
+    assert outcome.accuracy.met

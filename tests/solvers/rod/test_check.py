@@ -318,3 +318,23 @@ def test_a_strip_that_its_axial_force_does_not_bend_against_dense_sampling(names
         assert found.contact_pressure_max == pytest.approx(pressure, rel=1e-9)
         assert found.deflection_ratio * l == pytest.approx(np.abs(sunk).max(), rel=1e-9)
     assert seen
+
+
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-6])
+def test_a_deflection_that_is_greatest_between_stations_is_found(accuracy):
+    """The strip deflects most at 0.82 of its length at one crank angle, at its head at another, and less in between."""
+    scene = rod.Scene(
+        rod.Mechanism(0.30563e-3, 238.948e-3, 11.3776),
+        rod.Piston(63.291e-3, 68.0938e-3, friction_coefficient=0.152),
+        rod.SchmidtLoad(0.110809e6, 0.842007, 0.58453),
+        rod.Material(210.537e9, 480e6, 1.15, 0.103625, 1200e6, 5558.06),
+    )
+    strip = rod.Dimensions(38.75806e-3, 1.337271e-3, 68.96278e-3)
+    model = CoreModel(scene, strip)
+    deflection = max(
+        greatest(lambda a, z=z: np.abs(model.deflection(z, a))) for z in np.linspace(0.81, 0.83, 41) * strip.l
+    )
+    found = rod.check(scene, strip, CORE, accuracy=accuracy)
+    assert found.accuracy.met
+    # The grid of sections misses the greatest deflection by less than 3e-6.
+    assert found.value.stresses.deflection_ratio == pytest.approx(deflection / strip.l, rel=accuracy + 3e-6)

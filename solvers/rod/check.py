@@ -18,7 +18,7 @@ from solvers.outcome import Accuracy, Outcome, Status
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS
 from solvers.rod.cycle.sampled import SampledCycle
-from solvers.rod.cycle.section import STATIONS, STRIP_RESULTS
+from solvers.rod.cycle.section import STRIP_RESULTS
 from solvers.rod.effects import RodEffect, choose_for, compose
 from solvers.rod.linear_check import (
     REFINEMENTS,
@@ -27,6 +27,7 @@ from solvers.rod.linear_check import (
     SAMPLING_FRACTION,
     Results,
     check_linear,
+    stations_for,
 )
 from solvers.rod.piston.skirt import contact_load, pressure_per_load
 from solvers.rod.scene import Dimensions, Scene
@@ -134,7 +135,7 @@ def check_chosen(
     if found.is_stable and cycle.composition.corrections:
         found = _with_corrections(cycle, diagram, contact, accuracy, found)
     value = check_of(cycle, found, criterion, contact, choice.has("large_displacement"))
-    settings = {"angles": int(found.angles), "stations": STATIONS, "tolerance": found.tolerance}
+    settings = {"angles": int(found.angles), "stations": stations_for(accuracy), "tolerance": found.tolerance}
     return Outcome(
         status=Status.SUCCEEDED,
         value=value,
@@ -192,14 +193,14 @@ def _with_corrections(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: f
 
     Small differences of large quantities, such as an amplitude beside a large mean, need a finer discretisation.
     """
-    tolerance, panels = SAMPLING_FRACTION * accuracy, None
+    tolerance, panels, stations = SAMPLING_FRACTION * accuracy, None, stations_for(accuracy)
     strip_out, guide_out = np.empty(STRIP_RESULTS), np.full(GUIDE_RESULTS, np.nan)
     for _ in range(REFINEMENTS):
         # Sampling more accurately than the corrections' own error is futile.
         used_tolerance = max(tolerance, min(0.1 * cycle.refinement_error, _MAX_TOLERANCE))
         sampled = SampledCycle.of(cycle, used_tolerance, accuracy, panels)
         panels = sampled.panels
-        power, error = sampled.evaluate(*diagram, contact, strip_out, guide_out)
+        power, error = sampled.evaluate(*diagram, stations, contact, strip_out, guide_out)
         correction_error = cycle.refinement_error
         if contact and correction_error:
             correction_error = max(correction_error, _guide_error(cycle, guide_out, power))

@@ -18,7 +18,7 @@ from solvers.rod.cycle.composition import Cycle
 from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
 from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
-from solvers.rod.cycle.section import STRIP_RESULTS, Field, strip_results
+from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
 from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.friction import power_per_wall
@@ -78,7 +78,7 @@ _STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = 5, 12, 15, 1
 SAMPLING_FRACTION = 0.1
 """Sampling tolerance as a fraction of the accuracy."""
 REFINEMENTS = 4
-_LOW_ACCURACY = 1e-4
+_LOW_ACCURACY, _FEW_STATIONS_ACCURACY = 1e-4, 1e-2
 ROUNDING_OF_INPUTS = 4.0 * float(np.finfo(float).eps)
 
 
@@ -102,19 +102,24 @@ def check_linear(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float)
         per_wall=power_per_wall(scene),
     )
     sharp = np.ascontiguousarray(scene.load.sharp_angles(), dtype=float)
-    out, rule = np.full(len(Results._fields), np.nan), rule_for(scene.load, accuracy)
+    out, rule, stations = np.full(len(Results._fields), np.nan), rule_for(scene.load, accuracy), stations_for(accuracy)
     has_shape = not cycle.composition.corrections
     _check(
-        cycle.drive, cycle.strip, section, sharp, *diagram, rule, contact, has_shape, accuracy,
+        cycle.drive, cycle.strip, section, sharp, *diagram, rule, stations, contact, has_shape, accuracy,
         all_polynomials(), out,
     )  # fmt: skip
     return Results(*out.tolist())
 
 
+def stations_for(accuracy: float) -> int:
+    """Number of initial stations along the strip for an accuracy of the results."""
+    return FEW_STATIONS if accuracy >= _FEW_STATIONS_ACCURACY else STATIONS
+
+
 @kernel
 def _check(
     drive: Drive, strip: Strip, section: Section, sharp: Array, lines: Array, parabola: Array, rule: Rule,
-    contact: bool, has_shape: bool, accuracy: float, modes: Polynomials, out: Array,
+    stations: int, contact: bool, has_shape: bool, accuracy: float, modes: Polynomials, out: Array,
 ) -> None:  # fmt: skip
     """Kernel of ``check_linear``: write the results to ``out``."""
     stiffness, l, length, rigid = strip.stiffness, strip.length, strip.rod_length, -0.5 * strip.buckled_force
@@ -145,7 +150,7 @@ def _check(
     if is_stable and has_shape:
         for _ in range(REFINEMENTS):
             found = _strip_and_guide(
-                drive, strip, section, edges, rule, states, lines, parabola, contact, tolerance, out
+                drive, strip, section, edges, rule, states, lines, parabola, stations, contact, tolerance, out
             )
             if found <= accuracy or tolerance <= ROUNDING:
                 break
@@ -174,7 +179,7 @@ def _forces(edges: Array, rule: Rule, force: Array, tolerance: float) -> tuple[f
 @kernel
 def _strip_and_guide(
     drive: Drive, strip: Strip, section: Section, edges: Array, rule: Rule, states: Array, lines: Array,
-    parabola: Array, contact: bool, tolerance: float, out: Array,
+    parabola: Array, stations: int, contact: bool, tolerance: float, out: Array,
 ) -> float:  # fmt: skip
     """Write all results of an unbuckled strip to ``out``; return the maximum relative error."""
     force, none, direct, mean = states[FORCE], np.empty((0, states.shape[1])), section.direct, 0.0
@@ -184,7 +189,7 @@ def _strip_and_guide(
     field = Field(
         edges, rule, states, states[SIDE], none, none, strip.length, strip.compliance, direct, section.bending, False
     )
-    error = strip_results(field, None, mean, lines, parabola, tolerance, out[_STRIP : _STRIP + STRIP_RESULTS])
+    error = strip_results(field, None, mean, lines, parabola, tolerance, stations, out[_STRIP : _STRIP + STRIP_RESULTS])
     ratio, parts = drive.crank_radius / drive.rod_length, np.empty(0)
     guide = Guide(states[SIDE], states[MOMENT], strip.lever, strip.offset, section.per_wall, ratio)
     guide_out = out[_GUIDE : _GUIDE + GUIDE_RESULTS]

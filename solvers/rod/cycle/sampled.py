@@ -78,7 +78,7 @@ class SampledCycle:
         return SampledCycle(cycle, tolerance, panels, field, rows[1], rows[2], sampler.ringing)
 
     def evaluate(
-        self, lines: Array, parabola: Array, contact: bool, strip_out: Array, guide_out: Array
+        self, lines: Array, parabola: Array, stations: int, contact: bool, strip_out: Array, guide_out: Array
     ) -> tuple[float, float]:
         """Write results along the strip for a fatigue diagram to ``strip_out`` (section.STRIP_RESULTS,), those of the
         guide to ``guide_out`` (guide_loads.GUIDE_RESULTS,); return the friction power [W], nan without contact, and the
@@ -88,7 +88,7 @@ class SampledCycle:
             # A large constant force would mask a small amplitude: the criterion adds its stress separately.
             field, mean = field._replace(direct=0.0), field.direct * float(force[0])
         error = _results(
-            field, ringing, self.guide(), contact, mean, lines, parabola, self.tolerance, strip_out, guide_out
+            field, ringing, self.guide(), contact, mean, lines, parabola, self.tolerance, stations, strip_out, guide_out
         )
         if not contact:
             return np.nan, error
@@ -144,10 +144,10 @@ def _max_width(cycle: Cycle, rule: Rule) -> float:
 @kernel
 def _results(
     field: Field, ringing: RingingShape, guide: Guide, contact: bool, mean: float, lines: Array, parabola: Array,
-    tolerance: float, strip_out: Array, guide_out: Array,
+    tolerance: float, stations: int, strip_out: Array, guide_out: Array,
 ) -> float:  # fmt: skip
     """``SampledCycle.evaluate`` without the friction power."""
-    error = strip_results(field, ringing, mean, lines, parabola, tolerance, strip_out)
+    error = strip_results(field, ringing, mean, lines, parabola, tolerance, stations, strip_out)
     edges, rule, ripple = field.edges, field.rule, ringing.ripple
     side, moment = ringing.side, ringing.moment
     return max(error, guide_results(edges, rule, guide, ripple, side, moment, contact, tolerance, guide_out))

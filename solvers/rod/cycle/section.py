@@ -35,8 +35,8 @@ UPPER, LOWER, DEFLECTION = range(3)
 FIBRE_LAYERS, DEFLECTION_LAYERS = (UPPER, LOWER + 1), (DEFLECTION, DEFLECTION + 1)
 """Ranges of layers: first, and one past the last."""
 STATIONS, FEW_STATIONS = 9, 5
-"""Number of initial stations along the strip, and for low accuracy: with 7, one of 15,000 checks at 1e-6 missed a peak, by
-5e-5; with 5, none of 17,000 at 1e-2."""
+"""Number of initial stations along the strip, and for low accuracy. With 7, one of 15,000 checks at 1e-6 missed a peak,
+by 5e-5; with 5, none of 17,000 at 1e-2 did."""
 
 VALUE, ERROR, LAYER, SECTION, HIGH, LOW, SECTION_EFFECT, PEAK_COLUMNS = range(8)
 """Columns of a table of peaks: severity and its error, layer, section z [m], maximum and minimum over the revolution

@@ -15,6 +15,8 @@ TAGS = ("kind", "method")
 """Names of the fields that discriminate between the members of a union."""
 _WIDE = 1e6
 """Limits at least this far from zero are numerical safeguards and are not shown."""
+_NARROW = 1e-6
+"""Least values of this size are numerical safeguards, too: whatever is meant is positive."""
 
 
 def is_numbers(schema: Schema) -> bool:
@@ -49,11 +51,11 @@ def help_of(schema: Schema, nullable: bool) -> str:
 
 
 def allowed(schema: Schema, unit: str) -> str:
-    """The range as text; limits beyond ``_WIDE`` are omitted."""
+    """The range as text, without limits that are numerical safeguards."""
     low, above = schema.get("minimum"), schema.get("exclusiveMinimum")
     high, below = schema.get("maximum"), schema.get("exclusiveMaximum")
     high = None if high is not None and high >= _WIDE else high
-    if low is not None and low <= -_WIDE:
+    if low is not None and (low <= -_WIDE or 0.0 < low <= _NARROW):
         low = None
     if low is not None and high is not None:
         return f"{bound(low, unit)} … {bound(high, unit)}"

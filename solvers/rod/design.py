@@ -384,13 +384,19 @@ class _Design:
             self.watch()
 
     def requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
-        return RequirementsAsObjectives(self.problem, self.accuracy, partial(self.other_design, context.model.effects))
+        design_of = partial(self.other_design, context.model.effects)
+        return RequirementsAsObjectives(self.problem, self.accuracy, design_of, self.is_in_time)
 
-    def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        """The design of another problem in the same scene; None if infeasible or if no time is left."""
+    def is_in_time(self) -> bool:
         try:
             self.watch()
         except OutOfTime:
+            return False
+        return True
+
+    def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
+        """The design of another problem in the same scene; None if infeasible or if no time is left."""
+        if not self.is_in_time():
             return None
         key = effects, problem.objective.name, problem.requirements
         if key not in self.other_designs:

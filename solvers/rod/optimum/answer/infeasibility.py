@@ -87,7 +87,7 @@ class _Diagnosis:
             shortfall = Shortfall(_STABILITY.name, required, attainable, why)
             return [_Entry(_STABILITY, shortfall, self.model.accuracy)]
         if infeasible_alone:
-            return self.entries_infeasible_alone(infeasible_alone)
+            return self.entries_infeasible_alone([*infeasible_alone, *self.further_infeasible(infeasible_alone)])
         pairs = combinations(self.requirements, 2)
         pairs = [pair for pair in pairs if not self.core.is_feasible(self.limits_of(*pair))]
         if not pairs:
@@ -96,11 +96,19 @@ class _Diagnosis:
         for r in self.requirements:
             opponents = [b if r is a else a for a, b in pairs if r in (a, b)]
             if opponents:
-                found.append(self.entry(r, _conflict_with(opponents), self.best_against(r, opponents)))
+                found.append(self.entry(r, _conflict_with(opponents), self.best_under_others(r)))
         return _unattainable(found)
 
+    def further_infeasible(self, infeasible_alone: Sequence[Constraint]) -> list[Constraint]:
+        """Requirements that are infeasible on the full model beside all except ``infeasible_alone``, too."""
+        if not self.full.are_infeasible_without(infeasible_alone):
+            return []
+        others = [o for o in self.requirements if o not in infeasible_alone]
+        attained = [(o, self.full.best(o, infeasible_alone)) for o in others]
+        return [o for o, best in attained if best is not None and not self.meets(o, best)]
+
     def entries_infeasible_alone(self, infeasible_alone: Sequence[Constraint]) -> list[_Entry]:
-        """Entries of requirements infeasible by themselves on the core, without those that the full model meets."""
+        """Entries of requirements infeasible by themselves, without those that the full model meets."""
         best = {
             r: self.best_under_others(r, infeasible_alone) or self.core.best(r, _STABILITY_ONLY)
             for r in infeasible_alone
@@ -114,7 +122,8 @@ class _Diagnosis:
     def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
         """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
         opponents = [o for o in attained.opponents if o is not r]
-        if not opponents or not self.core.is_feasible(self.limits_of(r)):
+        is_feasible = self.core.is_feasible(self.limits_of(r))
+        if not is_feasible or all(self.full.are_infeasible_without([o]) for o in opponents):
             return [self.entry(r, _OUT_OF_REACH, attained)]
         entries = [self.entry(r, _conflict_with(opponents), attained)]
         for o in opponents:
@@ -123,20 +132,16 @@ class _Diagnosis:
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
 
-    def best_against(self, r: Constraint, opponents: Sequence[Constraint]) -> Best | AttainableBest | None:
-        """The best value under all other requirements, otherwise the worst of the values under a single opponent."""
-        found = self.best_under_others(r)
-        if found is not None:
-            return found
-        values = [one for opponent in opponents if (one := self.core.best(r, self.limits_of(opponent))) is not None]
-        return (min if r.is_minimum else max)(values, key=lambda one: one.value, default=None)
-
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
-        """The best value under all other requirements except ``but``; the core's if the time is over, or no strip found
-        meets them."""
-        return self.full.best(r, but) or self.core.best(
-            r, self.limits_of(*(o for o in self.requirements if o is not r and o not in but))
-        )
+        """The best value under all other requirements except ``but``; if these conflict among themselves, the worst of
+        the values under one of them at a time; the core's if the time is over."""
+        others = [o for o in self.requirements if o is not r and o not in but]
+        found = self.full.best(r, but)
+        if found is None and len(others) > 1:
+            alone = (self.full.best(r, [o for o in self.requirements if o is not one]) for one in others)
+            values = [best for best in alone if best is not None]
+            found = (min if r.is_minimum else max)(values, key=lambda best: r.read(best.check), default=None)
+        return found or self.core.best(r, self.limits_of(*others))
 
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""

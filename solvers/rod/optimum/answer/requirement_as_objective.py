@@ -31,13 +31,15 @@ class RequirementsAsObjectives:
     """Designs with the result of one requirement as objective; None if the other requirements are infeasible.
 
     accuracy   accuracy of the designs
-    design_of  design of another problem on the full model
+    design_of  design of another problem on the full model; None if infeasible, or after the time
+    in_time    whether there is still time
     found      results so far, by requirement and all requirements left out, itself included
     """
 
     problem: RodProblem
     accuracy: float
     design_of: Callable[[RodProblem], AttainableBest | None]
+    in_time: Callable[[], bool]
     found: dict[tuple[Constraint, frozenset[Constraint]], AttainableBest | None] = field(default_factory=dict)
 
     def first_violated(self, nearest: RodCheck) -> Constraint | None:
@@ -53,6 +55,11 @@ class RequirementsAsObjectives:
         if (c, left_out) not in self.found:
             self.found[c, left_out] = self.design_of(self._with_objective(c, left_out))
         return self.found[c, left_out]
+
+    def are_infeasible_without(self, but: Iterable[Constraint]) -> bool:
+        """Whether designs under all requirements except ``but`` have found no strip, for lack of one, not of time."""
+        left_out = frozenset(but)
+        return all(self.best(c, left_out) is None for c in left_out) and self.in_time()
 
     def may_be_met_by(self, best: AttainableBest) -> bool:
         """Whether all requirements are met, as far as the accuracy of a design tells."""

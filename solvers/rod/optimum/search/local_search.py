@@ -24,7 +24,7 @@ from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, 
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
-MAX_ITERATIONS = 10
+MAX_ITERATIONS = 30
 _FIRST_RADIUS, _MAX_RADIUS = 0.15, 0.3
 _POOR_RATIO, _GOOD_RATIO, _BEST_RATIO = 0.1, 0.75, 0.9
 SAME_STRIP = 2e-3

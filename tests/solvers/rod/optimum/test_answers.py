@@ -281,9 +281,10 @@ def test_effects_beyond_the_core_are_met_on_the_full_model():
     assert outcome.certificate.evidence["effects_beyond_the_core"]
 
 
-@pytest.mark.parametrize("seed", [303, 358, 919, 971])
+@pytest.mark.parametrize("seed", [303, 358, 414, 919, 971])
 def test_what_is_attainable_is_known_to_the_accuracy(seed):
-    """Two requirements that clash or are both out of reach, of strips that ring, with free sizes or in steps."""
+    """Two requirements that clash or are both out of reach, of strips that ring, with free sizes or in steps; and one
+    that is out of reach while others clash."""
     outcome = rod.design(realistic(seed))
-    assert outcome.status is Status.INFEASIBLE and len(outcome.diagnosis) == 2
+    assert outcome.status is Status.INFEASIBLE and len(outcome.diagnosis) == (1 if seed == 414 else 2)
     assert outcome.accuracy.met

@@ -15,7 +15,7 @@ from bench.rod_problems import problem as realistic
 from solvers import rod
 from solvers.outcome import Status
 from tests.solvers.rod.dense_search import MISSED, random_problem, sample
-from tests.solvers.rod.machines import CORE, random_machine
+from tests.solvers.rod.machines import CORE, PAPER, random_machine
 from tests.solvers.rod.test_design import REFERENCE, arrays, cost_of
 
 
@@ -162,3 +162,13 @@ def test_a_thickness_that_is_not_in_stock_is_no_answer():
         for b in asked.bounds.b:
             strip = rod.check(asked.scene, rod.Dimensions(b, h, float(l)), accuracy=1e-3).value
             assert strip.stresses is None or strip.stresses.contact_pressure_max > 1.1 * greatest
+
+
+def test_a_search_along_a_curved_limit_ends_at_the_optimum():
+    """Width and length of a stock thickness trade off along the fatigue limit: ten iterations ended 4e-5 from the
+    optimum."""
+    piston, material = replace(PAPER.piston, skirt_length=8.2e-3), replace(PAPER.material, loss_factor=0.01)
+    scene, stock = replace(PAPER, piston=piston, material=material), (0.4e-3, 0.5e-3, 0.6e-3)
+    bounds = rod.Bounds((4e-3, 9e-3), (0.2e-3, 1e-3), (8e-3, 26e-3))
+    problem = rod.RodProblem(scene, bounds, rod.Requirements(2.65, 1.8), rod.OBJECTIVES["mass"], stock_h=stock)
+    assert rod.design(problem).accuracy.met

@@ -11,7 +11,6 @@ import pytest
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.designs.verdict import VerdictResult, Word, verdict_json
-from bench.rod_problems import request
 from solvers import rod
 from solvers.outcome import Accuracy
 from solvers.rod.optimum.full_model.model import FullModel
@@ -69,8 +68,9 @@ def test_an_infeasible_design_and_a_refusal_have_no_verdict():
 
 
 def test_an_infeasible_design_says_so_if_what_is_attainable_is_less_accurate_than_was_asked():
-    job = KINDS["flexible-rod"].jobs[Mode.DESIGN]
-    answer = job.run(job.request.model_validate(request(245)))
+    # Without damping narrow optima lie close to each other, and whether a better one was missed is unknown.
+    changes = {"material": {"loss_factor": 0.0}, "requirements": {"min_fatigue_safety": 4.0}}
+    answer = answered("flexible-rod", Mode.DESIGN, changes, {"effects": {"include": ["rod_inertia"]}})
     assert (answer.status, answer.accuracy["met"]) == ("infeasible", False)
     (warning,) = answer.result["warnings"]
     assert warning.startswith("the accuracy of 1e-6 is not met: the estimated error is ")

@@ -25,7 +25,6 @@ from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.local_search import (
-    MAX_ITERATIONS,
     SAME_STRIP,
     TOTAL_GAIN_RATIO,
     Iterate,
@@ -133,7 +132,7 @@ class Context:
         return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], self.cycle.rod_length)))
 
     def search_from(
-        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int = MAX_ITERATIONS,
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int | None = None,
         incumbent: float = math.inf,
     ) -> LocalResult | None:  # fmt: skip
         """Run a local search and store its result; it is abandoned if it is not expected to improve on the ln objective
@@ -234,7 +233,7 @@ class Context:
 def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     """The best strip of continuous sizes; its iterate is infeasible if no feasible strip is found."""
     exploratory = context.exploratory(starts[0])
-    max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else MAX_ITERATIONS
+    max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
     for start in starts:
         exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
     local = exploratory.best()

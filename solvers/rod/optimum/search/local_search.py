@@ -24,7 +24,8 @@ from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, 
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
-MAX_ITERATIONS = 30
+_MAX_ITERATIONS, _MAX_ITERATIONS_RESONANT = 30, 10
+"""Maximum iterations of a search, and with resonances, where others follow and noise makes the last ones fruitless."""
 _FIRST_RADIUS, _MAX_RADIUS = 0.15, 0.3
 _POOR_RATIO, _GOOD_RATIO, _BEST_RATIO = 0.1, 0.75, 0.9
 SAME_STRIP = 2e-3
@@ -100,7 +101,7 @@ def local_search(
     bounds: Bounds,
     start: Array,
     radius: float = _FIRST_RADIUS,
-    max_iterations: int = MAX_ITERATIONS,
+    max_iterations: int | None = None,
     incumbent: float = math.inf,
     results: Sequence[LocalResult] = (),
 ) -> LocalResult | None:
@@ -113,6 +114,7 @@ def local_search(
     current = _first_stable_iterate(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if current is None:
         return None
+    max_iterations = max_iterations or (_MAX_ITERATIONS_RESONANT if model.has_resonances else _MAX_ITERATIONS)
     converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
     best, gain = current, math.inf
     for _ in range(max_iterations):

@@ -83,6 +83,8 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.revolution.periodic_solution", "solvers.rod.vibration.revolution.Revolution f3 f3"),
         ("solvers.rod.vibration.ringing.estimate_ringing", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.revolution.Revolution f2 solvers.numerics.radau.Radau f1 i1 f2 f1 f1"),
         ("solvers.rod.vibration.ringing.free_modes", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 i1 f2 i f1"),
+        ("solvers.rod.vibration.ringing.periodic_amplification", "solvers.rod.vibration.equation.StripEquation f2 i"),
+        ("solvers.rod.vibration.ringing.phases_of", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 f2 i"),
         ("solvers.rod.vibration.ringing.ringing_of", "solvers.rod.vibration.ringing.FreeModes f2 c2 solvers.numerics.radau.Radau"),
     ),
     ("flexible-rod", "design"): (

@@ -18,7 +18,13 @@ from solvers.rod.vibration.excitation import MANY, RULE, TURN, Excitation, Smoot
 from solvers.rod.vibration.natural_frequencies import StripBasis
 from solvers.rod.vibration.omitted import choose_ringing, error_of_means, omission_errors
 from solvers.rod.vibration.revolution import Revolution, assemble, periodic_solution
-from solvers.rod.vibration.ringing import estimate_ringing, free_modes, ringing_of
+from solvers.rod.vibration.ringing import (
+    estimate_ringing,
+    free_modes,
+    periodic_amplification,
+    phases_of,
+    ringing_of,
+)
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -132,6 +138,9 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
 
     ringing, mode_amplification, phase_tolerances = no_ripple(modes, RULE), np.ones(modes - m), np.empty(0)
     omitted = mean_omitted = phase_error = 0.0
+    excited_smoothly = excited_ringing(equation, excitation, m + 1) if m < modes else 0.0
+    if m < modes and not corners:
+        excited_smoothly *= periodic_amplification(equation, phases_of(equation, RULE, edges, states, m), m)[0]
     if corners:
         static = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
         coarse_edges = excitation.edges
@@ -165,7 +174,7 @@ def motion(equation: StripEquation, excitation: Excitation, slow: int, step: flo
         omitted=omitted,
         mean_omitted=mean_omitted,
         phase=phase_error,
-        excited=excited_ringing(equation, excitation, m + 1) if m < modes else 0.0,
+        excited=excited_smoothly,
         time=time,
         mean_time=float(time @ revolution.widths) / TURN,
         rounding=_ROUNDING * amplification,
@@ -213,8 +222,9 @@ def neighbouring_motion(
 
 
 def excited_ringing(equation: StripEquation, excitation: Excitation, n: int) -> float:
-    """Ringing of mode number n excited between corners, relative to a corner's: about exp(-omega y) with y the distance
-    of analyticity (``excitation``), with a safety factor on the exponent."""
+    """Ringing of mode number n excited between corners, relative to a corner's and before it is amplified by the
+    periodicity condition: about exp(-omega y) with y the distance of analyticity (``excitation``), with a safety factor
+    on the exponent."""
     analytic, _, _ = least_phases(equation, excitation.edges, excitation.smoothness)
     return math.exp(-analytic[n - 1] / EXPONENT)
 

@@ -50,14 +50,8 @@ def estimate_ringing(
     """
     m, n, corners, masses = revolution.slow, equation.masses.size, panels.size, equation.masses
     fast, root, damping = n - m, np.sqrt(masses), equation.loss * np.sqrt(masses)
-    phases = _phases(equation, rule, edges, states, m)
-    phased, amplification = phases.shape[1], np.full(fast, _UNPHASED_AMPLIFICATION)
-    for k in range(phased):
-        decay, angle = math.exp(-0.5 * TURN * damping[m + k] / masses[m + k]), 0.0
-        for e in range(phases.shape[0]):
-            angle += phases[e, k]
-        distance = math.hypot(1.0 - decay, 2.0 * math.sqrt(decay) * math.sin(0.5 * angle))
-        amplification[k] = 1.0 / min(max(distance, 1e-300), 1.0)
+    phases = phases_of(equation, rule, edges, states, m)
+    phased, amplification = phases.shape[1], periodic_amplification(equation, phases, m)
     excited, propagation = np.zeros((corners, fast), np.complex128), np.empty((corners, fast), np.complex128)
     amplitude_share, total, matrix = np.empty((2, corners, fast)), np.zeros(fast), np.empty((n, n))
     jump = np.empty((2, fast))
@@ -104,7 +98,24 @@ def estimate_ringing(
 
 
 @kernel
-def _phases(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
+def periodic_amplification(equation: StripEquation, phases: Array, slow: int) -> Array:
+    """Amplification of the fast modes' ringing by the periodicity condition (fast,), at least 1.
+
+    1/|1 - exp(i psi - d)| for a phase advance psi and a decay d over the revolution, from the ``phases`` (elements,
+    modes) of the first modes.
+    """
+    amplification = np.full(equation.masses.size - slow, _UNPHASED_AMPLIFICATION)
+    for k in range(phases.shape[1]):
+        decay, angle = math.exp(-0.5 * TURN * equation.loss / math.sqrt(equation.masses[slow + k])), 0.0
+        for e in range(phases.shape[0]):
+            angle += phases[e, k]
+        distance = math.hypot(1.0 - decay, 2.0 * math.sqrt(decay) * math.sin(0.5 * angle))
+        amplification[k] = 1.0 / min(max(distance, 1e-300), 1.0)
+    return amplification
+
+
+@kernel
+def phases_of(equation: StripEquation, rule: Radau, edges: Array, states: Array, slow: int) -> Array:
     """Phase advance of the first fast modes over every element [rad], to leading order: (elements, modes), from the
     states at the rule's points."""
     n, p, count = equation.masses.size, rule.points.size, edges.size - 1

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from bench.campaign.scenes import scene_of
 from oracles.dense.rod_effects import RodModel
 from oracles.dense.rod_vibration import periodic_motion
 from solvers import rod
@@ -169,3 +170,12 @@ def test_damped_motions_are_those_of_the_dense_model(speed, loss):
     stiffness = bending_stiffness(scene, STRIP)
     assert shape.clamp_moment() / stiffness == pytest.approx(curvature, abs=(error + 1e-9) * np.abs(curvature).max())
     assert -shape.side_force() / stiffness == pytest.approx(shear, abs=(error + 1e-9) * np.abs(shear).max())
+
+
+@pytest.mark.parametrize("seed", [330730, 343767, 350342, 354653])
+def test_the_estimate_covers_a_smooth_force_whose_harmonic_meets_a_natural_frequency(seed):
+    """Damping limits what a mode gains per revolution; at a harmonic of the speed it is three to four times as much."""
+    scene = scene_of("flexible-rod", seed).request()
+    exact, found = (rod.check(scene.scene(), scene.strip(), accuracy=accuracy) for accuracy in (1e-8, 1e-2))
+    error = abs(found.value.stresses.side_force_max / exact.value.stresses.side_force_max - 1.0)
+    assert error <= found.accuracy.estimated <= 1e-2

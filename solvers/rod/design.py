@@ -50,8 +50,8 @@ _COARSE_GAP, _GAP_SHARE = 1e-3, 0.1
 """Gap of the core's first search, and of its last one as a share of the influence of effects beyond the core."""
 _CORRECTION_MARGINS = (1e-3, 1e-3, 1e-2, 0.1, 1.0, 1.0)
 """Fractions of the accuracy: margins of the core's searches in turn, until a check meets the requirements."""
-_MAX_CHECK_ERROR = 1e-3
-"""Maximum error of a check that counts in the minimum resolvable gain."""
+_MAX_CHECK_ERROR, _RESOLVED = 1e-3, 0.3
+"""Maximum error of a check that counts in the minimum resolvable gain, and the share of one within the accuracy."""
 _RECOVERABLE_EXCESS = 0.1
 """Logarithmic excess over the core's limits below which effects may restore feasibility."""
 _UNRESOLVED_EXCESS = 2e-3
@@ -232,12 +232,12 @@ class _Design:
         return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
 
     def min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
-        """The gain below which a step is not resolved: the error of a check beyond the accuracy if corners of the load
-        excite vibration, otherwise 0."""
+        """The gain below which a step is not resolved if corners of the load excite vibration: the error of a check, or a
+        part of it within the accuracy; otherwise 0."""
         if not model.is_excited_by_corners or not is_stable(Cycle(self.problem.scene, strip, model.composition)):
             return 0.0
-        accuracy = model.check(strip).accuracy
-        return 0.0 if accuracy.estimated <= self.accuracy else min(accuracy.estimated, _MAX_CHECK_ERROR)
+        error = model.check(strip).accuracy.estimated
+        return _RESOLVED * error if error <= self.accuracy else min(error, _MAX_CHECK_ERROR)
 
     def context(self, chosen: frozenset[str], strip: Dimensions) -> Context:
         p = self.problem

@@ -232,8 +232,8 @@ class _Design:
         return (proof, *least) if least is not None else (proof, math.inf, b.stiffest)
 
     def min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
-        """The gain below which a step is not resolved if corners of the load excite vibration: the error of a check, or a
-        part of it within the accuracy; otherwise 0."""
+        """The gain below which a step is not resolved: the error of a check, or a part of it within the accuracy, if
+        corners of the load excite vibration; otherwise 0."""
         if not model.is_excited_by_corners or not is_stable(Cycle(self.problem.scene, strip, model.composition)):
             return 0.0
         error = model.check(strip).accuracy.estimated

@@ -163,7 +163,8 @@ def _check(
             error = max(error, ROUNDING_OF_INPUTS / (1.0 - compression / critical))
     if critical + mean > 0.0:
         # The frequency is proportional to the square root of the critical force plus the mean force.
-        error = max(error, 0.5 * mean_error / (critical + mean) + (FEW_POLYNOMIALS_ERROR if few else 0.0))
+        series_error = FEW_POLYNOMIALS_ERROR * critical if few else 0.0
+        error = max(error, (0.5 * mean_error + series_error) / (critical + mean))
     out[_ERROR], out[_ANGLES], out[_TOLERANCE] = max(error, ROUNDING), states.shape[1], tolerance
 
 

@@ -72,6 +72,7 @@ class Results(NamedTuple):
     by_friction: float
 
 
+_UNDEFINED = np.full(len(Results._fields), np.nan)
 _STRIP, _GUIDE, _POWER, _ERROR, _ANGLES, _TOLERANCE, _BY_FRICTION = 5, 12, 15, 16, 17, 18, 19
 """Columns of a result row: the first of those along the strip and of the guide, and single ones."""
 
@@ -102,7 +103,7 @@ def check_linear(cycle: Cycle, diagram: Diagram, contact: bool, accuracy: float)
         per_wall=power_per_wall(scene),
     )
     sharp = np.ascontiguousarray(scene.load.sharp_angles(), dtype=float)
-    out, rule, stations = np.full(len(Results._fields), np.nan), rule_for(scene.load, accuracy), stations_for(accuracy)
+    out, rule, stations = _UNDEFINED.copy(), rule_for(scene.load, accuracy), stations_for(accuracy)
     has_shape = not cycle.composition.corrections
     _check(
         cycle.drive, cycle.strip, section, sharp, *diagram, rule, stations, contact, has_shape, accuracy,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable, Hashable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 
@@ -35,7 +35,7 @@ from solvers.rod.optimum.search.full_optimum import (
 )
 from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
 from solvers.rod.optimum.sqp import required_results
-from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.problem import Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.verdict import MAX_SLACK
 from solvers.watch import OutOfTime, Watch
@@ -124,8 +124,10 @@ class _Design:
     slack: float = 0.0
     """By how much the problem's requirements have been relaxed."""
     out_of_time: bool = False
-    other_designs: dict[Hashable, AttainableBest | None] = field(default_factory=dict)
+    other_designs: dict[tuple[EffectSelection, str, Requirements], AttainableBest | None] = field(default_factory=dict)
     """Designs of other problems in the same scene, which several problems may need."""
+    known: tuple[Dimensions, ...] = ()
+    """Strips with the greatest value of the objective under other requirements: further starts."""
 
     def __post_init__(self) -> None:
         p = self.problem
@@ -283,7 +285,7 @@ class _Design:
         # Infeasible unless effects change the results by more than three times the bound of their influence.
         clearly_infeasible = excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
         # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
-        starts = [strip, context.bounds.stiffest] if influence > 1.0 else [strip]
+        starts = [strip, *self.known, *([context.bounds.stiffest] if influence > 1.0 else [])]
         attainable = self.requirements_as_objectives(context)
         try:
             optimum, complete = self.full_optimum(context, attainable, excess, starts, clearly_infeasible), True
@@ -404,7 +406,11 @@ class _Design:
         return self.other_designs[key]
 
     def attainable_best(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        result = replace(self, problem=problem, selection=effects, relaxes=False).result_with_selected_effects()
+        objective, asked = problem.objective.name, problem.requirements
+        similar = (best for (_, name, _), best in self.other_designs.items() if name == objective and best is not None)
+        known = tuple(best.check.dimensions for best in similar if asked.met_by(best.check))
+        other = replace(self, problem=problem, selection=effects, relaxes=False, known=known)
+        result = other.result_with_selected_effects()
         if not result.feasible:
             return None
         outcome = result.compose_answer()

@@ -24,8 +24,8 @@ from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, 
 from solvers.rod.problem import Bounds, Objective, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
-_MAX_ITERATIONS, _MAX_ITERATIONS_RESONANT = 30, 10
-"""Maximum iterations of a search, and with resonances, where others follow and noise makes the last ones fruitless."""
+_MAX_ITERATIONS, _MAX_ITERATIONS_WITH_NOISE = 30, 10
+"""Maximum iterations of a search, and under a noisy load, where the last ones are fruitless."""
 _FIRST_RADIUS, _MAX_RADIUS = 0.15, 0.3
 _POOR_RATIO, _GOOD_RATIO, _BEST_RATIO = 0.1, 0.75, 0.9
 SAME_STRIP = 2e-3
@@ -114,7 +114,7 @@ def local_search(
     current = _first_stable_iterate(model, task, bounds, np.clip(start, box[:, 0], box[:, 1]))
     if current is None:
         return None
-    max_iterations = max_iterations or (_MAX_ITERATIONS_RESONANT if model.has_resonances else _MAX_ITERATIONS)
+    max_iterations = max_iterations or (_MAX_ITERATIONS_WITH_NOISE if model.is_excited_by_corners else _MAX_ITERATIONS)
     converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
     best, gain = current, math.inf
     for _ in range(max_iterations):

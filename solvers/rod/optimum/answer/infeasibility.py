@@ -122,8 +122,7 @@ class _Diagnosis:
     def entries_from_optimum(self, r: Constraint, attained: AttainableBest) -> list[_Entry]:
         """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
         opponents = [o for o in attained.opponents if o is not r]
-        is_feasible = self.core.is_feasible(self.limits_of(r))
-        if not is_feasible or all(self.full.are_infeasible_without([o]) for o in opponents):
+        if self.is_out_of_reach(r, opponents):
             return [self.entry(r, _OUT_OF_REACH, attained)]
         entries = [self.entry(r, _conflict_with(opponents), attained)]
         for o in opponents:
@@ -131,6 +130,16 @@ class _Diagnosis:
             if best is not None and not self.meets(o, best):
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
+
+    def is_out_of_reach(self, r: Constraint, opponents: Sequence[Constraint]) -> bool:
+        """Whether a requirement cannot be met alone: on the core or, if dropping none of its opponents helps, on the
+        full model."""
+        if not opponents or not self.core.is_feasible(self.limits_of(r)):
+            return True
+        if not all(self.full.are_infeasible_without([o]) for o in opponents):
+            return False
+        alone = self.full.best(r, [o for o in self.requirements if o is not r])
+        return alone is not None and not self.meets(r, alone)
 
     def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
         """The best value under all other requirements except ``but``; if these conflict among themselves, the worst of

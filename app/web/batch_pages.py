@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import HTMLResponse, RedirectResponse
 
+from app.access.scopes import Scope
 from app.batches.fields import numbers
 from app.batches.offline import form_of
 from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
@@ -28,10 +29,12 @@ from app.store.batch_records import ACTIVE
 from app.store.errors import UnknownBatch
 from app.web.forms.faults import faults_of
 from app.web.forms.numbers import number
+from app.web.languages import COOKIE, UNITS_COOKIE, if_allowed, keep
 from app.web.rendering import page
 from app.words.fields import named, plain
-from app.words.languages import gettext
+from app.words.languages import Language, gettext, speaking
 from app.words.solver_texts import spoken
+from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
 _PAGE_SIZE = 50
@@ -88,6 +91,7 @@ async def _list(
         problem=problem,
         faults=faults_of(problem),
         given=given or {},
+        kept_by=if_allowed(f"/batches/sweep?kind={kind}&mode={mode}", Scope.BATCH),
     )
 
 
@@ -164,10 +168,17 @@ async def _parts(cases: UploadFile) -> AsyncIterator[bytes]:
 
 
 @router.post("/batches/sweep")
-async def sweep(request: Request) -> Response:
-    """Submit a sweep over a few fields of the example or of a stored run."""
+async def sweep(request: Request, language: Language | None = None, units: System | None = None) -> Response:
+    """Submit a sweep over a few fields of the example or of a stored run; with a ``language`` or ``units``, the form is
+    shown again in those instead."""
     form = {name: str(value) for name, value in (await request.form()).items()}
     kind, mode = _valid_kind_and_mode(form.get("kind", ""), form.get("mode", ""))
+    for chosen, use, cookie in ((language, speaking, COOKIE), (units, measuring, UNITS_COOKIE)):
+        if chosen is not None:
+            with use(chosen):
+                shown = await _list(request, kind, mode, given=form)
+            keep(shown, cookie, chosen)
+            return shown
     try:
         base = await _base(request, form.get("run", "").strip(), kind, mode)
         asked = Sweep.read(json.dumps(_asked(form, kind, mode, base)).encode())

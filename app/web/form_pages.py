@@ -9,10 +9,8 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import JSONResponse, RedirectResponse
 
-from app.access.caller import caller
 from app.access.csrf import FIELD
 from app.access.scopes import Scope
-from app.access.sessions import session
 from app.api.bodies import parse
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
@@ -26,10 +24,10 @@ from app.web.forms.faults import Faults, placed
 from app.web.forms.groups import Group
 from app.web.forms.nodes import Texts, applies
 from app.web.forms.numbers import others
-from app.web.forms.switching import in_units
+from app.web.forms.switching import in_language, in_units
 from app.web.forms.tree import form_of
 from app.web.forms.words import script_words
-from app.web.languages import COOKIE, UNITS_COOKIE, keep
+from app.web.languages import COOKIE, UNITS_COOKIE, if_allowed, keep
 from app.web.rendering import add_filter, page, templates
 from app.words.drawings import drawn
 from app.words.languages import Language, speaking
@@ -98,13 +96,8 @@ async def _shown(
         request, "form.html", status, kind=kind, mode=mode, form=form, texts=texts, faults=faults or Faults(), svg=svg,
         title=kind.title_of(spec), caption=caption, as_json=_as_json(spec), runs=await _stored_runs(request, form),
         others=list(kind.others(mode)), notice=notice,
-        kept_by=f"/designs/{kind.slug}?mode={mode}" if _may_post() else "",
+        kept_by=if_allowed(f"/designs/{kind.slug}?mode={mode}", Scope.DESIGN),
     )  # fmt: skip
-
-
-def _may_post() -> bool:
-    """Whether the user's key allows forms to be sent."""
-    return session.get() is None or Scope.DESIGN in caller.get().scopes
 
 
 @router.get("/designs/{slug}")
@@ -167,6 +160,7 @@ async def submit(
     kind, chosen = _kind_and_mode(slug, mode)
     form, texts = form_of(kind, chosen), await _texts(request)
     if language is not None:
+        texts = in_language(form, texts, language)
         with speaking(language):
             shown = await _shown(request, kind, chosen, texts)
         keep(shown, COOKIE, language)

@@ -8,6 +8,9 @@ from starlette.datastructures import Headers
 from starlette.responses import Response
 from starlette.types import ASGIApp, Receive, Scope, Send
 
+from app.access import scopes
+from app.access.caller import caller
+from app.access.sessions import session
 from app.edge.asgi import header
 from app.words.languages import LANGUAGES, speaking
 from app.words.units import SYSTEMS, System, measuring
@@ -36,6 +39,12 @@ def units_of(headers: Headers) -> System:
 def keep(answer: Response, cookie: str, value: str) -> None:
     """Make the browser remember a language or a unit system."""
     answer.set_cookie(cookie, value, max_age=_COOKIE_MAX_AGE_S, httponly=True, samesite="lax")
+
+
+def if_allowed(address: str, scope: scopes.Scope) -> str:
+    """The address to which a page's form is sent to show it in another language or other units with what was typed;
+    empty if the user's key does not allow the form to be sent."""
+    return address if session.get() is None or scope in caller.get().scopes else ""
 
 
 def _cookie_value(headers: Headers, cookie: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import html
 import io
 import json
 import re
@@ -46,6 +47,24 @@ def test_a_sweep_is_submitted_followed_and_mapped(client: TestClient) -> None:
     listed = client.get("/runs", params={"batch_id": batch_id}).text
     assert listed.count('<th scope="row">') == 8
     assert "a &lt;b&gt; sweep" in client.get("/batches").text
+
+
+@pytest.mark.parametrize(("switch", "cookie"), [("language=uk", "language=uk"), ("units=inch", "units=inch")])
+def test_a_sweep_survives_another_language_and_other_units(client: TestClient, switch: str, cookie: str) -> None:
+    page = client.get("/batches?kind=pin-profile&mode=check").text
+    buttons = [html.unescape(address) for address in re.findall(r'formaction="([^"]+)"', page)]
+    (address,) = [address for address in buttons if address.endswith(switch)]
+    typed = SWEEP | {"log1": "1", "combine": "zip", "samples": "many"}
+    try:
+        answer = client.post(address, data=typed)
+    finally:
+        client.cookies.clear()
+    assert answer.status_code == 200 and cookie in answer.headers["set-cookie"]
+    shown = dict(re.findall(r'name="(\w+)"[^>]* value="([^"]*)"', answer.text))
+    assert {name: html.unescape(shown[name]) for name in typed if name not in ("log1", "combine")} == {
+        name: text for name, text in typed.items() if name not in ("log1", "combine")
+    }
+    assert 'name="log1" value="1" checked' in answer.text and '<option value="zip" selected>' in answer.text
 
 
 def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:

@@ -9,8 +9,9 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.web.forms.switching import in_units
+from app.web.forms.switching import in_language, in_units
 from app.web.forms.tree import form_of
+from app.words.languages import Language, speaking
 from app.words.units import System, measuring
 from tests.app.web.test_forms import JOBS, inputs, texts_of
 
@@ -49,6 +50,18 @@ def test_tables_are_converted_cell_by_cell():
     form = form_of(KINDS["pin-profile"], Mode.CHECK)
     found = in_units(form, {"profile.bore": "0\t12.7\n25,4\tx\n\n10"}, System.INCH)["profile.bore"]
     assert found.split("\n") == ["0\t0.5", "1\tx", "", "0.393700787402"]
+
+
+@pytest.mark.parametrize(("now", "chosen"), [(Language.RU, Language.EN), (Language.EN, Language.RU)])
+@pytest.mark.parametrize("stock", ["0,5", "0,5; 0,6", "0.5, 0.6", "0,5,0,6", "0,5 0,6 0,7", "1,250"])
+def test_commas_mean_the_same_in_another_language(now, chosen, stock):
+    typed = {"stock_h_mm": stock, "mechanism.speed_hz": "49,5", "name": "1,5; 2"}
+    form = form_of(KINDS["flexible-rod"], Mode.DESIGN)
+    with speaking(now):
+        meant, texts = form.value(typed), in_language(form, typed, chosen)
+    with speaking(chosen):
+        assert form.value(texts) == meant
+    assert texts["name"] == typed["name"]
 
 
 @pytest.mark.parametrize(

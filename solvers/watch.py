@@ -19,3 +19,16 @@ class Watch:
     def __call__(self) -> None:
         if self._clock() > self._end:
             raise OutOfTime
+
+
+def no_watch() -> None:
+    """No time limit."""
+
+
+def in_time(watch: Callable[[], None]) -> bool:
+    """Whether a time limit has not been exceeded yet."""
+    try:
+        watch()
+    except OutOfTime:
+        return False
+    return True

@@ -108,7 +108,9 @@ ROOMS = {
         "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "effect_bounds", "effects", "check",
         "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
     ),
-    "solvers/rod/optimum": ("peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer"),
+    "solvers/rod/optimum": (
+        "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer", "strip_search",
+    ),
     "solvers/linkage": (
         "mechanism", "scene", "limits", "loads", "swept_area", "steady_state", "result", "constraints", "effects",
         "warnings", "check", "bulk", "verdict", "problem", "optimum", "design", "pareto_front",

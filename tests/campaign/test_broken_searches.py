@@ -22,7 +22,7 @@ from solvers.pin.shapes import cone as cones
 from solvers.pin.shapes import stepped
 from solvers.pin.shapes.break_points import half as halves
 
-rod_design = importlib.import_module("solvers.rod.design")
+rod_design = importlib.import_module("solvers.rod.optimum.strip_search")
 
 MATERIAL = {"allowable_stress_mpa": 150.0, "elastic_modulus_gpa": 210.0, "poisson": 0.3, "density_kg_m3": 7850.0}
 PAPERS = {

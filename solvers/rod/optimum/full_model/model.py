@@ -34,6 +34,7 @@ from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
+from solvers.watch import no_watch
 
 _STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4
 """Steps of differences in ln b, ln h, ln l: of closed forms; of corrections, whose time meshes vary between strips; and
@@ -58,12 +59,6 @@ _MAX_STRIPS, _MAX_STENCILS = 64, 3
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
 
-Watch = Callable[[], None]
-
-
-def no_watch() -> None:
-    """No time limit."""
-
 
 @dataclass
 class FullModel:
@@ -86,7 +81,7 @@ class FullModel:
     accuracy: float
     required: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
-    watch: Watch = no_watch
+    watch: Callable[[], None] = no_watch
     fine: bool = False
     coarse: FullModel | None = None
     strip_count: int = 0

@@ -20,7 +20,7 @@ from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
-from solvers.rod.optimum.full_model.model import Array, FullModel, no_watch
+from solvers.rod.optimum.full_model.model import Array, FullModel
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
 from solvers.rod.optimum.search.gaps import Gaps
@@ -35,6 +35,7 @@ from solvers.rod.optimum.search.local_search import (
 from solvers.rod.optimum.sensitivities import Stationarity, stationarity
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
+from solvers.watch import no_watch
 
 MAX_BOXES = 20_000
 _SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3

@@ -1,0 +1,320 @@
+"""The best strip with given effects: the core's certified optimum, then local searches on the full model; or, if there
+is none, the strip that violates the requirements least, and the diagnosis.
+
+Which effects are given is decided by ``solvers.rod.design``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+
+from solvers.effects import EffectSelection
+from solvers.fatigue import FatigueCriterion
+from solvers.outcome import Outcome
+from solvers.rod import rows
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.effects import EFFECTS, choose_for, compose
+from solvers.rod.optimum.answer.composition import Answers, RodDesign
+from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
+from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
+from solvers.rod.optimum.full_model.corrections import is_stable
+from solvers.rod.optimum.full_model.model import FullModel
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.search.available_sizes import discrete_optimum
+from solvers.rod.optimum.search.costly_limits import refine_checks
+from solvers.rod.optimum.search.effect_selection import EffectsAtStrips
+from solvers.rod.optimum.search.feasibility import least_violating, least_violation
+from solvers.rod.optimum.search.full_optimum import (
+    MAX_BOXES,
+    Context,
+    NoVibration,
+    Optimum,
+    continuous_optimum,
+    first_order_conditions,
+)
+from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
+from solvers.rod.optimum.sqp import required_results
+from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.scene import Dimensions
+from solvers.verdict import MAX_SLACK
+from solvers.watch import OutOfTime, in_time
+
+_CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
+_MARGIN, _MIN_GAIN = 0.05, 0.1
+"""Fractions of the accuracy: margin to the limits, and the gain not worth another step."""
+_CORRECTION_MARGINS = (1e-3, 1e-3, 1e-2, 0.1, 1.0, 1.0)
+"""Fractions of the accuracy: margins of the core's searches in turn, until a check meets the requirements."""
+_MAX_CHECK_ERROR, _RESOLVED = 1e-3, 0.3
+"""Maximum error of a check that counts in the minimum resolvable gain, and the share of one within the accuracy."""
+_RECOVERABLE_EXCESS = 0.1
+"""Logarithmic excess over the core's limits below which effects may restore feasibility."""
+_UNRESOLVED_EXCESS = 2e-3
+"""Excess over the core's limits that the search for the least one does not distinguish from 0."""
+_MAX_MISSED = 10.0
+"""Fraction of the maximum slack that a search may miss the requirements by where a relaxed one may meet them, as the
+searches for the least violation are less exact than others."""
+_MAX_STRIPS = 100
+"""Evaluations allowed, regardless of time, in search of a first feasible strip."""
+
+
+def beyond_core(chosen: frozenset[str]) -> tuple[str, ...]:
+    """Those effects that go beyond the core's physics."""
+    return tuple(sorted(chosen - _CORE))
+
+
+@dataclass(frozen=True)
+class CoreOptimum:
+    """The core's optimum with its proof; without one, the strip with the least ``excess`` over the core's limits
+    (logarithmic)."""
+
+    cycle: CoreCycle
+    proof: Proof
+    excess: float
+    strip: Dimensions
+
+    def starting_at(self, strip: Dimensions) -> CoreOptimum:
+        """The same with another strip, which may be feasible on the full model, to start from."""
+        return replace(self, excess=0.0, strip=strip)
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """Result of a search: its effects, the strip at which effects are to be selected next, what that is known to miss
+    the requirements by (0 if feasible), and a function that composes the answer, without its effects, when it is
+    required. An incomplete search ended early, at a strip whose vibration need not be modelled."""
+
+    chosen: frozenset[str]
+    strip: Dimensions
+    excess: float
+    compose_answer: Callable[[], Outcome[RodDesign]]
+    complete: bool = True
+
+    @property
+    def feasible(self) -> bool:
+        return self.excess <= 0.0
+
+
+@dataclass
+class StripSearch:
+    """Searches of one problem.
+
+    selected       the effects selected at strips, with the bounds of their influence
+    other_design   design of another problem in the same scene with given effects; None if infeasible or out of time
+    relaxes        whether requirements that leave no room will be relaxed within the accuracy
+    slack          by how much the problem's requirements have been relaxed
+    known          strips with the greatest value of the objective under other requirements: further starts
+    out_of_time    whether the time has ended a search
+    """
+
+    problem: RodProblem
+    selected: EffectsAtStrips
+    accuracy: float
+    criterion: FatigueCriterion
+    watch: Callable[[], None]
+    other_design: Callable[[EffectSelection, RodProblem], AttainableBest | None]
+    relaxes: bool = True
+    slack: float = 0.0
+    known: tuple[Dimensions, ...] = ()
+    out_of_time: bool = False
+
+    def __post_init__(self) -> None:
+        p = self.problem
+        self.sizes = Sizes(p.bounds, p.stock_h, p.step_b, p.step_l)
+        self.limits = p.requirements.limits(p.scene)
+
+    def core(self, with_inertia: bool, gap: float, earlier: CoreOptimum | None) -> CoreOptimum:
+        """The core's optimum to a ``gap``, continued from an ``earlier`` one of the same cycle."""
+        p = self.problem
+        mass = p.scene.piston.reciprocating_mass if with_inertia else 0.0
+        cycle = core_cycle(p.scene, self.criterion, mass)
+        previous = None if earlier is None else earlier.proof
+        proof = search(cycle, p.objective, self.limits, self.sizes, gap, MAX_BOXES, previous)
+        if proof.best is not None:
+            return CoreOptimum(cycle, proof, 0.0, proof.best.dimensions)
+        b = p.bounds
+        least = least_violation(cycle, self.limits, Bounds(b.b, b.h, (b.l[0], min(b.l[1], cycle.rod_length))))
+        return CoreOptimum(cycle, proof, *(least if least is not None else (math.inf, b.stiffest)))
+
+    def with_effects(self, chosen: frozenset[str], core: CoreOptimum, tentative: bool = False) -> SearchResult:
+        """The result with given effects; ``tentative`` ones are incomplete if the first optimum does not vibrate."""
+        context = self._context(chosen, core)
+
+        def confirm_vibration(local: LocalResult) -> None:
+            if "rod_inertia" not in self.selected.at(local.best.outcome.value.dimensions):
+                raise NoVibration
+
+        if tentative:
+            context.confirm_vibration = confirm_vibration
+        beyond = beyond_core(chosen)
+        if not beyond:
+            return self._on_core(context, core)
+        influence = self.selected.influence(core.strip, beyond)
+        # Infeasible unless effects change the results by more than three times the bound of their influence.
+        clearly_infeasible = core.excess > max(_RECOVERABLE_EXCESS, 3.0 * influence)
+        # If effects may change results by 100 %, the stiffest strip, which vibrates least, is a start, too.
+        starts = [core.strip, *self.known, *([context.bounds.stiffest] if influence > 1.0 else [])]
+        attainable = self._requirements_as_objectives(context)
+        try:
+            optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
+        except NoVibration:
+            optimum, complete = context.best_within_budget(), False
+        if _is_feasible(optimum):
+            best = optimum.local.best.outcome.value.dimensions
+            compose = partial(self._answer, context, core.proof, beyond, optimum)
+            return SearchResult(chosen, best, 0.0, compose, complete)
+        if self.out_of_time and optimum is None:
+            return SearchResult(chosen, core.strip, math.inf, self._answers(context).failed)
+        missed = math.inf if optimum is None else optimum.local.best.excess
+        strip = core.strip if optimum is None else optimum.local.best.outcome.value.dimensions
+        compose = partial(self._diagnosis, context, attainable, core.proof, strip, beyond, optimum)
+        return SearchResult(chosen, strip, missed, compose, complete)
+
+    def is_nearly_met(self, excess: float) -> bool:
+        """Whether a strip violates the requirements, but by little more than the maximum slack."""
+        return 0.0 < excess < _MAX_MISSED * self.max_slack
+
+    @property
+    def max_slack(self) -> float:
+        """The relative violation of a requirement that does not count, as in the verdict."""
+        return min(self.accuracy, MAX_SLACK)
+
+    def _context(self, chosen: frozenset[str], core: CoreOptimum) -> Context:
+        p, tolerance = self.problem, self.selected.tolerance
+        fixed = EffectSelection(chosen, frozenset(effect.name for effect in EFFECTS) - chosen)
+        # A fixed selection does not depend on the strip.
+        composition = compose(choose_for(p.scene, p.bounds.stiffest, fixed, tolerance))
+        required = required_results(p.objective, self.limits)
+        model = FullModel(
+            p.scene, composition, self.criterion, fixed, tolerance, self.accuracy, required, self.sizes.free
+        )
+        margin = _MARGIN * self.accuracy
+        min_gain = max(_MIN_GAIN * self.accuracy, self._min_resolvable_gain(model, core.strip))
+        task = Task(p.objective, p.requirements, self.limits, margin, min_gain)
+        context = Context(p, core.cycle, model, task, self.sizes)
+
+        def watch() -> None:
+            try:
+                self.watch()
+            except OutOfTime:
+                # Continue to the first feasible strip, up to _MAX_STRIPS evaluations.
+                if model.strip_count > _MAX_STRIPS or context.feasible_checks():
+                    raise
+
+        model.watch = watch
+        return context
+
+    def _min_resolvable_gain(self, model: FullModel, strip: Dimensions) -> float:
+        """The gain below which a step is not resolved: the error of a check, or a part of it within the accuracy, if
+        corners of the load excite vibration; otherwise 0."""
+        if not model.is_excited_by_corners or not is_stable(Cycle(self.problem.scene, strip, model.composition)):
+            return 0.0
+        error = model.check(strip).accuracy.estimated
+        return _RESOLVED * error if error <= self.accuracy else min(error, _MAX_CHECK_ERROR)
+
+    def _on_core(self, context: Context, core: CoreOptimum) -> SearchResult:
+        """The result without effects beyond the core: the core's optimum, with limits corrected until a check satisfies
+        them."""
+        p, limits, latest, chosen = self.problem, dict(self.limits), core.proof, context.model.effects.include
+        # Growing, since a search meets limits only to its own tolerance.
+        for margin in _CORRECTION_MARGINS:
+            best = latest.best
+            if best is None:
+                break
+            outcome = context.model.check(best.dimensions)
+            if p.requirements.met_by(outcome.value):
+                compose = partial(self._answers(context).of_core, context, core.proof, best, outcome, limits)
+                return SearchResult(chosen, best.dimensions, 0.0, compose)
+            if outcome.value.stresses is None:
+                limits[rows.STABILITY] -= 1e-6
+            else:
+                margin *= self.accuracy
+                limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
+            latest = search(core.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
+        attainable = self._requirements_as_objectives(context)
+        compose = partial(self._diagnosis, context, attainable, core.proof, core.strip, (), None)
+        return SearchResult(chosen, core.strip, max(core.excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
+
+    def _on_full_model(
+        self, context: Context, attainable: RequirementsAsObjectives, excess: float, starts: Sequence[Dimensions],
+        clearly_infeasible: bool,
+    ) -> Optimum | None:  # fmt: skip
+        """The best strip on the full model found within the time."""
+        try:
+            optimum = None if excess > 0.0 else self._optimum_from(context, starts)
+            if _is_feasible(optimum) or not math.isfinite(excess):
+                return optimum
+            nearest = least_violating(context, starts[0], clearly_infeasible)
+            if nearest is None:
+                return None
+            if self.relaxes and self.is_nearly_met(nearest.best.excess):
+                return Optimum(nearest, searches=context.search_count)
+            ends = [] if nearest.best.feasible else [nearest]
+            for start in self._promising_strips(attainable, nearest, clearly_infeasible):
+                optimum = self._optimum_from(context, [start])
+                if _is_feasible(optimum):
+                    return optimum
+                # At low accuracy a search does not find strips in the little room that limits may leave.
+                end = context.search_from(start, context.slice_around(start))
+                ends += [] if end is None else [end]
+            closest = min(ends, key=lambda end: end.best.excess, default=None)
+            return optimum if closest is None else Optimum(closest, searches=context.search_count)
+        except OutOfTime:
+            self.out_of_time = True
+            return context.best_within_budget()
+
+    def _promising_strips(
+        self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool
+    ) -> Iterator[Dimensions]:
+        """Strips from which to search: the least violating one, if it is feasible, and the optimum of a requirement
+        that it violates, if that meets this requirement, too, to within its error.
+
+        The violation may have a local minimum between any two resonances; a design searches all of them.
+        """
+        closest = nearest.best.outcome.value
+        if nearest.feasible_best is not None:
+            yield closest.dimensions
+        # If it violates none, its sizes are not available, and any requirement will do.
+        violated = attainable.first_violated(closest)
+        best = None if violated is None else attainable.best(violated)
+        if best is not None and attainable.may_be_met_by(best):
+            yield best.check.dimensions
+        # The search for the best value may have run out of time; what clearly cannot be met is diagnosed nevertheless.
+        if not clearly_infeasible:
+            self.watch()
+
+    def _optimum_from(self, context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
+        return (discrete_optimum if self.sizes.discrete else continuous_optimum)(context, starts)
+
+    def _requirements_as_objectives(self, context: Context) -> RequirementsAsObjectives:
+        design_of = partial(self.other_design, context.model.effects)
+        return RequirementsAsObjectives(self.problem, self.accuracy, design_of, partial(in_time, self.watch))
+
+    def _answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
+        """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
+        limits."""
+        best = optimum.local.best
+        if not self.out_of_time:
+            fixed = self.sizes.around(best.outcome.value.dimensions)
+            optimum.conditions = optimum.conditions or first_order_conditions(context, best, context.bounds, fixed)
+            try:
+                context, optimum = refine_checks(context, optimum, fixed)
+            except OutOfTime:
+                self.out_of_time = True
+        return self._answers(context).of_full_model(context, proof, beyond, optimum)
+
+    def _diagnosis(
+        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
+        beyond: tuple[str, ...], nearest: Optimum | None,
+    ) -> Outcome[RodDesign]:  # fmt: skip
+        return self._answers(context).infeasible(context, attainable, proof, strip, beyond, nearest)
+
+    def _answers(self, context: Context) -> Answers:
+        influence = self.selected.influence
+        return Answers(self.problem, context.cycle, self.sizes, self.accuracy, self.slack, influence, self.out_of_time)
+
+
+def _is_feasible(optimum: Optimum | None) -> bool:
+    return optimum is not None and optimum.local.feasible_best is not None

@@ -15,8 +15,8 @@ from solvers.outcome import ActiveConstraint, Certificate
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.search.full_optimum import MAX_BOXES, Optimum
+from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
+from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.problem import Objective
 from solvers.rod.scene import Dimensions
 

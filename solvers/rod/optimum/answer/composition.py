@@ -17,9 +17,10 @@ from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
-from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes
+from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.costly_limits import objective_error
-from solvers.rod.optimum.search.full_optimum import MAX_BOXES, Context, Optimum
+from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.sensitivities import stationarity
 from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions

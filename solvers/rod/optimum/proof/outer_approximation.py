@@ -25,6 +25,8 @@ from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
+MAX_BOXES = 20_000
+"""Maximum number of boxes of a design's proof."""
 _FIRST_ANGLES = 8
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)
 _FIRST_GAP = 1.0

@@ -10,8 +10,10 @@ from __future__ import annotations
 from dataclasses import replace
 
 from solvers.rod.constraints import BY_NAME
-from solvers.rod.optimum.search.full_optimum import Context, Optimum, first_order_conditions
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import local_search
+from solvers.rod.optimum.search.optimality import first_order_conditions
+from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.problem import Bounds
 
 _ERROR_SHARE = 0.3

@@ -14,7 +14,7 @@ from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import RequiredResults
-from solvers.rod.optimum.search.full_optimum import Context
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult, max_excess
 from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, required_results, run_slsqp
 from solvers.rod.problem import OBJECTIVES, Bounds

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from solvers.rod.optimum.core.optimum import polish
 from solvers.rod.optimum.full_model.corrections import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.search.at_ratio import PENALTY
-from solvers.rod.optimum.search.full_optimum import Context
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate, max_excess
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions

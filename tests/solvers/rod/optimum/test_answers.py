@@ -182,8 +182,8 @@ def test_no_other_gaps_are_searched_if_the_first_optimum_leaves_vibration_out(mo
     def search(*_):
         raise AssertionError("other gaps were searched")
 
-    monkeypatch.setattr("solvers.rod.optimum.search.available_sizes.search_other_gaps", search)
-    monkeypatch.setattr("solvers.rod.optimum.search.full_optimum.search_other_gaps", search)
+    monkeypatch.setattr("solvers.rod.optimum.search.discrete_sizes.search_other_gaps", search)
+    monkeypatch.setattr("solvers.rod.optimum.search.continuous_sizes.search_other_gaps", search)
     outcome = rod.design(realistic(260))
     assert outcome.status is Status.SUCCEEDED
     active = {effect.name for effect in outcome.effects if effect.state is EffectState.ACTIVE}

@@ -22,16 +22,13 @@ from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.optimum import dimensions_within, polish
 from solvers.rod.optimum.full_model.corrections import log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.search.full_optimum import (
-    Context,
-    Optimum,
-    first_order_conditions,
-    refined_best,
-    search_other_gaps,
-)
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.gaps import Gaps
 from solvers.rod.optimum.search.lengths_over_gaps import promising_lengths
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult
+from solvers.rod.optimum.search.optimality import first_order_conditions
+from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
 from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.scene import Dimensions
 

@@ -1,0 +1,170 @@
+"""A problem on the full model, with the local searches made so far."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+from solvers.outcome import Outcome
+from solvers.rod import rows
+from solvers.rod.check import RodCheck
+from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.optimum.core.cycle import CoreCycle
+from solvers.rod.optimum.core.optimum import dimensions_within
+from solvers.rod.optimum.full_model.model import Array, FullModel
+from solvers.rod.optimum.full_model.strip import logarithms
+from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, local_search
+from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.scene import Dimensions
+from solvers.watch import no_watch
+
+_SHIFTED_MAX_BOXES, _SHIFTED_GAP = 2000, 1e-3
+_MIN_GAIN = 0.1
+"""Share of the accuracy: a smaller gain is not worth another step."""
+_COARSE_ACCURACY, _MAX_COARSE_ACCURACY = 1e-4, 1e-3
+"""Accuracy of all searches but the last with resonances, and its maximum if no check attains it."""
+
+
+class NoVibration(Exception):
+    """The vibration of a strip found need not be modelled."""
+
+
+def keep_vibration(local: LocalResult) -> None:
+    """Search on, whatever strip was found."""
+
+
+@dataclass
+class Context:
+    """A problem with its core, its full model, and the searches so far.
+
+    ``confirm_vibration`` is called with the first optimum, before other gaps between resonances are searched, and may
+    raise ``NoVibration``: most of the time is spent there, and without vibration there are no gaps.
+    """
+
+    problem: RodProblem
+    cycle: CoreCycle
+    model: FullModel
+    task: Task
+    sizes: Sizes
+    results: list[LocalResult] = field(default_factory=list)
+    start_points: list[Array] = field(default_factory=list)
+    confirm_vibration: Callable[[LocalResult], None] = keep_vibration
+    coarse: Context | None = None
+    """The same problem at lower accuracy: with resonances all searches but the last are made there."""
+
+    @property
+    def search_count(self) -> int:
+        """Number of local searches."""
+        return len(self.start_points)
+
+    @property
+    def bounds(self) -> Bounds:
+        """The bounds of the problem, with the length limited to the rod's."""
+        b = self.sizes.bounds
+        return Bounds(b.b, b.h, (b.l[0], min(b.l[1], self.cycle.rod_length)))
+
+    def slice_around(self, d: Dimensions) -> Bounds:
+        """These bounds, with discrete sizes fixed at the available ones nearest to a strip."""
+        nearest = self.sizes.around(d)
+        return Bounds(nearest.b, nearest.h, (nearest.l[0], min(nearest.l[1], self.cycle.rod_length)))
+
+    def search_from(
+        self, start: Dimensions, bounds: Bounds, radius: float = 0.15, max_iterations: int | None = None,
+        incumbent: float = math.inf,
+    ) -> LocalResult | None:  # fmt: skip
+        """Run a local search and store its result; it is abandoned if it is not expected to improve on the ln objective
+        ``incumbent``."""
+        self.start_points.append(logarithms(start))
+        # Without resonances there are few searches, which are to confirm each other's results.
+        others, x = self.results if self.model.has_resonances else (), logarithms(start)
+        local = local_search(self.model, self.task, bounds, x, radius, max_iterations, incumbent, others)
+        if local is not None:
+            self.results.append(local)
+        return local
+
+    def exploratory(self, start: Dimensions) -> Context:
+        """The context for searches from a strip: with resonances one of low accuracy, or of the accuracy attainable by
+        checks there, because higher accuracy only pays in the last steps."""
+        if not self.model.has_resonances:
+            return self
+        model = self.model.coarser(_COARSE_ACCURACY)
+        estimated = model.check(dimensions_within(self.bounds, logarithms(start))).accuracy.estimated
+        if estimated > model.accuracy and not model.is_excited_by_corners:
+            model = model.at_accuracy(min(estimated, _MAX_COARSE_ACCURACY))
+        factor = model.accuracy / self.model.accuracy
+        # If the error of checks exceeds the accuracy, the minimum gain already accounts for it.
+        min_gain = max(min(factor * self.task.min_gain, _MIN_GAIN * model.accuracy), self.task.min_gain)
+        task = replace(self.task, margin=factor * self.task.margin, min_gain=min_gain)
+        self.coarse = replace(self, model=model, task=task, results=[])
+        return self.coarse
+
+    def finer(self) -> Context:
+        """This context with the fine model. Under a noisy load the strips of its stencils must be exact, too, unless
+        the error of checks exceeds the accuracy."""
+        exact = self.model.is_excited_by_corners and self.task.min_gain <= self.model.accuracy
+        return replace(self, model=self.model.finer(None if exact else self.coarse.model), results=[])
+
+    def best(self) -> LocalResult | None:
+        """The best result: feasible before infeasible, then by cost."""
+        key = lambda local: (local.best.excess, local.best.log_cost)  # noqa: E731
+        return min(self.results, key=key, default=None)
+
+    def feasible_checks(self) -> list[Outcome[RodCheck]]:
+        """Checks of available sizes that meet every requirement: the exact ones, or without any the coarse ones."""
+        p = self.problem
+        checks = (o for o in self.model.all_checks() if p.requirements.met_by(o.value))
+        feasible = [o for o in checks if self.available(o.value.dimensions)]
+        return feasible if feasible or self.coarse is None else self.coarse.feasible_checks()
+
+    def cost(self, outcome: Outcome[RodCheck]) -> float:
+        """The ln objective of a check."""
+        return self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
+
+    def available(self, d: Dimensions) -> bool:
+        """Whether a strip's sizes are available."""
+        nearest = self.sizes.around(d)
+        limits = zip((d.b, d.h, d.l), (nearest.b, nearest.h, nearest.l), strict=True)
+        return all(low <= size <= high for size, (low, high) in limits)
+
+    def best_within_budget(self) -> Optimum | None:
+        """The best feasible strip checked so far, when the time is over; None if there is none."""
+        self.model.watch = no_watch
+        for known in sorted(self.feasible_checks(), key=self.cost):
+            d = known.value.dimensions
+            outcome = self.model.check(d)
+            if self.problem.requirements.met_by(outcome.value):
+                at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
+                return Optimum(LocalResult(at, math.inf), searches=self.search_count, local_optima=len(self.results))
+        return None
+
+    def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:
+        """The limits for the core, shifted by the difference of its rows from the full model's at a strip and tightened
+        by ``margin``."""
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
+        values = core.values(logarithms(d))
+        values[rows.STABILITY] = max(values[rows.STABILITY], values[rows.SIDEWAYS])
+        limits = dict(self.task.limits)
+        for c in CONSTRAINTS:
+            if c.row in limits:
+                exact = c.log_value(check, self.model.scene)
+                shift = exact - values[c.row] if math.isfinite(exact) else 0.0
+                limits[c.row] -= shift + margin
+        limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
+        return limits
+
+    def objective_correction(self, d: Dimensions) -> float:
+        """Difference of ln objective between full model and core at a strip."""
+        objective = self.problem.objective
+        if objective.per_density:
+            return 0.0
+        core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
+        values = core.values(logarithms(d))
+        exact = self.cost(self.model.check(d))
+        return exact - sum(weight * values[row] for row, weight in objective.weights) if math.isfinite(exact) else 0.0
+
+    def shifted_core(self, limits: Limits) -> Proof:
+        """The core's optimum under other limits."""
+        return search(self.cycle, self.problem.objective, limits, self.sizes, _SHIFTED_GAP, _SHIFTED_MAX_BOXES)

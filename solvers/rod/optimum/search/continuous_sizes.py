@@ -1,0 +1,76 @@
+"""The optimum of continuous sizes on the full model: starting points of the local searches, and selection among their
+results.
+
+The core's global optimum is the first start. With resonances the gaps between them are searched as well
+(``other_gaps``). Without, if the active limits leave directions free, the curvature of the Lagrangian along them is
+evaluated (``optimality``); a Newton step with a predicted gain, or steps to both sides along negative curvature, give
+further starts. Discrete sizes: see ``discrete_sizes``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from solvers.rod.optimum.full_model.model import Array
+from solvers.rod.optimum.full_model.strip import dimensions_of
+from solvers.rod.optimum.search.context import Context
+from solvers.rod.optimum.search.local_search import SAME_STRIP, LocalResult
+from solvers.rod.optimum.search.optimality import CURVATURE_STEP, first_order_conditions, second_order
+from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
+from solvers.rod.scene import Dimensions
+
+_COARSE_ITERATIONS = 6
+"""Maximum iterations of the first searches with resonances, which others follow."""
+_NEWTON_STEPS = 4
+
+
+def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
+    """The best strip of continuous sizes; its iterate is infeasible if no feasible strip is found."""
+    exploratory = context.exploratory(starts[0])
+    max_iterations = _COARSE_ITERATIONS if exploratory.model.has_resonances else None
+    for start in starts:
+        exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
+    local = exploratory.best()
+    if local is None or local.feasible_best is None:
+        return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
+    if exploratory is not context:
+        context.confirm_vibration(local)
+        return _optimum_over_gaps(context, exploratory)
+    for _ in range(_NEWTON_STEPS):
+        local = context.best()
+        conditions = first_order_conditions(context, local.best, context.bounds, context.bounds)
+        second = second_order(local.best, conditions, context.bounds)
+        if second.predicted_gain <= context.task.min_gain:
+            break
+        for step in second.steps:
+            start = dimensions_of(local.best.x + step, context.model.scene)
+            context.search_from(start, context.bounds, CURVATURE_STEP)
+        if local.best.log_cost - context.best().best.log_cost <= context.task.min_gain:
+            # Searches from the predicted points refute the prediction.
+            second = replace(second, predicted_gain=0.0)
+            break
+    return Optimum(context.best(), conditions, second, context.search_count, _distinct_count(context.results))
+
+
+def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
+    """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
+    gain, ratio_range = search_other_gaps(exploratory, context.bounds)
+    best = refined_best(context, exploratory.results, lambda _: context.bounds)
+    local_optima = _distinct_count(exploratory.results)
+    if best is None or best.feasible_best is None:
+        return None if best is None else Optimum(best, searches=context.search_count, local_optima=local_optima)
+    conditions = first_order_conditions(context, best.best, context.bounds, context.bounds)
+    return Optimum(best, conditions, None, context.search_count, local_optima, gain, ratio_range)
+
+
+def _distinct_count(results: list[LocalResult]) -> int:
+    """Number of different strips among the results."""
+    found: list[Array] = []
+    for result in results:
+        if all(np.max(np.abs(result.best.x - x)) >= SAME_STRIP for x in found):
+            found.append(result.best.x)
+    return len(found)

@@ -1,0 +1,98 @@
+"""The search of other gaps between resonances, and the refinement of its results.
+
+Gaps are searched at low accuracy; the best results are refined at full accuracy.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from solvers.rod.optimum.full_model.model import Array
+from solvers.rod.optimum.full_model.strip import logarithms
+from solvers.rod.optimum.search.context import Context
+from solvers.rod.optimum.search.gaps import Gaps
+from solvers.rod.optimum.search.local_search import SAME_STRIP, TOTAL_GAIN_RATIO, LocalResult
+from solvers.rod.problem import Bounds
+from solvers.rod.scene import Dimensions
+
+_MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
+"""Maximum numbers of searches in other gaps, in all and in succession without improvement; their first radius, in ln b,
+ln h, ln l."""
+_TIE = 5e-4
+"""Difference in ln objective within which a result in another gap starts a search path of its own."""
+_FINE_RADIUS = 2e-3
+"""First radius of searches at full accuracy, in ln b, ln h, ln l."""
+_MAX_REFINEMENTS = 3
+"""Maximum number of successive searches at full accuracy towards one local optimum."""
+_MAX_CANDIDATES = 3
+"""Maximum number of coarse results that are refined at full accuracy."""
+
+
+def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
+    """Search other gaps between resonances than the best strip's, until several searches in succession bring no
+    improvement. Returns the estimated gain in ln objective that remains if the search is cut short, and the minimum and
+    maximum frequency ratio searched."""
+    gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
+    is_untried = lambda d: not is_near(logarithms(d), context.results, SAME_STRIP)  # noqa: E731
+    for _ in range(_MAX_GAP_SEARCHES):
+        best = context.best()
+        finished = best is None or best.feasible_best is None or failed == _MAX_GAP_FAILURES
+        start = None if finished else gaps.next_start(best.best, is_untried)
+        if start is None:
+            return 0.0, gaps.range
+        result = context.search_from(start, bounds, _GAP_RADIUS, incumbent=best.best.log_cost)
+        if result is not None:
+            gaps.exclude(result.best)
+            is_tie = result.best.feasible and result.best.log_cost < best.best.log_cost + _TIE
+            if is_tie and not is_near(logarithms(start), [result], SAME_STRIP):
+                gaps.add_path(result.best)
+        gain = best.best.log_cost - context.best().best.log_cost
+        failed = 0 if gain > context.task.min_gain else failed + 1
+    return gain, gaps.range
+
+
+def refined_best(
+    context: Context, results: list[LocalResult], bounds_of: Callable[[Dimensions], Bounds]
+) -> LocalResult | None:
+    """The best result after refining coarse ones at full accuracy within bounds: the best and those that are worse by
+    less than their errors and possible further gains."""
+    finer = context.finer()
+    for result in _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO):
+        best, strip = finer.best(), result.best.outcome.value.dimensions
+        incumbent = math.inf if best is None or best.feasible_best is None else best.best.log_cost
+        for _ in range(_MAX_REFINEMENTS):
+            result = finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
+            if result is None or result.feasible_best is None:
+                break
+            if result.best.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
+                break
+            previous, strip = strip, result.best.outcome.value.dimensions
+            if result.predicted_gain <= max(context.model.accuracy, context.task.min_gain) or strip == previous:
+                break
+    return finer.best()
+
+
+def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) -> list[LocalResult]:
+    """The best result, and those of other strips that may be as good if they gain ``total_gain_ratio`` times the
+    predicted gain."""
+
+    def uncertainty(result: LocalResult) -> float:
+        return result.best.outcome.accuracy.estimated + total_gain_ratio * result.predicted_gain
+
+    first, *others = sorted(results, key=lambda result: (result.best.excess, result.best.log_cost))
+    if first.feasible_best is None:
+        return [first]
+    best_upper, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
+    for result in others:
+        may_be_best = result.feasible_best is not None and result.best.log_cost - uncertainty(result) < best_upper
+        if may_be_best and not is_near(result.best.x, out, SAME_STRIP):
+            out.append(result)
+    return out[:_MAX_CANDIDATES]
+
+
+def is_near(x: Array, results: list[LocalResult], distance: float) -> bool:
+    """Whether one of the results lies within ``distance`` of x."""
+    return any(np.max(np.abs(x - result.best.x)) < distance for result in results)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 import urllib.request
 
 import pytest
@@ -21,6 +22,17 @@ def solved(address: str, path: str, body: dict, **headers: str) -> dict:
     )
     with urllib.request.urlopen(request, timeout=60) as answer:
         return json.load(answer)
+
+
+def exported(address: str) -> str:
+    """A file, asked for again while it is being written: the first one waits for its writer to load."""
+    end = time.monotonic() + 60
+    while True:
+        with urllib.request.urlopen(address, timeout=60) as answer:
+            if answer.status == 200:
+                return answer.read().decode()
+        assert time.monotonic() < end
+        time.sleep(float(answer.headers["Retry-After"]))
 
 
 def example(kind: str, mode: Mode, **changes: object) -> dict:
@@ -158,8 +170,7 @@ def test_a_person_works_in_inches_and_learns_what_a_limit_is_worth(sound, addres
 @pytest.mark.parametrize("width", [390, 900])
 def test_no_number_of_a_report_is_broken(browser, address, width):
     run = solved(address, "analyses/crank-dynamics", example("crank-dynamics", Mode.ANALYSIS))
-    with urllib.request.urlopen(address + run["links"]["exports"]["html"], timeout=60) as answer:
-        report = answer.read().decode()
+    report = exported(address + run["links"]["exports"]["html"])
     page = browser.new_page(viewport={"width": width, "height": 900})
     page.set_content(report)
     broken = page.evaluate("""() => {

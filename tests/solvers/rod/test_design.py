@@ -273,3 +273,12 @@ def test_a_size_that_few_angles_admit_does_not_end_the_search():
     assert outcome.status is Status.SUCCEEDED
     assert limited.met_by(outcome.value.check)
     assert outcome.value.check.stability_safety >= least.stability_safety * (1 - 1e-9)
+
+
+@pytest.mark.parametrize("seed", [50, 80])
+def test_a_flat_optimum_inside_all_limits_is_proven_to_the_accuracy(seed):
+    """No limit is active there, so boxes around the optimum cannot be cut off by a plane."""
+    exclude = frozenset(effect.name for effect in rod.EFFECTS) - CORE.include - {"reciprocating_inertia"}
+    outcome = rod.design(realistic(seed), rod.EffectSelection(CORE.include, exclude))
+    assert outcome.value.active == ()
+    assert outcome.accuracy.met and outcome.certificate.gap <= 1e-6

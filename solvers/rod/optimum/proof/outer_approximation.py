@@ -25,7 +25,7 @@ from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
-MAX_BOXES = 20_000
+MAX_BOXES = 100_000
 """Maximum number of boxes of a design's proof."""
 _FIRST_ANGLES = 8
 _FIRST_SECTIONS = (1.0, 0.75, 0.5, 0.25)

@@ -66,8 +66,8 @@ class Requirements:
         return {STABILITY: -math.log(LEAST_STABILITY)} | limits
 
     def relaxed(self, slack: float) -> Requirements:
-        """These requirements, each relaxed by a relative slack, as far as no strip may buckle."""
-        looser = {c.name: required * (1.0 - slack if c.is_minimum else 1.0 + slack) for c, required in self.requested()}
+        """These requirements, each relaxed by a relative slack of any size, as far as no strip may buckle."""
+        looser = {c.name: required * (1.0 + slack) ** (-1 if c.is_minimum else 1) for c, required in self.requested()}
         return replace(self, **looser | {"min_stability_safety": max(looser["min_stability_safety"], 1.0)})
 
     def met_by(self, check: RodCheck) -> bool:

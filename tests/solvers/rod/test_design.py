@@ -282,3 +282,22 @@ def test_a_flat_optimum_inside_all_limits_is_proven_to_the_accuracy(seed):
     outcome = rod.design(realistic(seed), rod.EffectSelection(CORE.include, exclude))
     assert outcome.value.active == ()
     assert outcome.accuracy.met and outcome.certificate.gap <= 1e-6
+
+
+@pytest.mark.parametrize("accuracy", [1e-1, 3e-2])
+def test_loose_infeasible_designs_are_diagnosed(accuracy):
+    """Ten times the accuracy, by which an attainable value may be off, is as much as the requirement itself."""
+    problem = replace(REFERENCE, stock_h=(0.4e-3, 0.5e-3, 0.6e-3), requirements=rod.Requirements(2.9, 1.8))
+    outcome = rod.design(problem, accuracy=accuracy)
+    assert outcome.status is Status.INFEASIBLE
+    (missed,) = outcome.diagnosis
+    assert missed.requirement == "min_fatigue_safety" and 2.4 < missed.attainable < 2.9
+
+
+@pytest.mark.parametrize("slack", [0.0, 1e-6, 1.0, 1e3])
+def test_relaxed_requirements_are_looser_and_stay_valid(slack):
+    asked = rod.Requirements(2.65, 1.8, max_contact_pressure=1e5)
+    relaxed = asked.relaxed(slack)
+    assert 0.0 < relaxed.min_fatigue_safety <= asked.min_fatigue_safety
+    assert 1.0 <= relaxed.min_stability_safety <= asked.min_stability_safety
+    assert relaxed.max_contact_pressure == pytest.approx(asked.max_contact_pressure * (1.0 + slack))

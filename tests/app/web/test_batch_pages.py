@@ -67,6 +67,13 @@ def test_a_sweep_survives_another_language_and_other_units(client: TestClient, s
     assert 'name="log1" value="1" checked' in answer.text and '<option value="zip" selected>' in answer.text
 
 
+@pytest.mark.parametrize("place", ["/batches", "/designs/pin-profile", "/designs/crank-masses"])
+def test_the_first_button_of_a_form_sends_it(client: TestClient, place: str) -> None:
+    """Enter in a field presses it."""
+    (first, *others) = re.findall(r'<button form="the-form"[^>]*>', client.get(place).text)
+    assert "formaction" not in first and all("formaction" in other for other in others) and others
+
+
 def test_many_varied_fields_are_requested_at_once(client: TestClient) -> None:
     more = {"steps0": "2", "field2": "geometry.boss_length_mm", "from2": "20", "to2": "24", "steps2": "2"}
     place = client.post("/batches/sweep", data=SWEEP | more, follow_redirects=False).headers["location"]

@@ -170,6 +170,8 @@ def test_a_study_under_way_and_done(desk, address):
     desk.route(under_way, lambda route: route.fulfill(json={"status": "running", "progress": None}))
     look_at(desk, f"{address}/runs/{run}")
     look_at(desk, f"{address}/runs/compare?a={run}&b={run}")
+    # A page that learns of the end loads itself again, which would abort going elsewhere.
+    desk.goto("about:blank")
     desk.unroute(under_way)
     desk.goto(f"{address}/runs/{run}")
     desk.wait_for_selector("text=Accuracy and computing time", timeout=60_000)

@@ -8,8 +8,8 @@ strip therefore lie in other gaps.
 The minimum cost of strips of a given Omega is followed over gaps in steps that resolve them. On the path the
 contribution of the corrections to the limits is taken as constant; at each of its strips corrections are then solved,
 and the cost of meeting the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough,
-and a gap may contain several minima: every point of the path is a possible start, the cheapest first, away from starts
-and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other:
+and a gap may contain several minima: every point of the path that is cheaper than the best strip is a possible start, and
+every minimum of the path that costs about as much, the cheapest first, away from starts and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other:
 a result about as good as the best, but elsewhere, starts a path of its own.
 """
 
@@ -54,12 +54,14 @@ _MIN_STEP_SHARE = 0.3
 
 class PathPoint(NamedTuple):
     """A strip x on the path at Omega = ``ratio``, the strip ``restored`` to the limits at that ratio, to first order,
-    and its ln objective with a penalty for the remaining violation."""
+    its ln objective with a penalty for the remaining violation, and whether none of its neighbours on the path costs
+    less."""
 
     ratio: float
     x: Array
     restored: Array
     cost: float
+    is_minimum: bool = True
 
 
 @dataclass
@@ -94,7 +96,7 @@ class Gaps:
             self.exclude(best)
             self._add_path(best)
         self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
-        while promising := [p for p in self.candidates if p.cost < best.log_cost + _MAX_EXTRA_COST]:
+        while promising := [p for p in self.candidates if _is_promising(p, best)]:
             point = min(promising, key=lambda point: point.cost)
             self.candidates.remove(point)
             for x in self._start_points(best, point):
@@ -115,7 +117,8 @@ class Gaps:
 
     def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
-        self.candidates += [*self._path(strip, -1.0), *self._path(strip, 1.0)]
+        for direction in (-1.0, 1.0):
+            self.candidates += _with_minima(self._path(strip, direction))
 
     def _start_points(self, best: Iterate, point: PathPoint) -> list[Array]:
         """The strip on the path, the one restored to the limits, and the one restored by the model at its own peaks and
@@ -181,3 +184,15 @@ class Gaps:
         p = program(self.task.objective, best.limits, active.layout, self.task.margin)
         box = np.log([self.bounds.b, self.bounds.h, self.bounds.l])
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
+
+
+def _with_minima(path: list[PathPoint]) -> list[PathPoint]:
+    """The points of a path, those that cost no more than their neighbours marked."""
+    costs = [math.inf, *(point.cost for point in path), math.inf]
+    return [point._replace(is_minimum=point.cost <= min(costs[i], costs[i + 2])) for i, point in enumerate(path)]
+
+
+def _is_promising(point: PathPoint, best: Iterate) -> bool:
+    """Whether a search from a point may lead to a better strip: it costs less than the best one, or about as much at a
+    minimum of its path. From the slope between two minima a search leads to one of these."""
+    return point.cost < best.log_cost + (_MAX_EXTRA_COST if point.is_minimum else 0.0)

@@ -46,6 +46,8 @@ _MAX_TANGENT_RATE = 2.0
 _MAX_EXTRA_COST, _ABANDON_COST = 0.008, 0.1
 """Excess in ln objective over the best strip above which a point is no start; and above which, over a whole gap, a path
 is abandoned."""
+_RIDGE = 1e-3
+"""Rise in ln objective from the origin of a path to its first point that may hide a ridge between them."""
 _MAX_PLAIN_GAIN = 2e-3
 """Gain in ln objective at constant Omega above which derivatives without corrections are not trusted."""
 _MIN_STEP_SHARE = 0.3
@@ -118,7 +120,7 @@ class Gaps:
     def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
         for direction in (-1.0, 1.0):
-            self.candidates += _with_minima(self._path(strip, direction))
+            self.candidates += _with_minima(self._path(strip, direction), strip.log_cost)
 
     def _start_points(self, best: Iterate, point: PathPoint) -> list[Array]:
         """The strip on the path, the one restored to the limits, and the one restored by the model at its own peaks and
@@ -186,9 +188,13 @@ class Gaps:
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 
 
-def _with_minima(path: list[PathPoint]) -> list[PathPoint]:
-    """The points of a path, those that cost no more than their neighbours marked."""
-    costs = [math.inf, *(point.cost for point in path), math.inf]
+def _with_minima(path: list[PathPoint], origin_cost: float) -> list[PathPoint]:
+    """The points of a path from a strip of cost ``origin_cost``, its minima marked."""
+    if not path:
+        return path
+    # Behind a steep rise the first point may lie in another valley than the origin, which costs less in any case.
+    before_first = origin_cost if path[0].cost < origin_cost + _RIDGE else math.inf
+    costs = [before_first, *(point.cost for point in path), math.inf]
     return [point._replace(is_minimum=point.cost <= min(costs[i], costs[i + 2])) for i, point in enumerate(path)]
 
 

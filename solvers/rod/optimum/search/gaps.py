@@ -8,9 +8,10 @@ strip therefore lie in other gaps.
 The minimum cost of strips of a given Omega is followed over gaps in steps that resolve them. On the path the
 contribution of the corrections to the limits is taken as constant; at each of its strips corrections are then solved,
 and the cost of meeting the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough,
-and a gap may contain several minima: every point of the path that is cheaper than the best strip is a possible start, and
-every minimum of the path that costs about as much, the cheapest first, away from starts and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other:
-a result about as good as the best, but elsewhere, starts a path of its own.
+and a gap may contain several minima: every point of the path that costs less than the best strip is a possible start,
+and every minimum of the path that costs about as much, the cheapest first, away from starts and results of earlier
+searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other: a result about as good
+as the best, but elsewhere, starts a path of its own.
 """
 
 from __future__ import annotations

@@ -150,19 +150,25 @@ class _Design:
         Effects beyond the core widen its bound by their influence; the gap is then closed only to a share of that.
         """
         gap, core = max(_COARSE_GAP, self.accuracy), None
+        with_inertia = _INERTIA in (chosen if fixed else chosen | self.selected.at(self.middle))
         while True:
-            with_inertia = _INERTIA in chosen
             core = self.search.core(with_inertia, gap, core)
             chosen |= frozenset() if fixed else self.selected.at(core.strip)
             if with_inertia != (_INERTIA in chosen):
                 # The relevance of inertia is evaluated at a strip, which itself depends on it.
-                core = None
+                with_inertia, core = not with_inertia, None
                 continue
             influence = self.selected.influence(core.strip, beyond_core(chosen))
             required_gap = max(_GAP_SHARE * influence, self.accuracy)
             if gap <= required_gap or core.proof.best is None:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)
+
+    @property
+    def middle(self) -> Dimensions:
+        """The strip in the middle of the bounds, no longer than the rod."""
+        d = self.problem.bounds.middle
+        return replace(d, l=min(d.l, self.problem.scene.mechanism.rod_length))
 
     def other_design(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
         """The design of another problem in the same scene; None if infeasible or if no time is left."""

@@ -35,6 +35,11 @@ class Bounds:
         """The strip with the highest buckling load and natural frequency."""
         return Dimensions(self.b[1], self.h[1], self.l[0])
 
+    @property
+    def middle(self) -> Dimensions:
+        """The strip with the geometric mean of each size's bounds."""
+        return Dimensions(*(math.sqrt(low * high) for low, high in (self.b, self.h, self.l)))
+
 
 @dataclass(frozen=True)
 class Requirements:

@@ -109,7 +109,8 @@ ROOMS = {
         "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/rod/optimum": (
-        "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer", "strip_search",
+        "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer",
+        "strip_search",
     ),
     "solvers/linkage": (
         "mechanism", "scene", "limits", "loads", "swept_area", "steady_state", "result", "constraints", "effects",

@@ -66,6 +66,11 @@ class PathPoint(NamedTuple):
     cost: float
     is_minimum: bool = True
 
+    def may_improve_on(self, best_cost: float) -> bool:
+        """Whether a search from here may lead to a better strip than the best one: the point costs less, or about as
+        much at a minimum of its path. From the slope between two minima a search leads to one of these."""
+        return self.cost < best_cost + (_MAX_EXTRA_COST if self.is_minimum else 0.0)
+
 
 @dataclass
 class Gaps:
@@ -99,7 +104,7 @@ class Gaps:
             self.exclude(best)
             self._add_path(best)
         self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
-        while promising := [p for p in self.candidates if _is_promising(p, best)]:
+        while promising := [p for p in self.candidates if p.may_improve_on(best.log_cost)]:
             point = min(promising, key=lambda point: point.cost)
             self.candidates.remove(point)
             for x in self._start_points(best, point):
@@ -121,7 +126,7 @@ class Gaps:
     def _add_path(self, strip: Iterate) -> None:
         self.origins.append(strip)
         for direction in (-1.0, 1.0):
-            self.candidates += _with_minima(self._path(strip, direction), strip.log_cost)
+            self.candidates += with_minima(self._path(strip, direction), strip.log_cost)
 
     def _start_points(self, best: Iterate, point: PathPoint) -> list[Array]:
         """The strip on the path, the one restored to the limits, and the one restored by the model at its own peaks and
@@ -189,7 +194,7 @@ class Gaps:
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 
 
-def _with_minima(path: list[PathPoint], origin_cost: float) -> list[PathPoint]:
+def with_minima(path: list[PathPoint], origin_cost: float) -> list[PathPoint]:
     """The points of a path from a strip of cost ``origin_cost``, its minima marked."""
     if not path:
         return path
@@ -197,9 +202,3 @@ def _with_minima(path: list[PathPoint], origin_cost: float) -> list[PathPoint]:
     before_first = origin_cost if path[0].cost < origin_cost + _RIDGE else math.inf
     costs = [before_first, *(point.cost for point in path), math.inf]
     return [point._replace(is_minimum=point.cost <= min(costs[i], costs[i + 2])) for i, point in enumerate(path)]
-
-
-def _is_promising(point: PathPoint, best: Iterate) -> bool:
-    """Whether a search from a point may lead to a better strip: it costs less than the best one, or about as much at a
-    minimum of its path. From the slope between two minima a search leads to one of these."""
-    return point.cost < best.log_cost + (_MAX_EXTRA_COST if point.is_minimum else 0.0)

@@ -7,6 +7,7 @@ in epigraph form: an additional variable bounds all its parts from above. Source
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
@@ -24,6 +25,8 @@ Array = NDArray[np.float64]
 TOLERANCE, ITERATIONS = 1e-10, 60
 """Derivatives by finite differences resolve no smaller change; line searches for less take hundreds of evaluations."""
 _MAX_LOG = 700.0
+_NO_STEP = 1e-10
+"""Step in ln b, ln h, ln l and in ln objective below which a line search is fruitless, as at an infeasible corner."""
 ALL = np.arange(3)
 """The indices of b, h, l."""
 
@@ -61,6 +64,10 @@ class Program(NamedTuple):
     def violation(self, values: Array) -> float:
         """Maximum excess of a limited row over its limit; negative if no limit is active."""
         return float(np.max(values[self.limited] - self.limit)) if self.limited.size else -np.inf
+
+
+class _Stalled(Exception):
+    """A line search has shortened its step to nothing."""
 
 
 @dataclass(frozen=True)
@@ -138,7 +145,7 @@ def run_slsqp(
     from scipy.optimize import minimize
 
     free = np.flatnonzero(box[:, 1] > box[:, 0])
-    epigraph = p.max_rows.size > 0
+    epigraph, latest = p.max_rows.size > 0, np.full(free.size, np.inf)
 
     def full_point(y: Array) -> Array:
         at = x.copy()
@@ -146,12 +153,15 @@ def run_slsqp(
         return at
 
     def cost(y: Array) -> float:
+        if 0.0 < float(np.max(np.abs(y - latest))) < _NO_STEP:
+            raise _Stalled
         values = memory.values(full_point(y))
         linear = sum(weight * values[row] for row, weight in p.linear)
         return linear + p.max_weight * y[-1] if epigraph else linear
 
     def cost_gradient(y: Array) -> Array:
-        gradient = np.zeros(y.size)
+        nonlocal latest
+        latest, gradient = y.copy(), np.zeros(y.size)
         if p.linear:
             jacobian = memory.jacobian(full_point(y), free)
             gradient[: free.size] = sum(weight * jacobian[row, free] for row, weight in p.linear)
@@ -178,16 +188,18 @@ def run_slsqp(
         start = np.append(start, np.max(memory.values(x)[p.max_rows] - p.max_offset))
         ranges = np.vstack([ranges, [-_MAX_LOG, _MAX_LOG]])
     if free.size:
-        result = minimize(
-            cost,
-            start,
-            jac=cost_gradient,
-            bounds=ranges,
-            method="SLSQP",
-            constraints={"type": "ineq", "fun": slack, "jac": slack_jacobian},
-            options={"ftol": tolerance, "maxiter": max_iterations},
-        )
-        start = np.clip(result.x, ranges[:, 0], ranges[:, 1])
+        latest = start
+        with suppress(_Stalled):
+            latest = minimize(
+                cost,
+                start,
+                jac=cost_gradient,
+                bounds=ranges,
+                method="SLSQP",
+                constraints={"type": "ineq", "fun": slack, "jac": slack_jacobian},
+                options={"ftol": tolerance, "maxiter": max_iterations},
+            ).x
+        start = np.clip(latest, ranges[:, 0], ranges[:, 1])
     at = full_point(start)
     if not np.all(np.isfinite(at)):
         return SlsqpResult(x, np.inf, np.inf)

@@ -15,7 +15,7 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.sqp import MemoisedRows, program, required_results, restore_feasibility, run_slsqp
+from solvers.rod.optimum.sqp import TOLERANCE, MemoisedRows, program, required_results, restore_feasibility, run_slsqp
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -42,9 +42,11 @@ class Polished:
 
 
 def polish(
-    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions
-) -> Polished | None:
-    """The locally optimal strip near ``start`` that meets the limits with a margin of 1e-9; None if none is reached.
+    cycle: CoreCycle, objective: Objective, limits: Limits, bounds: Bounds, start: Dimensions,
+    tolerance: float = TOLERANCE,
+) -> Polished | None:  # fmt: skip
+    """The strip near ``start`` that meets the limits with a margin of 1e-9 and is locally optimal to a ``tolerance`` in
+    ln objective; None if none is reached.
 
     It is not worse than ``start``.
     """
@@ -58,7 +60,7 @@ def polish(
     initial, cost, violation = (x, peaks, memory.active), p.cost(values), p.violation(values)
     initial_cost = cost if violation <= _MAX_VIOLATION else math.inf
     for _ in range(_ROUNDS):
-        step = run_slsqp(memory, p, box, x)
+        step = run_slsqp(memory, p, box, x, tolerance)
         if step.violation > _MAX_VIOLATION and math.isfinite(step.violation):
             step = restore_feasibility(memory, p, box, step.x)
         converged = float(np.max(np.abs(step.x - x))) < _STATIONARY_STEP

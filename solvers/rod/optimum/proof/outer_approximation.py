@@ -21,7 +21,7 @@ from solvers.rod.optimum.core.optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, RequiredResults
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove
-from solvers.rod.optimum.sqp import required_results
+from solvers.rod.optimum.sqp import TOLERANCE, required_results
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -35,6 +35,8 @@ _COARSE_MEAN_GAP, _COARSE_MEAN_STRIDE, _COARSE_MEAN_ERROR = 2e-4, 4, 5e-5
 """Gap above which the mean of friction power is taken over every fourth angle of the cycle, this stride, and a bound of
 the relative error of that mean, which falls with the third power of the number of angles (``core.cycle``)."""
 _MIN_GAP = 5e-9
+_TOLERANCE_SHARE, _MAX_TOLERANCE = 1e-3, 1e-7
+"""Tolerance of a local search in ln objective as a share of the gap, and its maximum."""
 _NEAR_MAXIMUM, _TIE_TOLERANCE = 0.9, 1e-3
 
 
@@ -157,7 +159,7 @@ def search(
         above = min(max(math.ceil(at.b / sizes.step_b * (1 - 1e-9)), first), last)
         for width in {below, above}:
             neighbour = replace(at, b=width * sizes.step_b)
-            found = polish(cycle, objective, limits, sizes.around(neighbour), neighbour)
+            found = polish(cycle, objective, limits, sizes.around(neighbour), neighbour, _tolerance(gap))
             if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
                 incumbent = found
         if below == above or evaluated >= boxes or (incumbent and incumbent.log_cost <= proof.log_bound + gap):
@@ -195,7 +197,7 @@ def _search(
         if known - gap <= best[0] < math.inf:
             break
         candidate = Dimensions(math.exp(-best[1]) / best[3] ** 3, best[3], best[2])
-        found = polish(cycle, objective, limits, sizes.around(candidate), candidate)
+        found = polish(cycle, objective, limits, sizes.around(candidate), candidate, _tolerance(gap))
         if found is not None and (incumbent is None or found.log_cost < incumbent.log_cost):
             incumbent = found
             if iteration == 0:
@@ -211,6 +213,11 @@ def _search(
     if incumbent is not None:
         bound = min(bound, incumbent.log_cost)
     return Proof(incumbent, bound, evaluated, iteration + 1, samples)
+
+
+def _tolerance(gap: float) -> float:
+    """Tolerance of local searches towards a gap."""
+    return min(max(_TOLERANCE_SHARE * gap, TOLERANCE), _MAX_TOLERANCE)
 
 
 def governing(cycle: CoreCycle, d: Dimensions, peaks: Peaks, required: RequiredResults) -> tuple[Array, Array]:

@@ -37,6 +37,8 @@ _MAX_NEIGHBOURS = 40
 """Maximum number of slices searched on the full model around one strip."""
 _MODEL_ERROR_RATE = 0.3
 """Error of the corrected core in logarithms, per unit of distance in logarithms."""
+_TOLERANCE = 1e-6
+"""Tolerance of the corrected core's predictions in ln objective."""
 _MAX_SLICES, _MAX_ROWS = 4, 6
 """Maximum number of slices searched in other gaps, and of rows of lengths."""
 _MIN_DISTANCE = 0.02
@@ -196,7 +198,7 @@ def _predicted_cost(
     """Lower estimate of ln objective in a strip's slice by the corrected core, and its strip; None if infeasible."""
     error = _MODEL_ERROR_RATE * float(np.max(np.abs(logarithms(strip) - logarithms(centre))))
     relaxed = {row: limit + error for row, limit in limits.items()}
-    result = polish(context.cycle, context.problem.objective, relaxed, context.slice_around(strip), strip)
+    result = polish(context.cycle, context.problem.objective, relaxed, context.slice_around(strip), strip, _TOLERANCE)
     if result is None:
         return None
     shift = 0.0 if context.problem.objective.per_density else error

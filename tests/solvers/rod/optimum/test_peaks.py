@@ -11,6 +11,7 @@ from bench.rod_problems import problem
 from solvers import rod
 from solvers.fatigue import serensen
 from solvers.rod.optimum.core.cycle import core_cycle
+from solvers.rod.optimum.peak_positions import severities_along
 from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.rows import SIDE, STRESS, UTILISATION
 from solvers.rod.scene import Dimensions
@@ -78,3 +79,16 @@ def test_stress_peaks_of_a_short_strip_are_found_next_to_the_head(rod_length):
         assert values[STRESS] == pytest.approx(np.log(stresses.max_stress), abs=1e-6)
     found = rod.design(asked, CORE)
     assert found.accuracy.met and found.certificate.gap <= 1e-6
+
+
+@pytest.mark.parametrize("strip", [(4.687, 0.162, 13.725), (2.915, 0.1452, 18.387)])
+def test_a_peak_right_beside_the_head_is_located(strip):
+    """Sections that were cut off at the head, at unequal distances, located it a thousandth of the length beside."""
+    scene = problem(18).scene
+    cycle, d = core_cycle(scene, serensen(scene.material), 0.0), Dimensions(*(MM * size for size in strip))
+    peaks = cycle.peaks(d, RequiredResults(False, False, False))
+    sections = np.linspace(0.05, 0.0, 5001)
+    utilisation = severities_along(cycle.strip(d).stresses(peaks.angles, sections), *cycle.diagram, False).max(axis=0)
+    beside_head = sections[utilisation.argmax()]
+    assert 0.001 < beside_head < 0.04
+    assert np.min(np.abs(peaks.sections - beside_head)) < 2e-5

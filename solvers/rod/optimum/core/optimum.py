@@ -15,7 +15,16 @@ import numpy as np
 from solvers.rod.constraints import Limits
 from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
-from solvers.rod.optimum.sqp import TOLERANCE, MemoisedRows, program, required_results, restore_feasibility, run_slsqp
+from solvers.rod.optimum.sqp import (
+    TOLERANCE,
+    MemoisedRows,
+    Program,
+    SlsqpResult,
+    program,
+    required_results,
+    restore_feasibility,
+    run_slsqp,
+)
 from solvers.rod.problem import Bounds, Objective
 from solvers.rod.scene import Dimensions
 
@@ -60,25 +69,33 @@ def polish(
     initial, cost, violation = (x, peaks, memory.active), p.cost(values), p.violation(values)
     initial_cost = cost if violation <= _MAX_VIOLATION else math.inf
     for _ in range(_ROUNDS):
-        step = run_slsqp(memory, p, box, x, tolerance)
-        if step.violation > _MAX_VIOLATION and math.isfinite(step.violation):
-            step = restore_feasibility(memory, p, box, step.x)
+        step = _within_limits(memory, p, box, run_slsqp(memory, p, box, x, tolerance))
         converged = float(np.max(np.abs(step.x - x))) < _STATIONARY_STEP
         x, cost, violation = step.x, step.cost, step.violation
         if converged:
             break
         peaks = cycle.peaks(Dimensions(*np.exp(x).tolist()), required).merged_with(peaks)
         memory = MemoisedRows(cycle.rows_near(peaks, required))
-        p = program(objective, limits, memory.active.layout, _MARGIN)
-    else:
-        values = memory.values(x)
+        p, values = program(objective, limits, memory.active.layout, _MARGIN), memory.values(x)
+        change = max(abs(p.cost(values) - cost), abs(p.violation(values) - violation))
         cost, violation = p.cost(values), p.violation(values)
+        if change < tolerance:
+            step = _within_limits(memory, p, box, SlsqpResult(x, cost, violation))
+            x, cost, violation = step.x, step.cost, step.violation
+            break
     active = memory.active
     if violation > _MAX_VIOLATION or cost > initial_cost:
         if initial_cost == math.inf:
             return None
         (x, peaks, active), cost = initial, initial_cost
     return Polished(dimensions_within(bounds, x), cost, peaks, active)
+
+
+def _within_limits(memory: MemoisedRows, p: Program, box: np.ndarray, step: SlsqpResult) -> SlsqpResult:
+    """The result of a run led back within limits that it slightly exceeds."""
+    if step.violation > _MAX_VIOLATION and math.isfinite(step.violation):
+        return restore_feasibility(memory, p, box, step.x)
+    return step
 
 
 def dimensions_within(bounds: Bounds, x: np.ndarray) -> Dimensions:

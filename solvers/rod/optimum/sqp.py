@@ -145,7 +145,7 @@ def run_slsqp(
     from scipy.optimize import minimize
 
     free = np.flatnonzero(box[:, 1] > box[:, 0])
-    epigraph, latest = p.max_rows.size > 0, np.full(free.size, np.inf)
+    epigraph = p.max_rows.size > 0
 
     def full_point(y: Array) -> Array:
         at = x.copy()

@@ -61,7 +61,7 @@ class Excitation:
     jumps                angles at which the force itself jumps, corners too
     anchors              corners and further ends of intervals in which the force is smooth
     edges                ends of elements, including the anchors
-    states               at ``RULE``'s points of all elements, one element after the other (rows, elements points)
+    states               at the ``rule``'s points of all elements, one element after the other (rows, elements points)
     """
 
     strip: Strip
@@ -73,9 +73,10 @@ class Excitation:
     anchors: Array
     edges: Array
     states: Array
+    rule: Radau = RULE
 
     @staticmethod
-    def of(cycle: Cycle, tolerance: float) -> Excitation:
+    def of(cycle: Cycle, tolerance: float, rule: Radau = RULE) -> Excitation:
         """The excitation in a cycle, on elements that resolve forces and moment to ``tolerance``, relative to the
         greatest of each."""
         strip, drive, jumps = cycle.strip, cycle.drive, cycle.scene.load.jumps()
@@ -83,11 +84,12 @@ class Excitation:
         if drive.breaks.size and not corners.size:
             tolerance = max(tolerance, 1e-6)
         if corners.size >= MANY:
-            tolerance = np.inf
-        edges = _resolving_edges(drive, strip, jumps, anchors, rule_of(RULE.points.size), tolerance)
-        states = states_in(drive, strip, jumps, edges, RULE)
+            edges = split(anchors, _WIDEST)
+        else:
+            edges = _resolving_edges(drive, strip, jumps, anchors, rule_of(rule.points.size), tolerance)
+        states = states_in(drive, strip, jumps, edges, rule)
         return Excitation(
-            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, jumps, anchors, edges, states
+            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, jumps, anchors, edges, states, rule
         )
 
     def neighbour(self, cycle: Cycle) -> Excitation | None:
@@ -115,7 +117,7 @@ class Excitation:
 
     def states_on(self, edges: Array, rule: Radau) -> Array:
         """The states at all points of a rule on elements between other edges."""
-        if rule is RULE and (edges is self.edges or np.array_equal(edges, self.edges)):
+        if rule is self.rule and (edges is self.edges or np.array_equal(edges, self.edges)):
             return self.states
         return states_in(self.drive, self.strip, self.jumps, edges, rule)
 
@@ -125,12 +127,12 @@ class Excitation:
 
     @cached_property
     def smoothness(self) -> Smoothness:
-        return _smoothness(self.edges, self.states, self.corners, RULE)
+        return _smoothness(self.edges, self.states, self.corners, self.rule)
 
     @cached_property
     def mean(self) -> float:
         """The mean axial force [N]."""
-        means = self.states[FORCE].reshape(-1, RULE.points.size) @ RULE.integral[-1]
+        means = self.states[FORCE].reshape(-1, self.rule.points.size) @ self.rule.integral[-1]
         return float(np.diff(self.edges) @ means) / TURN
 
 

@@ -96,7 +96,7 @@ class Errors:
 class Motion:
     """The dynamic part d of the motion, i.e. its difference from the quasi-static shape.
 
-    samples            amplitudes of the basis (elements, points, basis), on ``edges`` at the points of ``RULE``
+    samples            amplitudes of the basis (elements, points, basis), on ``edges`` at the points of ``rule``
     ringing            free vibration of fast modes, in closed form
     amplification      of an error made in one revolution by the periodicity condition, 1/sigma_min(I - M)
     slow               number of slow modes
@@ -114,15 +114,16 @@ class Motion:
     slow: int
     highest_frequency: float
     phase_tolerances: Array
+    rule: Radau = RULE
 
     @property
     def without_ringing(self) -> Motion:
         """This motion without its ringing: discontinuous at corners."""
-        return replace(self, ringing=no_ripple(self.samples.shape[2], RULE))
+        return replace(self, ringing=no_ripple(self.samples.shape[2], self.rule))
 
     def at(self, angle: Array) -> Array:
         """d in amplitudes of the basis at the angles: (basis, angles)."""
-        return amplitudes(self.edges, self.samples, RULE, self.ringing, angle)
+        return amplitudes(self.edges, self.samples, self.rule, self.ringing, angle)
 
 
 def motion(equation: StripEquation, excitation: Excitation, slow: int, step: float, tolerance: float) -> Motion:

@@ -33,6 +33,7 @@ from solvers.rod.optimum.peaks import ANGLE_STEP, Peaks, RequiredResults, compre
 from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
 from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
 from solvers.watch import no_watch
 
@@ -136,7 +137,15 @@ class FullModel:
         required: resolving them takes twice the time of the rest."""
         needs_contact, chosen = self.required.reactions or self.required.power, self.effects
         effects = chosen if needs_contact else EffectSelection(chosen.include - _CONTACT, chosen.exclude | _CONTACT)
-        return replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects)
+        coarse = replace(self.at_accuracy(max(self.accuracy, accuracy)), effects=effects)
+        return replace(coarse, composition=self._adiabatic) if self.is_excited_by_corners else coarse
+
+    @property
+    def _adiabatic(self) -> Composition:
+        """The physics with the strip's vibration in adiabatic modes."""
+        parts = self.composition.corrections
+        rough = tuple(AdiabaticRodInertia() if isinstance(part, RodInertia) else part for part in parts)
+        return replace(self.composition, corrections=rough)
 
     def finer(self, coarse: FullModel | None = None) -> FullModel:
         """The fine version of this model; it shares the checks."""

@@ -1,0 +1,54 @@
+"""Vibration under a load with many corners, fast and rough: for searches, whose results are checked exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from solvers.numerics.panels import split
+from solvers.numerics.radau import radau
+from solvers.numerics.threads import one_thread
+from solvers.rod.cycle.composition import Cycle
+from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
+from solvers.rod.vibration.equation import StripEquation
+from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.steady_response import FEW_CORNERS, POLYNOMIAL_COUNTS, RodInertia, SteadyVibration
+
+_RULE = radau(5)
+"""Rule for elements over which the first mode turns by at most ``_STEP`` [rad]."""
+_STEP = 2.5
+_NARROWEST = 1e-5
+"""Width of elements [rad] below which derivatives of polynomials on them lose too many digits."""
+
+
+@dataclass(frozen=True)
+class AdiabaticRodInertia(RodInertia):
+    """``RodInertia`` in adiabatic modes (``adiabatic_motion``) where these are valid, otherwise the same as that."""
+
+    def prepare(self, cycle: Cycle) -> SteadyVibration:
+        with one_thread():
+            found = _vibration(cycle)
+        return super().prepare(cycle) if found is None else found
+
+    def neighbours(self, found: SteadyVibration, cycles: Sequence[Cycle]) -> list[SteadyVibration | None]:
+        if found.motion.rule is not _RULE:
+            return super().neighbours(found, cycles)
+        with one_thread():
+            return [_vibration(cycle, found.motion.ringing.modes) for cycle in cycles]
+
+
+def _vibration(cycle: Cycle, ringing: int | None = None) -> SteadyVibration | None:
+    """The vibration with a number of ringing modes, by default those that matter; None where the method is not
+    valid."""
+    excitation = Excitation.of(cycle, 0.1 * cycle.tolerance, _RULE)
+    is_valid = excitation.corners.size > FEW_CORNERS and not excitation.jumps.size
+    if not is_valid or np.min(np.diff(excitation.edges)) < _NARROWEST:
+        return None
+    strip, loss = excitation.strip, cycle.scene.material.loss_factor
+    equation = StripEquation.of(strip, excitation.inertia, excitation.mean, POLYNOMIAL_COUNTS[0], loss)
+    frequency = equation.frequency_of(1, strip.couples * excitation.smoothness.greatest - equation.mean)
+    edges = split(excitation.edges, _STEP / frequency)
+    motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, ringing)
+    return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation)

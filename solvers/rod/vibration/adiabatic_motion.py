@@ -40,14 +40,15 @@ Complex = NDArray[np.complex128]
 
 _ERROR = 0.01
 """Error as a share of the vibration: up to 0.013 was observed."""
-_MOST_RINGING = 4
+_OMITTED, _MOST_RINGING = 0.2, 4
+"""Share of the error that modes may cause whose ringing is omitted; largest number of ringing modes."""
 
 
 def adiabatic_motion(
     equation: StripEquation, excitation: Excitation, edges: Array, tolerance: float, ringing: int | None = None
 ) -> Motion:
     """The motion on elements between ``edges``, which include those of the excitation. As many modes ring as are
-    given, or else as many as change V'' or V''' by more than the tolerance."""
+    given, or else as many as change V'' or V''' by more than the tolerance, or than a part of the error."""
     rule, states = excitation.rule, excitation.states_on(edges, excitation.rule)
     fluctuation, static, _ = quasi_static(equation, states)
     shape = edges.size - 1, rule.points.size
@@ -57,7 +58,7 @@ def adiabatic_motion(
     shares, size = _shares(equation, found, greatest)
     omitted = np.append(np.cumsum(shares[:0:-1])[::-1], 0.0)
     if ringing is None:
-        ringing = min(int(np.argmax(omitted <= tolerance)), _MOST_RINGING)
+        ringing = min(int(np.argmax(omitted <= max(tolerance, _OMITTED * _ERROR * size))), _MOST_RINGING)
     errors = Errors(
         series=_ERROR * size, space=0.0, omitted=float(omitted[min(ringing, omitted.size - 1)]), mean_omitted=0.0,
         phase=0.0, excited=0.0, time=np.zeros(shape[0]), mean_time=0.0, rounding=0.0,
@@ -145,19 +146,19 @@ def _collocated(
                 integral, growth = h * h * rule.double_integral[i, j], math.exp(decay * h * rule.points[j + 1])
                 matrix[i, j] = integral * (frequency[e, j + 1, 0] ** 2 - decay * decay) + (1.0 if i == j else 0.0)
                 columns[i, 2] += integral * growth * load[e, j + 1, 0]
-        solution = np.linalg.solve(matrix, columns)
+        _eliminate(matrix, columns)
         following = e + 1 if e + 1 < count else 0
         for c in range(3):
             slope = 1.0 if c == 1 else 0.0
             for j in range(s):
                 shrink = math.exp(-decay * h * rule.points[j + 1])
-                acceleration = (load[e, j + 1, 0] / shrink if c == 2 else 0.0) - solution[j, c] * (
+                acceleration = (load[e, j + 1, 0] / shrink if c == 2 else 0.0) - columns[j, c] * (
                     frequency[e, j + 1, 0] ** 2 - decay * decay
                 )
                 slope += h * rule.single_integral[s - 1, j] * acceleration
-                stages[e, c, j] = solution[j, c] * shrink
+                stages[e, c, j] = columns[j, c] * shrink
             shrink = math.exp(-decay * h)
-            maps[e, c, 0], maps[e, c, 1] = solution[s - 1, c] * shrink, slope * shrink
+            maps[e, c, 0], maps[e, c, 1] = columns[s - 1, c] * shrink, slope * shrink
         maps[e, 2, 1] += slopes[e, 1, 0] - slopes[following, 0, 0]
     value, slope = _periodic_state(maps)
     for e in range(count):
@@ -173,6 +174,25 @@ def _collocated(
         ends[e, 1, 0] = value
         ends[e, 1, 1] = slope - decay * value - slopes[e, 1, 0] + slopes[following, 0, 0]
     return ends
+
+
+@fusing_kernel
+def _eliminate(matrix: Array, columns: Array) -> None:
+    """Overwrite the columns by the solutions, without pivoting: the matrix is the identity plus integrals over an
+    element of less than half a period."""
+    n, m = columns.shape
+    for k in range(n):
+        for i in range(k + 1, n):
+            factor = matrix[i, k] / matrix[k, k]
+            for j in range(k + 1, n):
+                matrix[i, j] -= factor * matrix[k, j]
+            for c in range(m):
+                columns[i, c] -= factor * columns[k, c]
+    for k in range(n - 1, -1, -1):
+        for c in range(m):
+            for j in range(k + 1, n):
+                columns[k, c] -= matrix[k, j] * columns[j, c]
+            columns[k, c] /= matrix[k, k]
 
 
 @kernel

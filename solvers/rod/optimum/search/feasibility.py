@@ -84,7 +84,8 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     if coarse is context or best is None or best.feasible_best is not None:
         return best
     strip = best.best.outcome.value.dimensions
-    if best.best.excess < POSSIBLY_FEASIBLE * coarse.model.accuracy:
+    error = max(POSSIBLY_FEASIBLE * coarse.model.accuracy, best.best.outcome.accuracy.estimated)
+    if best.best.excess < error:
         return context.search_from(strip, context.bounds)
     iterate = checked_without_model(context, strip)
     return best if iterate is None else LocalResult(iterate, math.inf)

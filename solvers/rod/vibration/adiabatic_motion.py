@@ -45,29 +45,39 @@ _OMITTED, _MOST_RINGING = 0.2, 4
 
 
 def adiabatic_motion(
-    equation: StripEquation, excitation: Excitation, edges: Array, tolerance: float, ringing: int | None = None
+    equation: StripEquation, excitation: Excitation, edges: Array, tolerance: float, resolved: Motion | None = None
 ) -> Motion:
-    """The motion on elements between ``edges``, which include those of the excitation. As many modes ring as are
-    given, or else as many as change V'' or V''' by more than the tolerance, or than a part of the error."""
+    """The motion on elements between ``edges``, which include those of the excitation. As many modes ring as change V''
+    or V''' by more than the tolerance, or than a part of the error; or as in the motion of a neighbouring strip that is
+    ``resolved``, whose errors are assumed."""
     rule, states = excitation.rule, excitation.states_on(edges, excitation.rule)
     fluctuation, static, _ = quasi_static(equation, states)
     shape = edges.size - 1, rule.points.size
-    stroke = states[STROKE].reshape(shape)
-    found = coordinates_of(equation, rule, edges, fluctuation.reshape(shape), static.reshape(*shape, -1), stroke)
-    greatest = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
-    shares, size = _shares(equation, found, greatest)
-    omitted = np.append(np.cumsum(shares[:0:-1])[::-1], 0.0)
-    if ringing is None:
-        ringing = min(int(np.argmax(omitted <= max(tolerance, _OMITTED * _ERROR * size))), _MOST_RINGING)
-    errors = Errors(
-        series=_ERROR * size, space=0.0, omitted=float(omitted[min(ringing, omitted.size - 1)]), mean_omitted=0.0,
-        phase=0.0, excited=0.0, time=np.zeros(shape[0]), mean_time=0.0, rounding=0.0,
-    )  # fmt: skip
+    known = fluctuation.reshape(shape), static.reshape(*shape, -1), states[STROKE].reshape(shape)
+    if resolved is None:
+        found = coordinates_of(equation, rule, edges, *known, equation.masses.size - 1)
+        ringing, errors = _resolution(equation, found, states, tolerance)
+    else:
+        ringing, errors = resolved.ringing.modes, resolved.errors
+        found = coordinates_of(equation, rule, edges, *known, ringing)
     return Motion(
         equation.strip, equation.basis, edges, _samples(equation, found),
         _ripple(equation, rule, edges, found, ringing), errors, amplification=1.0, slow=1,
         highest_frequency=float(found.frequency[:, :, 0].max()), phase_tolerances=np.empty(0), rule=rule,
     )  # fmt: skip
+
+
+def _resolution(equation: StripEquation, found: Coordinates, states: Array, tolerance: float) -> tuple[int, Errors]:
+    """The number of modes that ring, and the errors without the others."""
+    greatest = np.abs(states[[MOMENT, SIDE]]).max(axis=1) / equation.strip.stiffness
+    shares, size = _shares(equation, found, greatest)
+    omitted = np.append(np.cumsum(shares[:0:-1])[::-1], 0.0)
+    ringing = min(int(np.argmax(omitted <= max(tolerance, _OMITTED * _ERROR * size))), _MOST_RINGING)
+    errors = Errors(
+        series=_ERROR * size, space=0.0, omitted=float(omitted[ringing]), mean_omitted=0.0, phase=0.0, excited=0.0,
+        time=np.zeros(found.ringing.shape[0]), mean_time=0.0, rounding=0.0,
+    )  # fmt: skip
+    return ringing, errors
 
 
 class Coordinates(NamedTuple):
@@ -76,8 +86,10 @@ class Coordinates(NamedTuple):
     frequency   omega_n at the points (elements, points, n)
     modes       columns w_n at the points (elements, points, n, n)
     smooth      q_n without ringing (elements, points, n)
-    phase       of the ringing from an element's start (elements, points, n), with the damping as its real part
-    ringing     its amplitude omega_n^(1/2) q_n at the starts of elements (elements, n); zero for the first mode
+    phase       of the ringing from an element's start (elements, points, modes), with the damping as its real part
+    ringing     its amplitude omega_n^(1/2) q_n at the starts of elements (elements, modes)
+
+    The modes that ring are those behind the first.
     """
 
     frequency: Array
@@ -89,13 +101,15 @@ class Coordinates(NamedTuple):
 
 @fusing_kernel
 def coordinates_of(
-    equation: StripEquation, rule: Radau, edges: Array, fluctuation: Array, static: Array, stroke: Array
+    equation: StripEquation, rule: Radau, edges: Array, fluctuation: Array, static: Array, stroke: Array, ringing: int
 ) -> Coordinates:
-    """Solve all oscillators from F (elements, points), c (elements, points, n) and s (elements, points)."""
+    """Solve all oscillators from F (elements, points), c (elements, points, n) and s (elements, points); ``ringing``
+    modes ring."""
     count, p, n = static.shape
     frequencies, shapes = adiabatic_modes(equation, fluctuation.ravel())
     frequency, modes, load = frequencies.reshape(count, p, n), shapes.reshape(count, p, n, n), np.zeros((count, p, n))
-    phase, slopes = np.zeros((count, p, n), np.complex128), np.zeros((count, 2, n))
+    slopes, smooth = np.zeros((count, 2, n)), np.zeros((count, p, n))
+    phase, amplitude = np.zeros((count, p, ringing), np.complex128), np.zeros((count, ringing), np.complex128)
     first, second, driving = np.empty((p, n)), np.empty((p, n)), np.empty(n)
     decay = 0.5 * equation.loss / np.sqrt(equation.masses)
     for e in range(count):
@@ -114,17 +128,22 @@ def coordinates_of(
                 for k in range(n):
                     slopes[e, end, k] += modes[e, i, a, k] * equation.masses[a] * first[i, a] / h
         for i in range(p):
-            for k in range(n):
+            for r in range(ringing):
                 angle = 0.0
                 for j in range(p):
-                    angle += rule.integral[i, j] * frequency[e, j, k]
-                phase[e, i, k] = h * (1j * angle - decay[k] * rule.points[i])
-    smooth, ringing = np.zeros((count, p, n)), np.zeros((count, n), np.complex128)
+                    angle += rule.integral[i, j] * frequency[e, j, r + 1]
+                phase[e, i, r] = h * (1j * angle - decay[r + 1] * rule.points[i])
     ends = _collocated(decay[0], rule, edges, frequency, load, slopes, smooth)
     _drive_others(equation, rule, edges, fluctuation, frequency, modes, ends, load)
-    for k in range(1, n):
-        _ringing(k, rule, edges, frequency, load, slopes, phase, smooth, ringing)
-    return Coordinates(frequency, modes, smooth, phase, ringing)
+    for e in range(count):
+        for k in range(1, n):
+            start, end = load[e, 0, k] / frequency[e, 0, k] ** 2, load[e, p - 1, k] / frequency[e, p - 1, k] ** 2
+            for i in range(p):
+                smooth[e, i, k] = start + rule.points[i] * (end - start)
+    for r in range(ringing):
+        own = r + 1
+        _ringing(edges, frequency[:, 0, own], smooth[:, :, own], slopes[:, :, own], phase[:, -1, r], amplitude[:, r])
+    return Coordinates(frequency, modes, smooth, phase, amplitude)
 
 
 @fusing_kernel
@@ -138,27 +157,27 @@ def _collocated(
     s = p - 1
     matrix, columns = np.empty((s, s)), np.empty((s, 3))
     stages, maps, ends = np.empty((count, 3, s)), np.empty((count, 3, 2)), np.empty((count, 2, 2))
+    growth, square = np.empty(s), np.empty(s)
     for e in range(count):
         h = edges[e + 1] - edges[e]
         for i in range(s):
+            growth[i] = math.exp(decay * h * rule.points[i + 1])
+            square[i] = frequency[e, i + 1, 0] ** 2 - decay * decay
+        for i in range(s):
             columns[i, 0], columns[i, 1], columns[i, 2] = 1.0, h * rule.points[i + 1], 0.0
             for j in range(s):
-                integral, growth = h * h * rule.double_integral[i, j], math.exp(decay * h * rule.points[j + 1])
-                matrix[i, j] = integral * (frequency[e, j + 1, 0] ** 2 - decay * decay) + (1.0 if i == j else 0.0)
-                columns[i, 2] += integral * growth * load[e, j + 1, 0]
+                integral = h * h * rule.double_integral[i, j]
+                matrix[i, j] = integral * square[j] + (1.0 if i == j else 0.0)
+                columns[i, 2] += integral * growth[j] * load[e, j + 1, 0]
         _eliminate(matrix, columns)
         following = e + 1 if e + 1 < count else 0
         for c in range(3):
             slope = 1.0 if c == 1 else 0.0
             for j in range(s):
-                shrink = math.exp(-decay * h * rule.points[j + 1])
-                acceleration = (load[e, j + 1, 0] / shrink if c == 2 else 0.0) - columns[j, c] * (
-                    frequency[e, j + 1, 0] ** 2 - decay * decay
-                )
+                acceleration = (growth[j] * load[e, j + 1, 0] if c == 2 else 0.0) - square[j] * columns[j, c]
                 slope += h * rule.single_integral[s - 1, j] * acceleration
-                stages[e, c, j] = columns[j, c] * shrink
-            shrink = math.exp(-decay * h)
-            maps[e, c, 0], maps[e, c, 1] = columns[s - 1, c] * shrink, slope * shrink
+                stages[e, c, j] = columns[j, c] / growth[j]
+            maps[e, c, 0], maps[e, c, 1] = columns[s - 1, c] / growth[s - 1], slope / growth[s - 1]
         maps[e, 2, 1] += slopes[e, 1, 0] - slopes[following, 0, 0]
     value, slope = _periodic_state(maps)
     for e in range(count):
@@ -241,28 +260,26 @@ def _drive_others(
 
 @fusing_kernel
 def _ringing(
-    k: int, rule: Radau, edges: Array, frequency: Array, load: Array, slopes: Array, phase: Complex, smooth: Array,
-    ringing: Complex,
-) -> None:  # fmt: skip
-    """Write what coordinate k follows quasi-statically to ``smooth``, and the amplitude of its ringing."""
-    count, p = frequency.shape[:2]
+    edges: Array, frequency: Array, smooth: Array, slopes: Array, advance: Complex, amplitude: Complex
+) -> None:
+    """Write the ringing of one coordinate at the starts of elements to ``amplitude``.
+
+    What jumps there of the coordinate without ringing (elements, points), and of its slope including that of c
+    (elements, 2), continues as ringing, which from one start to the next is multiplied by exp(``advance``).
+    """
+    count, last = smooth.shape[0], smooth.shape[1] - 1
     total, growth, previous = 0.0j, 1.0 + 0.0j, count - 1
-    for e in range(count):
-        start, end = load[e, 0, k] / frequency[e, 0, k] ** 2, load[e, p - 1, k] / frequency[e, p - 1, k] ** 2
-        for i in range(p):
-            smooth[e, i, k] = start + rule.points[i] * (end - start)
     for sweep in range(2):
         for e in range(count):
-            step = smooth[previous, p - 1, k] - smooth[e, 0, k]
-            turn = (smooth[previous, p - 1, k] - smooth[previous, 0, k]) / (edges[previous + 1] - edges[previous])
-            turn += slopes[previous, 1, k] - (smooth[e, p - 1, k] - smooth[e, 0, k]) / (edges[e + 1] - edges[e])
-            turn -= slopes[e, 0, k]
-            total += (step - 1j * turn / frequency[e, 0, k]) * math.sqrt(frequency[e, 0, k])
-            if sweep == 1:
-                ringing[e, k] = total
-            factor = np.exp(phase[e, p - 1, k])
+            jump = smooth[previous, last] - smooth[e, 0]
+            bend = (smooth[previous, last] - smooth[previous, 0]) / (edges[previous + 1] - edges[previous])
+            bend += slopes[previous, 1] - (smooth[e, last] - smooth[e, 0]) / (edges[e + 1] - edges[e]) - slopes[e, 0]
+            total += (jump - 1j * bend / frequency[e]) * math.sqrt(frequency[e])
+            amplitude[e] = total
+            factor = np.exp(advance[e])
             total, growth, previous = total * factor, growth * factor, e
-        total = total / (1.0 - growth) if sweep == 0 else total
+        if sweep == 0:
+            total = total / (1.0 - growth)
 
 
 @kernel
@@ -286,9 +303,9 @@ def _ripple(equation: StripEquation, rule: Radau, edges: Array, found: Coordinat
     shape = np.zeros((count, ringing, p, 2, n))
     for e in range(count):
         for r in range(ringing):
-            start[e, r] = found.ringing[e, r + 1]
+            start[e, r] = found.ringing[e, r]
             for i in range(p):
-                phase[e, r, i] = found.phase[e, i, r + 1]
+                phase[e, r, i] = found.phase[e, i, r]
                 size = 1.0 / math.sqrt(found.frequency[e, i, r + 1])
                 for a in range(n):
                     shape[e, r, i, 0, a] = size * found.modes[e, i, a, r + 1]
@@ -298,8 +315,8 @@ def _ripple(equation: StripEquation, rule: Radau, edges: Array, found: Coordinat
 
 @kernel
 def _shares(equation: StripEquation, found: Coordinates, greatest: Array) -> tuple[Array, float]:
-    """Largest ringing of every mode (n,), and largest d without ringing, as fractions of the ``greatest`` V'' and V'''
-    at the clamp, whichever is affected more."""
+    """Largest ringing of every mode (n,), all of which but the first ring, and largest d without ringing, as fractions
+    of the ``greatest`` V'' and V''' at the clamp, whichever is affected more."""
     count, p, n = found.smooth.shape
     shares, size = np.zeros(n), 0.0
     for e in range(count):
@@ -311,8 +328,8 @@ def _shares(equation: StripEquation, found: Coordinates, greatest: Array) -> tup
                     for a in range(n):
                         output += equation.clamp[q, a] * found.modes[e, i, a, k]
                     total += output * found.smooth[e, i, k]
-                    if i == 0:
-                        amplitude = abs(found.ringing[e, k]) / math.sqrt(found.frequency[e, 0, k])
+                    if i == 0 and k > 0:
+                        amplitude = abs(found.ringing[e, k - 1]) / math.sqrt(found.frequency[e, 0, k])
                         shares[k] = max(shares[k], abs(output) * amplitude / greatest[q])
                 size = max(size, abs(total) / greatest[q])
     return shares, size

@@ -14,6 +14,7 @@ from solvers.rod.cycle.composition import Cycle
 from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.motion import Motion
 from solvers.rod.vibration.steady_response import FEW_CORNERS, POLYNOMIAL_COUNTS, RodInertia, SteadyVibration
 
 _RULE = radau(5)
@@ -36,11 +37,11 @@ class AdiabaticRodInertia(RodInertia):
         if found.motion.rule is not _RULE:
             return super().neighbours(found, cycles)
         with one_thread():
-            return [_vibration(cycle, found.motion.ringing.modes) for cycle in cycles]
+            return [_vibration(cycle, found.motion) for cycle in cycles]
 
 
-def _vibration(cycle: Cycle, ringing: int | None = None) -> SteadyVibration | None:
-    """The vibration with a number of ringing modes, by default those that matter; None where the method is not
+def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration | None:
+    """The vibration, at the resolution of a neighbouring strip's motion if one is given; None where the method is not
     valid."""
     excitation = Excitation.of(cycle, 0.1 * cycle.tolerance, _RULE)
     is_valid = excitation.corners.size > FEW_CORNERS and not excitation.jumps.size
@@ -50,5 +51,5 @@ def _vibration(cycle: Cycle, ringing: int | None = None) -> SteadyVibration | No
     equation = StripEquation.of(strip, excitation.inertia, excitation.mean, POLYNOMIAL_COUNTS[0], loss)
     frequency = equation.frequency_of(1, strip.couples * excitation.smoothness.greatest - equation.mean)
     edges = split(excitation.edges, _STEP / frequency)
-    motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, ringing)
+    motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, resolved)
     return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation)

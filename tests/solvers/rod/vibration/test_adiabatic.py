@@ -59,7 +59,7 @@ def test_a_motion_is_that_of_an_integration_in_time(noise, loss):
     scene = replace(QUICK, load=tabulated(MANY + 16, noise), material=replace(DAMPED, loss_factor=loss))
     excitation = Excitation.of(Cycle(scene, STRIP, Composition(couples=True)), 1e-7)
     equation = StripEquation.of(excitation.strip, excitation.inertia, excitation.mean, 5, loss)
-    found = adiabatic_motion(equation, excitation, excitation.edges, 1e-4, ringing=equation.masses.size - 1)
+    found = adiabatic_motion(equation, excitation, excitation.edges, 1e-4)
     angles = excitation.edges[0] + np.array([0.3, 2.0, 3.7, 5.5])
     exact = equation.clamp @ integrated(equation, excitation, angles)
     seen = np.concatenate([equation.basis.values(np.zeros(1), order) for order in (2, 3)]) @ found.at(angles)

@@ -71,6 +71,9 @@ _LEAST_WIDTH_PHASE, _LEAST_HALF_PHASE, _LEAST_CHANGE_PHASE = 2.0, 9.0, 5.0
 half an element for it to be halved; and, in a narrow element, over the scale on which the force changes, below which
 the mode must be slow."""
 
+_QUICKLY_INTEGRATED = 600.0
+"""Phase of a mode over the revolution [rad] up to which integrating it takes less time than its ringing."""
+
 _FREQUENCY_MARGIN = 1.2
 """Mean frequency of a mode over that under the mean force, assumed."""
 
@@ -326,14 +329,15 @@ def _largest_step(excitation: Excitation, tolerance: float) -> float:
 
 def _slow_modes(equation: StripEquation, excitation: Excitation, tolerance: float) -> int:
     """Number of slow modes: those that the force excites because it changes fast, or for which elements between many
-    corners are too narrow for series. With few corners at least one, as integrating it takes less time than its
-    ringing."""
+    corners are too narrow for series. With few corners at least one that does not turn too often, as integrating it
+    takes less time than its ringing."""
     analytic, width_phase, change_phase = least_phases(equation, excitation.edges, excitation.smoothness)
     many = excitation.corners.size > FEW_CORNERS
     least_width = _LEAST_WIDTH_PHASE if tolerance > _LOW_ACCURACY else NARROW
     sufficient = width_phase > least_width if many else change_phase > _LEAST_CHANGE_PHASE
     follows = (np.exp(-analytic / EXPONENT) < tolerance) & sufficient
-    return max(int(np.argmax(np.append(follows[:-1], True))), min(excitation.corners.size, 1))
+    least = int(excitation.corners.size > 0 and TURN * equation.frequencies[0] < _QUICKLY_INTEGRATED)
+    return max(int(np.argmax(np.append(follows[:-1], True))), least)
 
 
 def _worst_elements(equation: StripEquation, excitation: Excitation, slow: int, found: Motion) -> NDArray[np.bool_]:

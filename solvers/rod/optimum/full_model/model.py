@@ -147,8 +147,8 @@ class FullModel:
         rough = tuple(AdiabaticRodInertia() if isinstance(part, RodInertia) else part for part in parts)
         return replace(self.composition, corrections=rough)
 
-    def finer(self, coarse: FullModel) -> FullModel:
-        """The fine version of this model, with a coarse one for differences between strips; it shares the checks."""
+    def finer(self, coarse: FullModel | None = None) -> FullModel:
+        """The fine version of this model; it shares the checks."""
         return replace(self._without_cache(), fine=True, coarse=coarse)
 
     def _without_cache(self) -> FullModel:

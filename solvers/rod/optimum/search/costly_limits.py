@@ -45,7 +45,7 @@ def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> 
     task = replace(context.task, margin=factor * context.task.margin)
     model = context.model.at_accuracy(factor * accuracy)
     if model.has_resonances:
-        model = model.finer(context.coarse.model)
+        model = model.finer(None if model.is_excited_by_corners else context.coarse.model)
     refined = replace(context, model=model, task=task, coarse=None)
     result = local_search(refined.model, task, search_bounds, best.x, _RADIUS)
     if result is None or result.feasible_best is None:

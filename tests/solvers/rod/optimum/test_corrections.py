@@ -32,8 +32,8 @@ def rows():
     composition = compose(choose_for(reference.scene, strip, EFFECTS, 1e-2))
     criterion = serensen(reference.scene.material)
     model = FullModel(
-        reference.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False), fine=True
-    )
+        reference.scene, composition, criterion, EFFECTS, 1e-2, 1e-6, RequiredResults(False, False, False)
+    ).finer()
     return model.rows_near(model.peaks(strip), strip)
 
 

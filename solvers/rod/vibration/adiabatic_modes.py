@@ -26,6 +26,8 @@ Array = NDArray[np.float64]
 
 _FORCES = 9
 """Number of forces; more change nothing, even close to buckling."""
+_SOFTEST = 1e-3
+"""Smallest squared frequency relative to that under the mean force, as if no force buckled the strip."""
 
 
 @fusing_kernel
@@ -60,7 +62,7 @@ def adiabatic_modes(equation: StripEquation, fluctuation: Array) -> tuple[Array,
     frequencies, modes = np.empty((fluctuation.size, n)), np.empty((fluctuation.size, n, n))
     for i in range(fluctuation.size):
         for j in range(n):
-            frequencies[i, j] = math.sqrt(rows[i, j])
+            frequencies[i, j] = math.sqrt(max(rows[i, j], _SOFTEST / equation.masses[j]))
             for k in range(n):
                 modes[i, j, k] = rows[i, n + j * n + k]
     return frequencies, modes

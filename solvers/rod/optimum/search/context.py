@@ -102,8 +102,8 @@ class Context:
         return self.coarse
 
     def finer(self) -> Context:
-        """This context with the fine model. Where the corners of a load excite vibration, the strips of its stencils must
-        be exact, too, unless the error of checks exceeds the accuracy."""
+        """This context with the fine model. Under a noisy load the strips of its stencils must be exact, too, unless
+        the error of checks exceeds the accuracy."""
         exact = self.model.is_excited_by_corners and self.task.min_gain <= self.model.accuracy
         return replace(self, model=self.model.finer(None if exact else self.coarse.model), results=[])
 

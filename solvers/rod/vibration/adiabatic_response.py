@@ -13,9 +13,10 @@ from solvers.numerics.threads import one_thread
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
 from solvers.rod.vibration.equation import StripEquation
-from solvers.rod.vibration.excitation import Excitation
+from solvers.rod.vibration.excitation import FEW_CORNERS, Excitation
 from solvers.rod.vibration.motion import Motion
-from solvers.rod.vibration.steady_response import FEW_CORNERS, POLYNOMIAL_COUNTS, RodInertia, SteadyVibration
+from solvers.rod.vibration.resolution import POLYNOMIAL_COUNTS
+from solvers.rod.vibration.steady_response import RodInertia, SteadyVibration
 
 _RULE = radau(5)
 """Rule for elements over which the first mode turns by at most ``_STEP`` [rad]."""

@@ -43,6 +43,8 @@ neighbour."""
 _MOST_CORNERS = 1000
 """Beyond this number, corners are treated as noise and ignored."""
 _MOST_ELEMENTS = 2000
+FEW_CORNERS = 32
+"""Number of corners above which they are those of a table."""
 MANY = 128
 """Number of pieces of a load, or of elements, from which on they are narrow."""
 _SUBDIVISIONS = 8

@@ -34,7 +34,8 @@ from solvers.rod.optimum.sqp import ALL
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
-from solvers.rod.vibration.steady_response import FEW_CORNERS, RodInertia
+from solvers.rod.vibration.excitation import FEW_CORNERS
+from solvers.rod.vibration.steady_response import RodInertia
 from solvers.watch import no_watch
 
 _STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4

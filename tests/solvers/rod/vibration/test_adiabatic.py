@@ -11,7 +11,7 @@ from scipy.linalg import eigh
 from bench import rod_tables
 from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.vibration import steady_response
+from solvers.rod.vibration import resolution
 from solvers.rod.vibration.adiabatic_modes import adiabatic_modes
 from solvers.rod.vibration.adiabatic_motion import adiabatic_motion
 from solvers.rod.vibration.adiabatic_response import AdiabaticRodInertia
@@ -97,13 +97,13 @@ def test_where_the_method_is_not_valid_motions_are_exact():
 def test_searches_take_few_exact_motions(monkeypatch):
     """The answer is checked exactly."""
     taken = []
-    motion = steady_response.motion
+    motion = resolution.motion
 
     def counted(*given):
         taken.append(given)
         return motion(*given)
 
-    monkeypatch.setattr(steady_response, "motion", counted)
+    monkeypatch.setattr(resolution, "motion", counted)
     problem = rod_tables.problem(16)
     outcome = rod.design(problem)
     assert 0 < len(taken) < 10

@@ -11,7 +11,7 @@ from solvers import rod
 from solvers.effects import EffectSelection
 from solvers.errors import InvalidInput
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.vibration import steady_response
+from solvers.rod.vibration import resolution
 from solvers.rod.vibration.excitation import Excitation
 from solvers.rod.vibration.motion import motion
 from tests.solvers.rod.machines import PAPER, STRIP
@@ -60,14 +60,14 @@ def test_motions_of_narrow_peaks_are_few_and_quick(monkeypatch):
 
     def counted(equation, excitation, slow, step, tolerance):
         found = motion(equation, excitation, slow, step, tolerance)
-        work.append(steady_response._work(found.edges.size - 1, found.slow, equation.masses.size))
+        work.append(resolution._work(found.edges.size - 1, found.slow, equation.masses.size))
         return found
 
-    monkeypatch.setattr(steady_response, "motion", counted)
+    monkeypatch.setattr(resolution, "motion", counted)
     estimates = [rod.check(peak(width), STRIP, SELECTION).accuracy.estimated for width in (20.0, 5.0, 1.0)]
     assert estimates[0] < 1e-4 and estimates[1] < 1e-3 and estimates[2] < 1.0
     assert len(work) <= 15
-    assert max(work) <= 1.5 * steady_response.MOST_WORK
+    assert max(work) <= 1.5 * resolution.MOST_WORK
 
 
 @pytest.mark.parametrize("width", [0.1, 1e-3])
@@ -104,8 +104,8 @@ def test_where_a_steep_rise_calls_for_more_modes_than_there_is_time_for_polynomi
     outcome = rod.check(scene, strip, selection, accuracy=1e-4)
     assert outcome.accuracy.estimated < 2e-3
     # All modes that are called for.
-    monkeypatch.setattr(steady_response, "MOST_WORK", 10 * steady_response.MOST_WORK)
-    monkeypatch.setattr(steady_response, "ENOUGH_WORK", 20 * steady_response.ENOUGH_WORK)
+    monkeypatch.setattr(resolution, "MOST_WORK", 10 * resolution.MOST_WORK)
+    monkeypatch.setattr(resolution, "ENOUGH_WORK", 20 * resolution.ENOUGH_WORK)
     exact = rod.check(scene, strip, selection, accuracy=1e-6)
     assert exact.accuracy.estimated < 1e-5
     for name in ("fatigue_safety", "side_force_max", "clamp_moment_max"):

@@ -9,7 +9,7 @@ import pytest
 
 from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.vibration import steady_response
+from solvers.rod.vibration import resolution
 from solvers.rod.vibration.equation import StripEquation
 from solvers.rod.vibration.excitation import MANY, TURN, Excitation
 from solvers.rod.vibration.motion import motion
@@ -58,7 +58,7 @@ def test_checks_under_tables_take_few_motions(monkeypatch, points, noise, met):
         taken.append(motion(*given))
         return taken[-1]
 
-    monkeypatch.setattr(steady_response, "motion", counted)
+    monkeypatch.setattr(resolution, "motion", counted)
     scene = replace(PAPER, load=tabulated(points, noise), material=DAMPED)
     outcome = rod.check(scene, STOUT, INERTIA)
     assert outcome.accuracy.estimated < met
@@ -70,7 +70,7 @@ def test_a_finer_resolution_under_a_noisy_table_agrees_with_a_check(monkeypatch)
     """Results agree with those of many more modes within the estimated errors."""
     scene = replace(PAPER, load=tabulated(72, 1e-2), material=DAMPED)
     coarse = rod.check(scene, STRIP, INERTIA)
-    monkeypatch.setattr(steady_response, "_LEVELS_WITH_CORNERS", (1.0,) * (len(steady_response.POLYNOMIAL_COUNTS) - 1))
+    monkeypatch.setattr(resolution, "_LEVELS_WITH_CORNERS", (1.0,) * (len(resolution.POLYNOMIAL_COUNTS) - 1))
     fine = rod.check(scene, STRIP, INERTIA)
     assert fine.accuracy.estimated < coarse.accuracy.estimated
     for name in ("fatigue_safety", "side_force_max", "clamp_moment_max", "contact_pressure_max", "friction_power"):

@@ -23,11 +23,14 @@ _RULE = radau(5)
 _STEP = 2.5
 _NARROWEST = 1e-5
 """Width of elements [rad] below which derivatives of polynomials on them lose too many digits."""
+_MOST_ELEMENTS = 1000
+"""Number of elements from which on exact motions take less time: there no mode is followed in time."""
 
 
 @dataclass(frozen=True)
 class AdiabaticRodInertia(RodInertia):
-    """``RodInertia`` in adiabatic modes (``adiabatic_motion``) where these are valid, otherwise the same as that."""
+    """``RodInertia`` in adiabatic modes (``adiabatic_motion``) where these are valid and quicker, otherwise the same as
+    that."""
 
     def prepare(self, cycle: Cycle) -> SteadyVibration:
         with one_thread():
@@ -43,7 +46,7 @@ class AdiabaticRodInertia(RodInertia):
 
 def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration | None:
     """The vibration, at the resolution of a neighbouring strip's motion if one is given; None where the method is not
-    valid."""
+    valid, or slow."""
     excitation = Excitation.of(cycle, 0.1 * cycle.tolerance, _RULE)
     is_valid = excitation.corners.size > FEW_CORNERS and not excitation.jumps.size
     if not is_valid or np.min(np.diff(excitation.edges)) < _NARROWEST:
@@ -52,5 +55,7 @@ def _vibration(cycle: Cycle, resolved: Motion | None = None) -> SteadyVibration 
     equation = StripEquation.of(strip, excitation.inertia, excitation.mean, POLYNOMIAL_COUNTS[0], loss)
     frequency = equation.frequency_of(1, strip.couples * excitation.smoothness.greatest - equation.mean)
     edges = split(excitation.edges, _STEP / frequency)
+    if resolved is None and edges.size > _MOST_ELEMENTS:
+        return None
     motion = adiabatic_motion(equation, excitation, edges, cycle.tolerance, resolved)
     return SteadyVibration(motion, motion.errors.total, motion.errors.total, excitation)

@@ -106,16 +106,17 @@ class Excitation:
         if np.max(np.abs(shift)) > _LARGEST_SHIFT or np.any(stretch > _LARGEST_STRETCH * np.diff(self.anchors)):
             return None
         edges = np.interp(self.edges, self.anchors, anchors)
-        states = states_in(drive, strip, self.jumps, edges, RULE)
+        states = states_in(drive, strip, self.jumps, edges, self.rule)
         return Excitation(
-            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, self.jumps, anchors, edges, states
-        )
+            strip, drive, _inertia(cycle), _curvature_per_force(cycle), corners, self.jumps, anchors, edges, states,
+            self.rule,
+        )  # fmt: skip
 
     def refined(self, where: NDArray[np.bool_]) -> Excitation:
         """This excitation with the marked elements halved."""
         widths = np.where(where, 0.5 * (1.0 + 1e-6), 1.0) * np.diff(self.edges)
         edges = split(self.edges, widths)
-        return replace(self, edges=edges, states=states_in(self.drive, self.strip, self.jumps, edges, RULE))
+        return replace(self, edges=edges, states=states_in(self.drive, self.strip, self.jumps, edges, self.rule))
 
     def states_on(self, edges: Array, rule: Radau) -> Array:
         """The states at all points of a rule on elements between other edges."""

@@ -99,6 +99,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.optimum.core.peak_model.row_jacobian", "solvers.rod.optimum.core.peak_model.CorePeaks f1 f3 f2"),
         ("solvers.rod.optimum.core.peak_model.rows_at", "solvers.rod.optimum.core.peak_model.CorePeaks f f f f3 f1"),
         ("solvers.rod.optimum.core.peak_model.stresses_at", "f1 f1 f f f f f f1 f3"),
+        ("solvers.rod.optimum.full_model.frequency_ratio._mean_frequency", "solvers.rod.vibration.natural_frequencies.Polynomials f f f f f1"),
         ("solvers.rod.optimum.full_model.rows_at_peaks.max_peak_height", "f1"),
         ("solvers.rod.optimum.full_model.rows_at_peaks.set_rows", "solvers.rod.cycle.state.Strip f2 f1 f2 f1 f1 b f f f f f f i1 i1 i2 i2 f3 f1 i f f1"),
         ("solvers.rod.optimum.full_model.smooth_parts.part_values", "f3 i1 i1 i2 i2 f3 f1"),
@@ -117,7 +118,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.vibration.adiabatic_motion._shares", "solvers.rod.vibration.equation.StripEquation solvers.rod.vibration.adiabatic_motion.Coordinates f1"),
         ("solvers.rod.vibration.adiabatic_motion.coordinates_of", "solvers.rod.vibration.equation.StripEquation solvers.numerics.radau.Radau f1 f2 f3 f2 i"),
         ("solvers.rod.vibration.motion.superpose", "solvers.rod.vibration.revolution.Revolution solvers.rod.vibration.equation.StripEquation f2"),
-        ("solvers.rod.vibration.natural_frequencies.frequency_under", "solvers.rod.vibration.natural_frequencies.Polynomials f f f f f i"),
     ),
     ("pin-profile", "check"): (
         ("solvers.pin.closed_form.kernel.evaluate", "solvers.pin.closed_form.kernel.Pins f2 f2 solvers.pin.closed_form.kernel.Results"),

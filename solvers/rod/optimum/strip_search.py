@@ -20,7 +20,7 @@ from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.optimum.answer.composition import Answers, RodDesign
 from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, RequirementsAsObjectives
 from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
-from solvers.rod.optimum.full_model.corrections import is_stable
+from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.model import FullModel
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
 from solvers.rod.optimum.search.context import Context, NoVibration

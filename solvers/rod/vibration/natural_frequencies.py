@@ -23,7 +23,6 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.numerics.legendre import legendre_at
-from solvers.rod.scene import Dimensions, Scene
 
 Array = NDArray[np.float64]
 
@@ -117,21 +116,6 @@ class StripBasis(NamedTuple):
 def all_polynomials() -> Polynomials:
     """Table of the largest number of polynomials used for any force; its first n are those of the smaller tables."""
     return polynomials_of(_MAX_POLYNOMIALS)
-
-
-def natural_frequency(scene: Scene, dimensions: Dimensions, axial_force: float) -> float:
-    """First natural frequency [Hz] of the strip in place under a constant axial force [N]; 0 where it buckles."""
-    stiffness = scene.material.elastic_modulus * dimensions.b * dimensions.h**3 / 12.0
-    line_mass = scene.material.density * dimensions.b * dimensions.h
-    return frequency_under(
-        all_polynomials(),
-        stiffness,
-        line_mass,
-        dimensions.l,
-        scene.mechanism.rod_length,
-        float(axial_force),
-        POLYNOMIALS,
-    )
 
 
 @kernel

@@ -5,11 +5,11 @@ is expanded about the centre of a stencil in y = U (x - centre), x = ln(b, h, l)
 
     c(x) = c(centre) + slopes . y + y' curvatures y/2
 
-Near a resonance the contribution depends mainly on the frequency ratio Omega = omega_1/omega. Therefore y_0 is the
-direction of the gradient of ln Omega, and mixed curvatures are small. If some sizes are discrete, the first directions
-span the continuous sizes, and strips off these directions are solved only when required. A stencil covers all strips
-close to its centre: the polynomial is shifted to agree with the solved strip in question. All strips of a stencil are
-solved with the discretisation of its centre.
+Near a resonance the contribution depends mainly on the frequency ratio Omega (``frequency_ratio``). Therefore y_0 is
+the direction of the gradient of ln Omega, and mixed curvatures are small. If some sizes are discrete, the first
+directions span the continuous sizes, and strips off these directions are solved only when required. A stencil covers
+all strips close to its centre: the polynomial is shifted to agree with the solved strip in question. All strips of a
+stencil are solved with the discretisation of its centre.
 """
 
 from __future__ import annotations
@@ -23,16 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.rod.cycle.composition import Cycle
+from solvers.rod.optimum.full_model.frequency_ratio import is_stable, log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms
 from solvers.rod.scene import Dimensions
-from solvers.rod.vibration.natural_frequencies import natural_frequency
 
 Array = NDArray[np.float64]
 
-_FREQUENCY_STEP = 1e-4
-"""Step of the differences of ln Omega, in ln b, ln h, ln l."""
-_ANGLES = 2.0 * math.pi * np.arange(128) / 128
-"""Crank angles [rad] at which the axial force is sampled for its mean and minimum."""
 _CENTRE = (0.0, 0.0, 0.0)
 CorrectionsOf = Callable[[FullStrip], Array]
 """Function that returns the contribution of a strip's corrections to its rows, (rows,)."""
@@ -207,25 +203,6 @@ class CorrectionPolynomial:
             self.stencil.solve(y)
             self._values[y] = self.corrections_of(self.stencil.solved[y])
         return self._values[y]
-
-
-def is_stable(cycle: Cycle) -> bool:
-    """Whether a strip does not buckle."""
-    return -float(np.min(cycle.axial_force(_ANGLES))) < min(FullStrip(cycle).critical)
-
-
-def log_frequency_ratio(cycle: Cycle) -> float:
-    """ln Omega = ln(omega_1/omega) of a strip under its mean axial force."""
-    mean = float(np.mean(cycle.axial_force(_ANGLES)))
-    return math.log(natural_frequency(cycle.scene, cycle.dimensions, mean) / cycle.scene.mechanism.speed)
-
-
-def log_frequency_ratio_gradient(cycle: Cycle) -> Array:
-    """Derivatives of ``log_frequency_ratio`` with respect to ln(b, h, l) at the same mean force, (3,)."""
-    scene, x, mean = cycle.scene, logarithms(cycle.dimensions), float(np.mean(cycle.axial_force(_ANGLES)))
-    points = [x, *(x - _FREQUENCY_STEP * unit for unit in np.eye(3))]
-    values = [math.log(natural_frequency(scene, dimensions_of(point, scene), mean)) for point in points]
-    return (values[0] - np.array(values[1:])) / _FREQUENCY_STEP
 
 
 def _directions_by_frequency(cycle: Cycle, free: tuple[int, ...]) -> Array:

@@ -24,8 +24,8 @@ from solvers.rod.optimum.full_model.corrections import (
     RATIO_CURVATURE,
     CorrectionPolynomial,
     Stencil,
-    is_stable,
 )
+from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.rows_at_peaks import RowsAtPeaks
 from solvers.rod.optimum.full_model.smooth_parts import Parts
 from solvers.rod.optimum.full_model.strip import FullStrip, dimensions_of, logarithms

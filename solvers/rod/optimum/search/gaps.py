@@ -1,17 +1,16 @@
 """Start points in other gaps between damped resonances, where better strips may lie.
 
-A strip's first mode is resonant if the mean over the revolution of its natural frequency meets a harmonic of the speed,
-close to integer Omega = omega_1/omega under the mean axial force. Vibration raises the cost of strips close to a
-resonance; damping rounds the peaks of cost, over a share of about the loss factor in Omega. Local optima similar to a
-strip therefore lie in other gaps.
+A strip's first mode is resonant at an integer frequency ratio Omega (``frequency_ratio``). Vibration raises the cost of
+strips close to a resonance; damping rounds the peaks of cost, over a share of about the loss factor in Omega. Local
+optima similar to a strip therefore lie in other gaps.
 
 The minimum cost of strips of a given Omega is followed over gaps in steps that resolve them. On the path the
-contribution of the corrections to the limits is taken as constant; at each of its strips corrections are then solved,
-and the cost of meeting the limits at the same Omega is that of a linear programme (``at_ratio``). That cost is rough,
-and a gap may contain several minima: every point of the path that costs less than the best strip is a possible start,
-and every minimum of the path that costs about as much, the cheapest first, away from starts and results of earlier
-searches. Along a ridge of nearly equal cost strips of the same Omega may be far from each other: a result about as good
-as the best, but elsewhere, starts a path of its own.
+contribution of the corrections to the rows is that at its origin, with its derivatives at constant Omega; at each of
+its strips corrections are then solved, and the cost of meeting the limits at the same Omega is that of a linear
+programme (``at_ratio``). That cost is rough, and a gap may contain several minima: every point of the path that costs
+less than the best strip is a possible start, and every minimum of the path that costs about as much, the cheapest
+first, away from starts and results of earlier searches. Along a ridge of nearly equal cost strips of the same Omega may
+be far from each other: a result about as good as the best, but elsewhere, starts a path of its own.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solvers.rod import rows
-from solvers.rod.optimum.full_model.corrections import log_frequency_ratio, log_frequency_ratio_gradient
+from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.full_model.model import Array, FullRows
 from solvers.rod.optimum.full_model.strip import dimensions_of, logarithms
 from solvers.rod.optimum.search.at_ratio import PENALTY, AtRatio
@@ -33,7 +32,7 @@ from solvers.rod.optimum.sqp import program
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-MIN_DISTANCE = 0.2
+MIN_DISTANCE = 0.15
 """Minimum distance in Omega of a start from the starts and results of earlier searches, with continuous sizes."""
 _GAPS, _STEPS = 2, 6
 """Number of gaps followed to each side, and of steps per gap."""
@@ -44,13 +43,11 @@ _SAME_BRANCH = 0.03
 """Distance in ln b, ln h, ln l beyond which strips of the same Omega belong to different paths."""
 _MAX_TANGENT_RATE = 2.0
 """Maximum change of ln b, ln h, ln l at constant Omega per unit change of ln Omega."""
-_MAX_EXTRA_COST, _ABANDON_COST = 0.008, 0.1
+_MAX_EXTRA_COST, _ABANDON_COST = 0.015, 0.1
 """Excess in ln objective over the best strip above which a point is no start; and above which, over a whole gap, a path
 is abandoned."""
 _RIDGE = 1e-3
 """Rise in ln objective from the origin of a path to its first point that may hide a ridge between them."""
-_MAX_PLAIN_GAIN = 2e-3
-"""Gain in ln objective at constant Omega above which derivatives without corrections are not trusted."""
 _MIN_STEP_SHARE = 0.3
 """Share of a step in ln Omega; if less is achieved, sizes have reached their bounds."""
 
@@ -162,11 +159,7 @@ class Gaps:
         least_cost = self._at_ratio(best, active)
         if least_cost is None:
             return out
-        (uncorrected, corrections), jacobian = active.split_values(x), active.uncorrected_jacobian
-        lowest = least_cost(uncorrected + corrections, jacobian(x), x, 0.0, _MAX_RESTORATION)[1]
-        if lowest < best.log_cost - _MAX_PLAIN_GAIN:
-            jacobian = active.jacobian_at_ratio
-        slopes = jacobian(x)
+        (uncorrected, corrections), slopes = active.split_values(x), active.jacobian_at_ratio(x)
         while direction * (last_ratio - ratio) > 0.0:
             previous, radius = ratio, _MAX_TANGENT_RATE * abs(step)
             x = least_cost(uncorrected + corrections, slopes, x, step, radius)[0]
@@ -175,7 +168,7 @@ class Gaps:
             blocked = direction * (ratio - previous) < _MIN_STEP_SHARE * abs(step)
             if blocked or np.max(np.abs(x - best.x)) > _MAX_PATH_DISTANCE:
                 return out
-            uncorrected, slopes = active.uncorrected_values(x), jacobian(x)
+            uncorrected, slopes = active.uncorrected_values(x), active.jacobian_at_ratio(x)
             if not self._is_new(math.exp(ratio), x):
                 continue
             self.path_points.append((math.exp(ratio), x))

@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator
 
 from solvers.rod.optimum.core.optimum import polish
-from solvers.rod.optimum.full_model.corrections import log_frequency_ratio, log_frequency_ratio_gradient
+from solvers.rod.optimum.full_model.frequency_ratio import log_frequency_ratio, log_frequency_ratio_gradient
 from solvers.rod.optimum.search.at_ratio import PENALTY
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate, max_excess

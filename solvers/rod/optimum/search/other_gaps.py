@@ -18,10 +18,10 @@ from solvers.rod.optimum.search.local_search import SAME_STRIP, TOTAL_GAIN_RATIO
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
-_MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 12, 4, 0.01
+_MAX_GAP_SEARCHES, _MAX_GAP_FAILURES, _GAP_RADIUS = 16, 6, 0.01
 """Maximum numbers of searches in other gaps, in all and in succession without improvement; their first radius, in ln b,
 ln h, ln l."""
-_TIE = 5e-4
+_TIE = 5e-3
 """Difference in ln objective within which a result in another gap starts a search path of its own."""
 _FINE_RADIUS = 2e-3
 """First radius of searches at full accuracy, in ln b, ln h, ln l."""

@@ -62,23 +62,32 @@ def test_sizes_next_to_the_answers_are_not_better():
 
 
 @pytest.mark.parametrize(
-    ("seed", "best_mm"),
+    ("seed", "share", "best_mm"),
     [
         # One and a half gaps up, where a step from a start has led past it.
-        (352, (6.422403271264076, 0.3451700001176167, 19.888915010470794)),
+        (352, 1.0, (6.422403271264076, 0.3451700001176167, 19.888915010470794)),
         # Beyond the next whole frequency ratio, a quarter of a gap away.
-        (562, (15.718383436289503, 0.4986053656112319, 28.336357417737715)),
+        (562, 1.0, (15.718383436289503, 0.4986053656112319, 28.336357417737715)),
         # Two and a half gaps up, dearer by 7e-3 than the best to first order.
-        (190, (5.035322, 0.26911, 20.33913)),
+        (190, 1.0, (5.035322, 0.26911, 20.33913)),
         # On the ridge where fibres are equally safe, a tenth longer than the best strip of other gaps.
-        (904, (7.864233185438642, 0.4291864, 33.1410569)),
+        (904, 1.0, (7.864233185438642, 0.4291864, 33.1410569)),
         # At the first point of a path, behind a rise, dearer by 2e-3 than the best to first order.
-        (794, (6.544543231618671, 0.2562698797667266, 20.338407828587577)),
+        (794, 1.0, (6.544543231618671, 0.2562698797667266, 20.338407828587577)),
+        # Answers to stricter requirements than these were once better than the answers to these.
+        (316, 0.985, (11.896636719333557, 0.504477698, 39.57021867)),
+        (400, 0.97, (16.5, 0.448710085, 28.8)),
+        (934, 0.97, (5.716753276151868, 0.278624074, 26.39213227)),
+        (2254, 0.97, (8.049590011943797, 0.522189076, 31.42758548)),
     ],
 )
-def test_no_valley_in_another_gap_is_deeper(seed, best_mm):
-    """Other searches ended in these, from many starts, and one by Omega has missed them by 1e-3 to 4e-3."""
+def test_no_valley_in_another_gap_is_deeper(seed, share, best_mm):
+    """Other searches ended in these, from many starts, and one by Omega has missed them by 5e-4 to 4e-3."""
     asked = problem(seed)
+    least = asked.requirements
+    fatigue, stability = (value and share * value for value in (least.min_fatigue_safety, least.min_stability_safety))
+    least = replace(least, min_fatigue_safety=fatigue, min_stability_safety=stability)
+    asked = replace(asked, requirements=least)
     found = rod.design(asked)
     other = looker(asked, settled(found.effects), 1e-6)(1e-3 * np.array(best_mm))
     assert other.violation < 1e-4
@@ -109,6 +118,6 @@ def test_searches_start_at_minima_of_a_path_and_at_cheaper_points():
     """Of 601 searches from the slope of a valley that a search had been in, one led to another, 0.1 % better."""
     assert starts_of([0.0005, 0.002, 0.004, 0.003, 0.006], 0.0) == [0.003]
     assert starts_of([0.0005, -0.001, -0.002, 0.001], 0.0) == [-0.001, -0.002]
-    assert starts_of([0.0015, 0.004, 0.02, 0.009], 0.0) == [0.0015]
+    assert starts_of([0.0015, 0.004, 0.02, 0.016], 0.0) == [0.0015]
     assert starts_of([0.0, 0.0005], 0.0) == [0.0]
     assert starts_of([], 0.0) == []

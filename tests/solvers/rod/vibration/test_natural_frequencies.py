@@ -19,13 +19,18 @@ from solvers.rod.vibration.natural_frequencies import (
     POLYNOMIALS,
     all_polynomials,
     frequency_under,
-    natural_frequency,
 )
 from tests.solvers.rod.finite_elements import matrices
 from tests.solvers.rod.machines import CORE, PAPER, STRIP
 
 LENGTH = PAPER.mechanism.rod_length
 LINE_MASS = PAPER.material.density * STRIP.b * STRIP.h
+
+
+def natural_frequency(scene, strip, force):
+    stiffness, line_mass = bending_stiffness(scene, strip), scene.material.density * strip.b * strip.h
+    rod_length = scene.mechanism.rod_length
+    return frequency_under(all_polynomials(), stiffness, line_mass, strip.l, rod_length, force, POLYNOMIALS)
 
 
 def characteristic(k, length):

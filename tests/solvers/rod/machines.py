@@ -9,6 +9,8 @@ from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import Composition, strip_of
 from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, ROWS, SHEAR, SIDE, SOFTENING, STROKE, Strip
 from solvers.rod.strip.beam_column import constants
+from solvers.rod.strip.stiffness import bending_stiffness
+from solvers.rod.vibration.natural_frequencies import POLYNOMIALS, all_polynomials, frequency_under
 
 PAPER = rod.Scene(
     rod.Mechanism(crank_radius=1.5e-3, rod_length=45.5e-3, speed=50.0),
@@ -69,3 +71,10 @@ def bent(
     for i, (f, s) in enumerate(zip(force.tolist(), stroke.tolist(), strict=True)):
         bend_state(ready, f, s, states, i)
     return BentStrip.linear(ready, states)
+
+
+def natural_frequency(scene, strip, force):
+    """First natural frequency [Hz] of a strip under a constant axial force [N]."""
+    stiffness, line_mass = bending_stiffness(scene, strip), scene.material.density * strip.b * strip.h
+    rod_length = scene.mechanism.rod_length
+    return frequency_under(all_polynomials(), stiffness, line_mass, strip.l, rod_length, force, POLYNOMIALS)

@@ -21,16 +21,10 @@ from solvers.rod.vibration.natural_frequencies import (
     frequency_under,
 )
 from tests.solvers.rod.finite_elements import matrices
-from tests.solvers.rod.machines import CORE, PAPER, STRIP
+from tests.solvers.rod.machines import CORE, PAPER, STRIP, natural_frequency
 
 LENGTH = PAPER.mechanism.rod_length
 LINE_MASS = PAPER.material.density * STRIP.b * STRIP.h
-
-
-def natural_frequency(scene, strip, force):
-    stiffness, line_mass = bending_stiffness(scene, strip), scene.material.density * strip.b * strip.h
-    rod_length = scene.mechanism.rod_length
-    return frequency_under(all_polynomials(), stiffness, line_mass, strip.l, rod_length, force, POLYNOMIALS)
 
 
 def characteristic(k, length):

@@ -14,10 +14,9 @@ from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
 from solvers.rod.effects import EFFECTS
 from solvers.rod.strip.stiffness import bending_stiffness
-from solvers.rod.vibration.natural_frequencies import natural_frequency
 from solvers.rod.vibration.steady_response import RodInertia
 from tests.solvers.rod.finite_elements import vibration
-from tests.solvers.rod.machines import PAPER, STRIP
+from tests.solvers.rod.machines import PAPER, STRIP, natural_frequency
 
 ANGLES = 2 * np.pi * np.arange(40) / 40
 """Enough for the harmonics of a smooth force; the reference omits far higher ones, which may meet a resonance."""

@@ -21,8 +21,9 @@ from solvers.watch import Watch, in_time, no_watch
 _INERTIA = "reciprocating_inertia"
 _MAX_SELECTIONS = 3
 """Maximum number of effect selections at the optimum."""
-_COARSE_GAP, _GAP_SHARE = 1e-3, 0.1
-"""Gap of the core's first search, and of its last one as a share of the influence of effects beyond the core."""
+_COARSE_GAP, _GAP_SHARE, _DISCRETE_GAP_SHARE = 1e-3, 0.1, 0.01
+"""Gap of the core's first search, and of its last one as a share of the influence of effects beyond the core: smaller
+with discrete sizes, since later searches move to neighbouring sizes only."""
 _SLACKS = 0.2, 1.0
 """Fractions of the maximum slack by which requirements are relaxed in turn."""
 
@@ -151,6 +152,7 @@ class _Design:
         """
         gap, core = max(_COARSE_GAP, self.accuracy), None
         with_inertia = _INERTIA in (chosen if fixed else chosen | self.selected.at(self.middle))
+        share = _DISCRETE_GAP_SHARE if self.search.sizes.discrete else _GAP_SHARE
         while True:
             core = self.search.core(with_inertia, gap, core)
             chosen |= frozenset() if fixed else self.selected.at(core.strip)
@@ -159,7 +161,7 @@ class _Design:
                 with_inertia, core = not with_inertia, None
                 continue
             influence = self.selected.influence(core.strip, beyond_core(chosen))
-            required_gap = max(_GAP_SHARE * influence, self.accuracy)
+            required_gap = max(share * influence, self.accuracy)
             if gap <= required_gap or core.proof.best is None:
                 return chosen, core
             gap = max(0.5 * required_gap, self.accuracy)

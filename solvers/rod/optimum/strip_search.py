@@ -39,8 +39,8 @@ from solvers.verdict import MAX_SLACK
 from solvers.watch import OutOfTime, in_time
 
 _CORE = frozenset({"reciprocating_inertia", "beam_column", "friction"})
-_MARGIN, _MIN_GAIN = 0.05, 0.1
-"""Fractions of the accuracy: margin to the limits, and the gain not worth another step."""
+_MARGIN, _MIN_GAIN, _NEGLIGIBLE_GAIN = 0.05, 0.1, 0.5
+"""Fractions of the accuracy: margin to the limits, the gain not worth another step, and that not worth a search."""
 _CORRECTION_MARGINS = (1e-3, 1e-3, 1e-2, 0.1, 1.0, 1.0)
 """Fractions of the accuracy: margins of the core's searches in turn, until a check meets the requirements."""
 _MAX_CHECK_ERROR, _RESOLVED = 1e-3, 0.3
@@ -188,7 +188,8 @@ class StripSearch:
         )
         margin = _MARGIN * self.accuracy
         min_gain = max(_MIN_GAIN * self.accuracy, self._min_resolvable_gain(model, core.strip))
-        task = Task(p.objective, p.requirements, self.limits, margin, min_gain)
+        negligible_gain = _NEGLIGIBLE_GAIN * self.accuracy
+        task = Task(p.objective, p.requirements, self.limits, margin, min_gain, negligible_gain)
         context = Context(p, core.cycle, model, task, self.sizes)
 
         def watch() -> None:

@@ -63,10 +63,11 @@ class PathPoint(NamedTuple):
     cost: float
     is_minimum: bool = True
 
-    def may_improve_on(self, best_cost: float) -> bool:
-        """Whether a search from here may lead to a better strip than the best one: the point costs less, or about as
-        much at a minimum of its path. From the slope between two minima a search leads to one of these."""
-        return self.cost < best_cost + (_MAX_EXTRA_COST if self.is_minimum else 0.0)
+    def possible_gain(self, best_cost: float) -> float:
+        """The gain over the best strip's ln objective that a search from here may bring, if positive: the point costs
+        less, or about as much at a minimum of its path. From the slope between two minima a search leads to one of
+        these."""
+        return best_cost - self.cost + (_MAX_EXTRA_COST if self.is_minimum else 0.0)
 
 
 @dataclass
@@ -101,7 +102,7 @@ class Gaps:
             self.exclude(best)
             self._add_path(best)
         self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
-        while promising := [p for p in self.candidates if p.may_improve_on(best.log_cost)]:
+        while promising := [p for p in self.candidates if p.possible_gain(best.log_cost) > self.task.negligible_gain]:
             point = min(promising, key=lambda point: point.cost)
             self.candidates.remove(point)
             for x in self._start_points(best, point):
@@ -110,6 +111,11 @@ class Gaps:
                     self.tried_ratios.append(point.ratio)
                     return d
         return None
+
+    def remaining_gain(self, best: Iterate) -> float:
+        """The gain over the best strip that searches from the candidates left may bring."""
+        gains = (p.possible_gain(best.log_cost) for p in self.candidates if self._is_away(p.ratio))
+        return max(0.0, max(gains, default=0.0))
 
     def add_path(self, strip: Iterate) -> None:
         """Follow the path through a strip about as good as the best, unless one passes near it."""

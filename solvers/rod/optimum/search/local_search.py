@@ -54,13 +54,14 @@ _SLSQP_ITERATIONS = 12
 @dataclass(frozen=True)
 class Task:
     """Objective and limits of a search: limits are tightened by ``margin``, and the search ends when the predicted gain
-    in ln objective is below ``min_gain``."""
+    in ln objective is below ``min_gain``. No search starts for the sake of a ``negligible_gain``."""
 
     objective: Objective
     requirements: Requirements
     limits: Limits
     margin: float
     min_gain: float
+    negligible_gain: float = 0.0
 
 
 @dataclass(frozen=True)

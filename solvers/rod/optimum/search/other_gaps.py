@@ -33,8 +33,8 @@ _MAX_CANDIDATES = 3
 
 def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[float, float] | None]:
     """Search other gaps between resonances than the best strip's, until several searches in succession bring no
-    improvement. Returns the estimated gain in ln objective that remains if the search is cut short, and the minimum and
-    maximum frequency ratio searched."""
+    improvement, or none that may bring more than the negligible gain. Returns the estimated gain in ln objective that
+    remains, and the minimum and maximum frequency ratio searched."""
     gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
     is_untried = lambda d: not is_near(logarithms(d), context.results, SAME_STRIP)  # noqa: E731
     for _ in range(_MAX_GAP_SEARCHES):
@@ -42,7 +42,7 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
         finished = best is None or best.feasible_best is None or failed == _MAX_GAP_FAILURES
         start = None if finished else gaps.next_start(best.best, is_untried)
         if start is None:
-            return 0.0, gaps.range
+            return 0.0 if finished else gaps.remaining_gain(best.best), gaps.range
         result = context.search_from(start, bounds, _GAP_RADIUS, incumbent=best.best.log_cost)
         if result is not None:
             gaps.exclude(result.best)

@@ -116,10 +116,18 @@ def test_a_hardly_feasible_strip_of_least_mass_is_found():
     assert log_cost(asked, found.value.check) < other.cost + 2e-5
 
 
+def test_a_loose_design_searches_fewer_gaps_and_says_what_that_may_cost():
+    asked = problem(2008)
+    loose, exact = (rod.design(asked, accuracy=accuracy) for accuracy in (0.1, 1e-6))
+    assert loose.certificate.evidence["local_searches"] < exact.certificate.evidence["local_searches"]
+    loss = log_cost(asked, loose.value.check) - log_cost(asked, exact.value.check)
+    assert 1e-3 < loss < loose.accuracy.estimated < 0.1
+
+
 def starts_of(costs, origin_cost):
     """The costs on a path at which a search may start, if the strip at its origin is the best one."""
     path = [PathPoint(10.0 + 0.2 * i, np.zeros(3), np.zeros(3), cost) for i, cost in enumerate(costs)]
-    return [point.cost for point in with_minima(path, origin_cost) if point.may_improve_on(origin_cost)]
+    return [point.cost for point in with_minima(path, origin_cost) if point.possible_gain(origin_cost) > 0.0]
 
 
 def test_searches_start_at_minima_of_a_path_and_at_cheaper_points():

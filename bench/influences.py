@@ -26,8 +26,8 @@ from bench.campaign.choices import TOLERANCES
 from bench.campaign.scenes import greatest_change, scene_of
 from bench.campaign.seeds import TooLong, limited
 from bench.sections import put
-from solvers.rod.effect_bounds.situation import Situation
 from solvers.rod.effects import EFFECTS
+from solvers.rod.influences.situation import Situation
 
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 HEADING = "## Influences of effects"

@@ -1,8 +1,8 @@
 """Influence and cost of each effect in a given case.
 
 The case is solved with the chosen effects and once more per effect with that one toggled. Runs are interleaved, so that
-machine load affects all alike. For a check, the measured change can be compared with the effect's a-priori bound, which
-it must not exceed; for a design, it is the change of the design itself.
+machine load affects all alike. For a check, the measured change can be compared with the effect's estimated influence;
+for a design, it is the change of the design itself.
 """
 
 from __future__ import annotations

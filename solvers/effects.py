@@ -1,8 +1,9 @@
 """Effects: physics beyond the core model, and their selection.
 
-Each effect provides an a-priori bound on the change caused by leaving it out. ``auto`` omits effects in order of
-increasing bounds as long as the bounds of all omitted ones add up to less than the effect tolerance. An omitted effect
-is not computed at all; a bound that does not affect the selection is computed only when the manifest is read.
+Each effect estimates its influence: the relative change of the main results if it is left out, with a margin, before it
+is solved. ``auto`` omits effects in order of increasing influence as long as the influences of all omitted ones add up
+to less than the effect tolerance. An omitted effect is not computed at all; an influence that does not affect the
+selection is computed only when the manifest is read.
 """
 
 from __future__ import annotations
@@ -28,12 +29,12 @@ class Effect(Protocol[S]):
     measure: str
 
     def influence(self, situation: S) -> float:
-        """Bound on the relative change of the main results if the effect is left out; inf if unbounded."""
+        """Estimated relative change of the main results if the effect is left out; inf if there is no estimate."""
 
 
 @dataclass(frozen=True)
 class EffectSelection:
-    """Effects forced on or off by the user; the others follow their bounds (``automatic``) or are all active.
+    """Effects forced on or off by the user; the others follow their influence (``automatic``) or are all active.
 
     Names may be given in any collection.
     """
@@ -90,36 +91,36 @@ def choose(
     settled = _settled(tuple([effect.name for effect in effects]), selection, tuple(demands))
     if unable:
         settled = settled | {name: (EffectState.SKIPPED, why) for name, why in unable.items()}
-    bounds = {effect.name: effect.influence(situation) for effect in effects if effect.name not in settled}
+    influences = {effect.name: effect.influence(situation) for effect in effects if effect.name not in settled}
     skipped, left_out = set(), 0.0
-    for name in sorted(bounds, key=bounds.__getitem__):
-        left_out += bounds[name]
+    for name in sorted(influences, key=influences.__getitem__):
+        left_out += influences[name]
         if left_out > tolerance:
             break
         skipped.add(name)
 
     def decided(name: str) -> tuple[EffectState, str]:
         if name in skipped:
-            return EffectState.SKIPPED, f"the bounds of all that is left out add up to at most {tolerance:g}"
-        if math.isinf(bounds[name]):
+            return EffectState.SKIPPED, f"the influences of all effects left out add up to at most {tolerance:g}"
+        if math.isinf(influences[name]):
             return (
                 EffectState.ACTIVE,
-                "nothing bounds what leaving it out could change: buckling, resonance or a change of sign is near",
+                "its influence cannot be estimated: buckling, resonance or a change of sign is near",
             )
         return EffectState.ACTIVE, f"leaving it out could change the results by more than {tolerance:g} allows"
 
-    bounds.update(dict.fromkeys(unable, 0.0))
+    influences.update(dict.fromkeys(unable, 0.0))
     manifest, active = [], []
     for effect in effects:
         state, why = settled.get(effect.name) or decided(effect.name)
-        manifest.append(EffectReport(effect.name, state, partial(_bound, bounds, effect, situation), why))
+        manifest.append(EffectReport(effect.name, state, partial(_influence, influences, effect, situation), why))
         if state is EffectState.ACTIVE:
             active.append(effect)
     return Choice(tuple(active), tuple(manifest))
 
 
-def _bound(known: dict[str, float], effect: Effect, situation: object) -> float:
-    """An effect's bound, cached."""
+def _influence(known: dict[str, float], effect: Effect, situation: object) -> float:
+    """An effect's influence, cached."""
     if effect.name not in known:
         known[effect.name] = effect.influence(situation)
     return known[effect.name]

@@ -26,18 +26,18 @@ class EffectState(StrEnum):
 class EffectReport(NamedTuple):
     """An entry of the effects manifest.
 
-    ``bound`` computes ``influence`` on demand: if the request decides on an effect, its bound may never be needed.
+    ``estimate`` computes ``influence`` on demand: if the request decides on an effect, it may never be needed.
     """
 
     name: str
     state: EffectState
-    bound: Callable[[], float]
+    estimate: Callable[[], float]
     why: str
 
     @property
     def influence(self) -> float:
-        """A-priori bound on the relative change of the main results due to the effect."""
-        return self.bound()
+        """Estimated relative change of the main results due to the effect, before it is solved."""
+        return self.estimate()
 
     def __reduce__(self) -> tuple[Callable[..., EffectReport], tuple[str, EffectState, float, str]]:
         """Pickle the number instead of the function."""

@@ -105,7 +105,7 @@ def test_no_import_points_upward(lower, above):
 
 ROOMS = {
     "solvers/rod": (
-        "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "effect_bounds", "effects", "check",
+        "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "influences", "effects", "check",
         "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/rod/optimum": (

@@ -203,7 +203,7 @@ def _effects(kind: Kind, run: Mapping[str, Any]) -> Iterator[Block]:
     )
     if rows:
         told = _(
-            "Effects computed in addition to the basic model, and effects left out. The bounds are relative to the "
+            "Effects computed in addition to the basic model, and effects left out. Influences are relative to the "
             "main results."
         )
         tolerance = run["spec"].get("effect_tolerance")

@@ -8,7 +8,7 @@ from app.words.languages import gettext
 
 CAPTIONS = {
     "error-against-time": "Greatest error against computing time, of every setting",
-    "effects": "What each effect may change at most, against the tolerance for what is left out",
+    "effects": "Estimated influence of each effect, against the tolerance for what is left out",
     "stability-map": "The strip against its buckling boundary",
     "forces-over-angle": "Forces over the cycle",
     "stresses-over-angle": "Stress of both fibres over the cycle, at the section that governs",

@@ -8,11 +8,11 @@ from typing import Any
 from app.designs.kind import Kind
 from app.words.languages import gettext as _
 
-_UNBOUNDED = 1e9
+_UNKNOWN = 1e9
 
 
 def effect_rows(kind: Kind, run: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """Every effect of the run, with its summary and its bound as text."""
+    """Every effect of the run, with its summary and its influence as text."""
     adds = {effect.name: effect.summary for effect in kind.known_effects}
     return [
         {**effect, "adds": _(adds.get(effect["name"], "")), "may_change": _may_change(effect)}
@@ -21,12 +21,14 @@ def effect_rows(kind: Kind, run: Mapping[str, Any]) -> list[dict[str, Any]]:
 
 
 def _may_change(effect: Mapping[str, Any]) -> str:
-    bound = effect["influence"]
-    if bound >= _UNBOUNDED:
-        return _("no bound is known")
-    if bound == 0:
+    influence = effect["influence"]
+    if influence >= _UNKNOWN:
+        return _("unknown: it may be large")
+    if influence == 0:
         return _("nothing")
-    return _("at most %(x)s") % {"x": f"{100 * bound:.2g} %" if bound < 0.995 else f"{100 * bound:.0f} %"}
+    return _("up to about %(x)s") % {
+        "x": f"{100 * influence:.2g} %" if influence < 0.995 else f"{100 * influence:.0f} %"
+    }
 
 
 def switched(run: Mapping[str, Any], name: str, on: bool) -> dict[str, Any]:

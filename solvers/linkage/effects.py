@@ -1,4 +1,4 @@
-"""Effects of the impact linkage, each with an a-priori bound and its own results.
+"""Effects of the impact linkage, each with its estimated influence and its own results.
 
 Three of the four require optional scene data: a drive, a stiffness, a tolerance. Without them they cannot run, which
 the manifest states. A given drive always requires the steady running: its speed may deviate arbitrarily from the
@@ -36,7 +36,7 @@ _STEPS_SHARE = 0.1
 
 @dataclass(frozen=True)
 class Situation:
-    """A scene with its mechanism: the input of the bounds and the effects.
+    """A scene with its mechanism: the input of the influences and the effects.
 
     ``peaks`` is set if the mechanism can strike and its crank rotates fully.
     """

@@ -144,10 +144,10 @@ def _with_source_digest(compiled: Any) -> Any:
 
 @cache
 def source_digest(module: str) -> str:
-    """A digest of the module and everything it imports from this package."""
+    """A digest of the module and everything it imports from this package, with their places."""
     digest = hashlib.sha256()
     for path in sources(module):
-        digest.update(path.read_bytes())
+        digest.update(path.relative_to(_ROOT).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()
 
 

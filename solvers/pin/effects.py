@@ -1,4 +1,4 @@
-"""The selectable effects of a pin or a bushing, each with an a-priori bound of its influence."""
+"""The selectable effects of a pin or a bushing, each with its estimated influence."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _adds_results(scene: Scene) -> float:
 
 @dataclass(frozen=True)
 class PinEffect:
-    """An effect: the field of ``Physics`` that it sets, its description, and the bound of its influence in a scene."""
+    """An effect: the field of ``Physics`` that it sets, its description, and its influence in a scene."""
 
     name: str
     summary: str

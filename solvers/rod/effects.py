@@ -1,7 +1,7 @@
-"""Effects of the flexible rod, each with an a-priori bound of its influence.
+"""Effects of the flexible rod, each with its estimated influence.
 
-Every bound is the effect's change of the main results, evaluated in closed form or to first order, times a margin
-(``solvers.rod.effect_bounds.first_order``).
+Every influence is the effect's change of the main results, evaluated in closed form or to first order, times a margin
+(``solvers.rod.influences.first_order``).
 """
 
 from __future__ import annotations
@@ -13,21 +13,21 @@ from functools import lru_cache, partial
 from solvers.effects import AUTO, Choice, Demand, EffectSelection, choose
 from solvers.rod.cycle.composition import Composition, Correction
 from solvers.rod.cycle.large_displacement import LargeDisplacement
-from solvers.rod.effect_bounds.first_order import always, in_closed_form, large_displacement, rod_inertia
-from solvers.rod.effect_bounds.main_results import (
+from solvers.rod.influences.first_order import always, in_closed_form, large_displacement, rod_inertia
+from solvers.rod.influences.main_results import (
     AXIAL_COUPLING,
     FRICTION_FEEDBACK,
     RECIPROCATING_MASS,
     SHEAR_FLEXIBILITY,
 )
-from solvers.rod.effect_bounds.situation import Situation
+from solvers.rod.influences.situation import Situation
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.vibration.steady_response import RodInertia
 
 
 @dataclass(frozen=True)
 class RodEffect:
-    """An effect of the flexible rod: description, bound of its influence, and the function that adds it to a
+    """An effect of the flexible rod: description, estimated influence, and the function that adds it to a
     composition."""
 
     name: str

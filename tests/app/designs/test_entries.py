@@ -56,7 +56,7 @@ def test_the_largest_units_are_compiled_first() -> None:
     first = [kernels for _, kernels in units_of(("flexible-rod", "check"))][:4]
     for dear in (
         "linear_check._check",
-        "effect_bounds.corrected.change_with_corrections",
+        "influences.corrected.change_with_corrections",
         "cycle.sampled._results",
     ):
         assert any(f"solvers.rod.{dear}" in kernels for kernels in first)

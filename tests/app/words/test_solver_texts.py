@@ -106,7 +106,7 @@ def test_sentences_are_extracted_from_the_sources():
     assert {
         "the crank is not shorter than the rod, so the mechanism cannot turn",
         "the wall is {} mm at its thinnest, not the {} mm asked",
-        "the bounds of all that is left out add up to at most {}",
+        "the influences of all effects left out add up to at most {}",
         "no {} of this form that keeps strength and limits is lighter than the bound",
         "pressure behind the piston{}",
     } <= gathered

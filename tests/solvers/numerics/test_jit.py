@@ -44,6 +44,19 @@ def test_an_index_of_other_sources_is_replaced_unread(tmp_path):
     assert new.load("signature") == b"code"
 
 
+def test_a_digest_follows_a_module_that_moves(tmp_path, monkeypatch):
+    """The cache of a folder that is renamed names types of modules that no longer exist."""
+    monkeypatch.setattr(jit, "_ROOT", tmp_path)
+    digests = set()
+    for folder in ("one", "other"):
+        (tmp_path / "solvers" / folder).mkdir(parents=True)
+        (tmp_path / "solvers" / folder / "same.py").write_text("size = 1\n", "utf-8")
+        digests.add(jit.source_digest.__wrapped__(f"solvers.{folder}.same"))
+    jit._file.cache_clear()
+    jit._imports.cache_clear()
+    assert len(digests) == 2
+
+
 def test_a_digest_follows_a_change_in_an_imported_module(tmp_path, monkeypatch):
     package = tmp_path / "solvers"
     package.mkdir()

@@ -14,9 +14,9 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Composition, strip_of
 from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
-from solvers.rod.effect_bounds.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
-from solvers.rod.effect_bounds.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
-from solvers.rod.effect_bounds.main_results import (
+from solvers.rod.influences.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
+from solvers.rod.influences.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
+from solvers.rod.influences.main_results import (
     RECIPROCATING_MASS,
     SHEAR_FLEXIBILITY,
     MainResults,
@@ -25,7 +25,7 @@ from solvers.rod.effect_bounds.main_results import (
     evaluate_linear,
     without_part,
 )
-from solvers.rod.effect_bounds.sampling import Sampling, SharpAngles, sharp_angles, uniform_angles, with_sharp_angles
+from solvers.rod.influences.sampling import Sampling, SharpAngles, sharp_angles, uniform_angles, with_sharp_angles
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.piston.friction import travel
 from solvers.rod.scene import Dimensions, Scene

@@ -11,9 +11,10 @@ from numpy.polynomial.legendre import legval
 
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
-from solvers.rod.effect_bounds.first_mode import first_mode_response
-from solvers.rod.effect_bounds.inertia import NODES, _quasi_static
-from solvers.rod.effect_bounds.main_results import (
+from solvers.rod.effects import EFFECTS, choose_for
+from solvers.rod.influences.first_mode import first_mode_response
+from solvers.rod.influences.inertia import NODES, _quasi_static
+from solvers.rod.influences.main_results import (
     FRICTION_FEEDBACK,
     FRICTION_WORK,
     MAX_CLAMP_MOMENT,
@@ -23,8 +24,7 @@ from solvers.rod.effect_bounds.main_results import (
     RECIPROCATING_MASS,
     UTILISATION,
 )
-from solvers.rod.effect_bounds.situation import Situation
-from solvers.rod.effects import EFFECTS, choose_for
+from solvers.rod.influences.situation import Situation
 from solvers.rod.strip.elastica_kernels import collocation
 from tests.solvers.rod.machines import PAPER, STRIP, random_machine
 

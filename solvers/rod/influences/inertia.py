@@ -29,8 +29,8 @@ from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
 from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
-from solvers.rod.effect_bounds.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
-from solvers.rod.effect_bounds.sampling import Sampling
+from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
+from solvers.rod.influences.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
 from solvers.rod.vibration.natural_frequencies import FEW_POLYNOMIALS, Polynomials, frequency_under
 

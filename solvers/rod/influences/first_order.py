@@ -12,8 +12,8 @@ from __future__ import annotations
 
 import math
 
-from solvers.rod.effect_bounds.corrected import CorrectedRevolution
-from solvers.rod.effect_bounds.situation import Situation
+from solvers.rod.influences.corrected import CorrectedRevolution
+from solvers.rod.influences.situation import Situation
 
 _EXACT_MARGIN = 1.02
 """Margin on a change of the axial force and of P_cr, which are exact apart from sampling, as no correction changes

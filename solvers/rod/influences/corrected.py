@@ -21,8 +21,8 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.large_displacement import add_third_order
 from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
-from solvers.rod.effect_bounds.inertia import InertiaParameters, Motion, first_order_motion
-from solvers.rod.effect_bounds.main_results import (
+from solvers.rod.influences.inertia import InertiaParameters, Motion, first_order_motion
+from solvers.rod.influences.main_results import (
     MainResults,
     ResultParameters,
     ShapeCorrection,
@@ -31,7 +31,7 @@ from solvers.rod.effect_bounds.main_results import (
     evaluate,
     sum_of_corrections,
 )
-from solvers.rod.effect_bounds.sampling import Sampling
+from solvers.rod.influences.sampling import Sampling
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.strip.elastica_kernels import Collocation
 

@@ -1,1 +1,0 @@
-"""A-priori bounds of the influence of effects."""

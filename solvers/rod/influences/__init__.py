@@ -1,0 +1,1 @@
+"""The influence of effects, estimated before they are solved."""

@@ -59,7 +59,7 @@ class Model:
         angle = np.arange(ANGLES) * 2 * math.pi / ANGLES
         load = self.scene.load
         self.force = -(load.pressure(angle) - load.reference_pressure()) * self.scene.piston.area
-        self.stroke = self.scene.mechanism.crank_radius * np.sin(angle)
+        self.lateral = self.scene.mechanism.crank_radius * np.sin(angle)
         self.high, self.low = np.empty((2, SECTIONS)), np.empty((2, SECTIONS))
         bounds = problem.bounds
         top = min(bounds.l[1], self.scene.mechanism.rod_length)
@@ -80,7 +80,7 @@ class Model:
         if safety <= 1.0:
             return mass, NOTHING, safety
         rod_stress_envelope.stress_envelope(
-            self.force, self.stroke, material.elastic_modulus, b, h, l, rod_length, self.high, self.low
+            self.force, self.lateral, material.elastic_modulus, b, h, l, rod_length, self.high, self.low
         )
         amplitude, mean = 0.5 * (self.high - self.low), np.maximum(0.5 * (self.high + self.low), 0.0)
         use = (material.fatigue_reduction * amplitude + material.mean_stress_sensitivity * mean).max()

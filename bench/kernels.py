@@ -35,7 +35,7 @@ class Row:
 
 
 def machine() -> tuple[np.ndarray, np.ndarray]:
-    """Axial force and stroke of the paper's machine at the angles."""
+    """Axial force and lateral displacement of the paper's machine at the angles."""
     angle = np.arange(ANGLES) * 2 * math.pi / ANGLES
     pressure = 1.4e6 * 1.25 / (1 - 0.25 * np.cos(angle - 1.16))
     mean = 1.4e6 * 1.25 / math.sqrt(1 - 0.25**2)
@@ -43,7 +43,7 @@ def machine() -> tuple[np.ndarray, np.ndarray]:
 
 
 def reference(force: float) -> list[float]:
-    """V'' per unit stroke at the stations, from the boundary conditions at 40 digits."""
+    """V'' per unit lateral displacement at the stations, from the boundary conditions at 40 digits."""
     import mpmath as mp
 
     with mp.workdps(40):
@@ -58,11 +58,11 @@ def reference(force: float) -> list[float]:
         return [float(c * basis[0](z) + d * basis[1](z)) for z in map(mp.mpf, np.linspace(0, LENGTH, STATIONS))]
 
 
-def python_loop(force: np.ndarray, stroke: np.ndarray) -> np.ndarray:
+def python_loop(force: np.ndarray, lateral: np.ndarray) -> np.ndarray:
     """The paper's own formulas, one family per sign of the load, in plain Python: V'' (stations, angles)."""
     out = np.empty((STATIONS, force.size))
     e = ROD - LENGTH
-    for i, (p, s) in enumerate(zip(force.tolist(), stroke.tolist(), strict=True)):
+    for i, (p, s) in enumerate(zip(force.tolist(), lateral.tolist(), strict=True)):
         k = math.sqrt(abs(p) / STIFFNESS)
         cos, sin, sign = (math.cos, math.sin, -1) if p < 0 else (math.cosh, math.sinh, 1)
         kl = k * LENGTH
@@ -78,7 +78,7 @@ def python_loop(force: np.ndarray, stroke: np.ndarray) -> np.ndarray:
     return out
 
 
-def boundary_value(force: float, stroke: float) -> np.ndarray:
+def boundary_value(force: float, lateral: float) -> np.ndarray:
     """scipy's solve_bvp at its default tolerance: V'' at the stations."""
     q, e = force / STIFFNESS, ROD - LENGTH
 
@@ -86,7 +86,7 @@ def boundary_value(force: float, stroke: float) -> np.ndarray:
         return np.vstack([y[1], y[2], y[3], q * y[2]])
 
     def ends(a: np.ndarray, b: np.ndarray) -> np.ndarray:
-        return np.array([a[0], a[1], b[0] + e * b[1] - stroke, b[2] + e * b[3]])
+        return np.array([a[0], a[1], b[0] + e * b[1] - lateral, b[2] + e * b[3]])
 
     mesh = np.linspace(0, LENGTH, STATIONS)
     return solve_bvp(slope, ends, mesh, np.zeros((4, STATIONS))).sol(mesh)[2]
@@ -104,7 +104,7 @@ def median_time(action: Callable[[], object], repeats: int) -> float:
 
 def run() -> list[Row]:
     """Measure every way, best errors first taken at all angles."""
-    force, stroke = machine()
+    force, lateral = machine()
     exact = np.array([reference(f) for f in force]).T
     scale = np.abs(exact).max()
     sections = np.linspace(0, LENGTH, STATIONS)
@@ -120,13 +120,13 @@ def run() -> list[Row]:
     designs[:, 1] *= np.random.default_rng(0).uniform(0.95, 1.3, 2000)
     many_high, many_low = np.empty((2000, 2, STATIONS)), np.empty((2000, 2, STATIONS))
     rod_stress_envelope.warm_up()
-    single = lambda: rod_stress_envelope.stress_envelope(force, stroke, MODULUS, B, H, LENGTH, ROD, high, low)  # noqa: E731
-    bulk = lambda: rod_stress_envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, many_high, many_low)  # noqa: E731
+    single = lambda: rod_stress_envelope.stress_envelope(force, lateral, MODULUS, B, H, LENGTH, ROD, high, low)  # noqa: E731
+    bulk = lambda: rod_stress_envelope.stress_envelopes(force, lateral, MODULUS, designs, ROD, many_high, many_low)  # noqa: E731
     single()
-    bending = exact * stroke * 0.5 * MODULUS * H
+    bending = exact * lateral * 0.5 * MODULUS * H
     stress = force / (B * H) + bending
     envelope_error = float(np.abs(high[0] - stress.max(axis=1)).max() / np.abs(bending).max())
-    per_unit = python_loop(force, np.ones_like(stroke))
+    per_unit = python_loop(force, np.ones_like(lateral))
     by_solver = np.array([boundary_value(f, 1e-3) / 1e-3 for f in force]).T
     betas = np.random.default_rng(1).uniform(0.05, 1.0, 100_000)
     buckling.critical_phase(betas[:2])
@@ -135,7 +135,7 @@ def run() -> list[Row]:
         Row("compiled envelope, one design", median_time(single, 301) / ANGLES, envelope_error),
         Row("numpy, trigonometry at every section", median_time(numpy_way, 51) / ANGLES, error(numpy_way())),
         Row("closed form in a Python loop",
-            median_time(lambda: python_loop(force, stroke), 9) / ANGLES, error(per_unit)),
+            median_time(lambda: python_loop(force, lateral), 9) / ANGLES, error(per_unit)),
         Row("scipy solve_bvp, default tolerance",
             median_time(lambda: boundary_value(float(force[10]), 1e-3), 21), error(by_solver)),
         Row("critical load, per design", median_time(lambda: buckling.critical_phase(betas), 9) / betas.size, None),

@@ -108,12 +108,12 @@ def _finite_elements(angles: int, elements: int, case: RodCase) -> Results:
     model, angle = case.model, _angles(angles)
     scene, d = model.scene, model.d
     bending, geometric, _, free, unit = matrices(d.l, scene.mechanism.rod_length, elements)
-    force, stroke = model.force(angle), scene.mechanism.crank_radius * np.sin(angle)
+    force, lateral = model.force(angle), scene.mechanism.crank_radius * np.sin(angle)
     reduced = [free.T @ m @ free for m in (bending, geometric)]
     pulled = [free.T @ m @ unit for m in (bending, geometric)]
     systems = model.stiffness * reduced[0] + force[:, None, None] * reduced[1]
     right = -(model.stiffness * pulled[0] + force[:, None] * pulled[1])
-    field = (np.linalg.solve(systems, right[..., None])[..., 0] @ free.T + unit) * stroke[:, None]
+    field = (np.linalg.solve(systems, right[..., None])[..., 0] @ free.T + unit) * lateral[:, None]
     h, v, t = d.l / elements, field[:, ::2].T, field[:, 1::2].T
     starts = (6 * (v[1:] - v[:-1]) / h - 4 * t[:-1] - 2 * t[1:]) / h
     ends = (-6 * (v[1:] - v[:-1]) / h + 2 * t[:-1] + 4 * t[1:]) / h
@@ -125,10 +125,10 @@ def _finite_elements(angles: int, elements: int, case: RodCase) -> Results:
 def _boundary_values(angles: int, tolerance: float, case: RodCase) -> Results:
     model, angle = case.model, _angles(angles)
     d, e = model.d, model.scene.mechanism.rod_length - model.d.l
-    force, stroke = model.force(angle), model.scene.mechanism.crank_radius * np.sin(angle)
+    force, lateral = model.force(angle), model.scene.mechanism.crank_radius * np.sin(angle)
     mesh = np.linspace(0.0, 1.0, 11)
     bent, shear = np.empty((41, angles)), np.empty(angles)
-    for i, (p, s) in enumerate(zip(force, stroke, strict=True)):
+    for i, (p, s) in enumerate(zip(force, lateral, strict=True)):
         q = p / model.stiffness * d.l**2
 
         def slope(_: np.ndarray, y: np.ndarray, q: float = q) -> np.ndarray:

@@ -133,19 +133,19 @@ def _angles(count: int) -> Array:
 def _closed_form(part: str, angles: int, sections: int, tolerance: float, case: EffectsCase) -> Results:
     """Closed form on a grid; with friction feedback, P = P0 + friction(P) by fixed-point iteration to a tolerance."""
     model, angle = case.model(part), _angles(angles)
-    gas, stroke = model.gas_force(angle), model.stroke(angle)
+    gas, lateral = model.gas_force(angle), model.lateral(angle)
     force = gas
     if part == "friction_feedback":
         for _ in range(100):
-            before, force = force, gas + model.friction(force, stroke)
+            before, force = force, gas + model.friction(force, lateral)
             if np.abs(force - before).max() <= tolerance * np.abs(force).max():
                 break
         else:
             raise ArithmeticError("the iteration does not converge")
     scaled, softening, clamp, shear = model.constants(force, model.compliance)
     k, z = np.sqrt(-scaled + 0j), np.linspace(0.0, case.strip.l, sections)[:, None]
-    bent = np.real(clamp * stroke * np.cos(k * z) + shear * stroke * np.sin(k * z) / k)
-    side, moment = -model.stiffness * softening * shear * stroke, model.stiffness * clamp * stroke
+    bent = np.real(clamp * lateral * np.cos(k * z) + shear * lateral * np.sin(k * z) / k)
+    side, moment = -model.stiffness * softening * shear * lateral, model.stiffness * clamp * lateral
     return _from_fields(part, case, angle, np.broadcast_to(force, bent.shape), bent, side, moment)
 
 
@@ -159,7 +159,7 @@ def _elastica(angles: int, tolerance: float, case: EffectsCase) -> tuple[Array, 
     along, curved = np.empty((2, stations.size, angles))
     side, moment = np.empty((2, angles))
     for i in range(angles):
-        q, s = bent.force[i] / model.stiffness * l * l, bent.stroke[i] / l
+        q, s = bent.force[i] / model.stiffness * l * l, bent.lateral[i] / l
 
         def equations(_: Array, y: Array, p: Array, q: float = q) -> Array:
             return np.vstack([y[1], q * np.sin(y[0]) + p[0] * np.cos(y[0]), np.sin(y[0])])
@@ -237,7 +237,7 @@ def _integrated_modes(modes: int, tolerance: float, count: int, case: EffectsCas
     model, elements = case.core, 32
     bending, geometric, mass, free, unit = matrices(case.strip.l, case.scene.mechanism.rod_length, elements)
     angle, line = _angles(count), _line_inertia(case)
-    force, stroke = model.gas_force(angle), model.stroke(angle)
+    force, lateral = model.gas_force(angle), model.lateral(angle)
     mean = float(force.mean())
     stiff = model.stiffness * bending + mean * geometric
     squares, vectors = eigh(free.T @ stiff @ free, line * free.T @ mass @ free)
@@ -267,11 +267,11 @@ def _integrated_modes(modes: int, tolerance: float, count: int, case: EffectsCas
     # No output at 2 pi, which coincides with 0.
     y = turned(start, np.ones(1), angle).y[:modes]
     second = np.stack([acceleration(a, c[:, None], np.ones(1))[:, 0] for a, c in zip(angle, y.T, strict=True)])
-    second = second @ shapes.T - stroke[:, None] * lift
+    second = second @ shapes.T - lateral[:, None] * lift
     systems = model.stiffness * bending + force[:, None, None] * geometric
-    right = -np.einsum("aij,j->ai", systems, unit) * stroke[:, None] - line * second @ mass
+    right = -np.einsum("aij,j->ai", systems, unit) * lateral[:, None] - line * second @ mass
     inner = np.linalg.solve(free.T @ systems @ free, (right @ free)[..., None])[..., 0]
-    return _from_elements(case, angle, force, elements, inner @ free.T + stroke[:, None] * unit, second)
+    return _from_elements(case, angle, force, elements, inner @ free.T + lateral[:, None] * unit, second)
 
 
 def methods() -> Iterator[Method[EffectsCase]]:

@@ -64,7 +64,7 @@ class Bent:
 
     angle: Array
     force: Array
-    stroke: Array
+    lateral: Array
     scaled: Array
     softening: Array
     clamp: Array
@@ -104,11 +104,11 @@ class RodModel:
         pressure = load.p_min * (1 + load.delta) / (1 - load.delta * np.cos(angle - load.theta))
         return -(pressure - back) * math.pi * self.scene.piston.diameter**2 / 4
 
-    def stroke(self, angle: Array) -> Array:
+    def lateral(self, angle: Array) -> Array:
         return self.scene.mechanism.crank_radius * np.sin(angle)
 
     def constants(self, force: Array, compliance: float) -> tuple[Array, Array, Array, Array]:
-        """q_s, m, C and D per unit stroke."""
+        """q_s, m, C and D per unit lateral displacement."""
         q, l, e = force / self.stiffness, self.strip.l, self.head
         m = 1.0 + compliance * q
         c0, c1, c2, c3 = stumpff(-q / m * l * l)
@@ -123,40 +123,40 @@ class RodModel:
         both = couple > side
         return np.where(both, 0.5 * (couple + side**2 / np.where(both, couple, 1.0)), side)
 
-    def friction(self, force: Array, stroke: Array) -> Array:
+    def friction(self, force: Array, lateral: Array) -> Array:
         """Friction's contribution to the axial force when that is ``force`` [N]."""
         _, m, clamp, shear = self.constants(force, self.compliance)
-        side, moment = -self.stiffness * m * shear * stroke, self.stiffness * clamp * stroke
-        return np.sign(stroke) * self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
+        side, moment = -self.stiffness * m * shear * lateral, self.stiffness * clamp * lateral
+        return np.sign(lateral) * self.scene.piston.friction_coefficient * 4.0 / math.pi * self.wall(side, moment)
 
     def axial_force(self, angle: Array) -> Array:
         """P [N] with friction feedback: from P0 outward in growing steps, then bracketed."""
-        before, stroke = self.gas_force(angle), self.stroke(angle)
+        before, lateral = self.gas_force(angle), self.lateral(angle)
         if "friction_feedback" not in self.effects:
             return before
-        first = self.friction(before, stroke)
+        first = self.friction(before, lateral)
         idle = np.abs(first) <= 1e-15 * np.abs(before)
         first = np.where(idle, 1.0, first)
         # in units of the first step, so that one tolerance fits all angles
-        found = elementwise.bracket_root(self._gap, 0.0, 1.0, args=(before, stroke, first), factor=1.3)
+        found = elementwise.bracket_root(self._gap, 0.0, 1.0, args=(before, lateral, first), factor=1.3)
         root = elementwise.find_root(
-            self._gap, found.bracket, args=(before, stroke, first), tolerances={"xatol": 1e-15, "xrtol": 4e-16}
+            self._gap, found.bracket, args=(before, lateral, first), tolerances={"xatol": 1e-15, "xrtol": 4e-16}
         )
         if not np.all(found.success | idle):
             raise ArithmeticError("friction buckles the strip")
         return np.where(idle, before, before + root.x * first)
 
-    def _gap(self, x: Array, before: Array, stroke: Array, first: Array) -> Array:
-        return x - self.friction(before + x * first, stroke) / first
+    def _gap(self, x: Array, before: Array, lateral: Array, first: Array) -> Array:
+        return x - self.friction(before + x * first, lateral) / first
 
     def bent(self, angle: Array, force: Array | None = None) -> Bent:
         """The state at the angles (n,), under this model's axial force [N] or a given one."""
-        force, stroke = self.axial_force(angle) if force is None else force, self.stroke(angle)
+        force, lateral = self.axial_force(angle) if force is None else force, self.lateral(angle)
         scaled, m, clamp, shear = self.constants(force, self.compliance)
-        clamp, shear = clamp * stroke, shear * stroke
+        clamp, shear = clamp * lateral, shear * lateral
         zero = np.zeros_like(force)
         side, moment = -self.stiffness * m * shear, self.stiffness * clamp
-        found = Bent(angle, force, stroke, scaled, m, clamp, shear, zero, zero, side, moment)
+        found = Bent(angle, force, lateral, scaled, m, clamp, shear, zero, zero, side, moment)
         third = zero, zero
         if "large_displacement" in self.effects:
             third = self._third_constants(found)
@@ -164,9 +164,9 @@ class RodModel:
         if "rod_inertia" in self.effects:
             _, _, still_clamp, still_shear = self.constants(force, 0.0)
             curvature, rate = self.motion.at_clamp(angle)
-            side = side - self.stiffness * (rate - still_shear * stroke)
-            moment = moment + self.stiffness * (curvature - still_clamp * stroke)
-        return Bent(angle, force, stroke, scaled, m, clamp, shear, *third, side, moment)
+            side = side - self.stiffness * (rate - still_shear * lateral)
+            moment = moment + self.stiffness * (curvature - still_clamp * lateral)
+        return Bent(angle, force, lateral, scaled, m, clamp, shear, *third, side, moment)
 
     def slope(self, bent: Bent, z: Array) -> Array:
         """V' of the linear strip; z broadcasts against (angles,)."""
@@ -188,7 +188,7 @@ class RodModel:
         if "rod_inertia" in self.effects:
             q, _, clamp, shear = self.constants(bent.force, 0.0)
             s0, s1, _, _ = families(q, z)
-            out = out + self.motion.curvature(bent.angle, z) - (clamp * s0 + shear * s1) * bent.stroke
+            out = out + self.motion.curvature(bent.angle, z) - (clamp * s0 + shear * s1) * bent.lateral
         return out
 
     def tangent_force(self, bent: Bent, z: Array) -> Array:

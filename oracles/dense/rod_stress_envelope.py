@@ -92,12 +92,12 @@ def _short_series(t: float) -> tuple[float, float]:
 
 @fusing_kernel
 def _weak_constants(
-    force: Array, stroke: Array, count: int, per_force: float, widest: float, scale: float, l: float, rod_length: float,
-    steps: int, series: Array, moment: Array, change: Array, factor: Array,
+    force: Array, lateral: Array, count: int, per_force: float, widest: float, scale: float, l: float,
+    rod_length: float, steps: int, series: Array, moment: Array, change: Array, factor: Array,
 ) -> bool:  # fmt: skip
     """V'' at the head, its first difference and the recurrence's factor for the first ``count`` angles.
 
-    ``per_force`` is t/P, ``widest`` the greatest |t|; V'' comes times the stroke and ``scale``. False if buckled.
+    ``per_force`` is t/P, ``widest`` the greatest |t|; V'' comes times ``lateral`` and ``scale``. False if buckled.
     """
     e, step, part, a = rod_length - l, l / steps, 1.0 / (steps * steps), series
     for j in range(a.size):
@@ -132,7 +132,7 @@ def _weak_constants(
         p = a[1] + t * p
         p = a[0] + t * p
         least = lesser(least, p)
-        gain = scale * stroke[i] / p
+        gain = scale * lateral[i] / p
         s = part * t
         c2, c3 = _short_series(s)
         twice = -2.0 * s * c2
@@ -162,7 +162,7 @@ def _weak_extremes(
 
 @fusing_kernel
 def _strong_extremes(
-    force: Array, stroke: Array, weak: int, coupling: float, scale: float, l: float, rod_length: float, n: int,
+    force: Array, lateral: Array, weak: int, coupling: float, scale: float, l: float, rod_length: float, n: int,
     high: Array, low: Array,
 ) -> None:  # fmt: skip
     """Widen the extremes by the angles from ``weak`` on, all in strong tension: decaying powers from both ends."""
@@ -176,7 +176,7 @@ def _strong_extremes(
         fall[i] = math.exp(-k * l / steps)
         rise[i] = min(1.0 / fall[i], 1e300) if fall[i] > 0.0 else 1e300
         whole, span = math.exp(-k * l), -math.expm1(-2.0 * k * l)
-        clamp, head = clamp * scale * stroke[weak + i] / span, head * scale * stroke[weak + i] / span
+        clamp, head = clamp * scale * lateral[weak + i] / span, head * scale * lateral[weak + i] / span
         near[i], far[i] = clamp, clamp * whole * whole
         head_near[i], head_far[i] = head * whole, head * whole
     for j in range(steps + 1):
@@ -195,18 +195,18 @@ def _strong_extremes(
 
 @fusing_kernel
 def stress_envelopes(
-    force: Array, stroke: Array, modulus: float, designs: Array, rod_length: float, high: Array, low: Array
+    force: Array, lateral: Array, modulus: float, designs: Array, rod_length: float, high: Array, low: Array
 ) -> Array:
     """Fill ``high`` and ``low`` with each fibre's greatest and least stress [Pa] over the angles, strip by strip.
 
-    ``force`` [N] and ``stroke`` [m] have one entry per angle, ``designs`` one row b, h, l [m] per strip; high and low
+    ``force`` [N] and ``lateral`` [m] have one entry per angle, ``designs`` one row b, h, l [m] per strip; high and low
     have the shape (n, 2, stations), stations at equal steps from clamp to head, at least ``LEAST_STEPS`` steps. Returns
     1.0 for each stable strip and 0.0 for each buckled one, whose entries are left unchanged.
     """
     angles, steps = force.size, high.shape[2] - 1
     moment, change, factor = np.empty(angles), np.empty(angles), np.empty(angles)
     series, stands = np.empty(_DET.shape[1]), np.zeros(designs.shape[0])
-    sorted_force, sorted_stroke = np.empty(angles), np.empty(angles)
+    sorted_force, sorted_lateral = np.empty(angles), np.empty(angles)
     push, pull = 0.0, 0.0
     for i in range(angles):
         push, pull = greater(push, -force[i]), greater(pull, force[i])
@@ -216,23 +216,23 @@ def stress_envelopes(
         squared = coupling * l * l
         if push * squared > _WEAK_LIMIT:
             continue
-        loads, strokes, weak = force, stroke, angles
+        loads, laterals, weak = force, lateral, angles
         if pull * squared > _WEAK_LIMIT:
-            loads, strokes, weak, strong = sorted_force, sorted_stroke, 0, angles
+            loads, laterals, weak, strong = sorted_force, sorted_lateral, 0, angles
             for i in range(angles):
                 if force[i] * squared <= _WEAK_LIMIT:
                     place, weak = weak, weak + 1
                 else:
                     place = strong = strong - 1
-                loads[place], strokes[place] = force[i], stroke[i]
+                loads[place], laterals[place] = force[i], lateral[i]
         widest = greater(push, pull) * squared
         if not _weak_constants(
-            loads, strokes, weak, -squared, widest, scale / l, l, rod_length, steps, series, moment, change, factor
+            loads, laterals, weak, -squared, widest, scale / l, l, rod_length, steps, series, moment, change, factor
         ):
             continue
         _weak_extremes(loads, weak, moment, change, factor, n, high, low)
         if weak < angles:
-            _strong_extremes(loads, strokes, weak, coupling, scale, l, rod_length, n, high, low)
+            _strong_extremes(loads, laterals, weak, coupling, scale, l, rod_length, n, high, low)
         area = b * h
         for fibre in range(2):
             for j in range(steps + 1):
@@ -244,19 +244,19 @@ def stress_envelopes(
 
 @kernel
 def stress_envelope(
-    force: Array, stroke: Array, modulus: float, b: float, h: float, l: float, rod_length: float,
+    force: Array, lateral: Array, modulus: float, b: float, h: float, l: float, rod_length: float,
     high: Array, low: Array,
 ) -> bool:  # fmt: skip
     """``stress_envelopes`` for one strip: high, low of shape (2, stations), contiguous; False if it buckles."""
     shape = (1, 2, high.shape[1])
     designs = np.array([[b, h, l]])
-    stands = stress_envelopes(force, stroke, modulus, designs, rod_length, high.reshape(shape), low.reshape(shape))
+    stands = stress_envelopes(force, lateral, modulus, designs, rod_length, high.reshape(shape), low.reshape(shape))
     return stands[0] > 0.0
 
 
 def warm_up() -> None:
     """Compile, or load from the cache, every kernel of this module."""
-    force, stroke = np.linspace(-1.0, 1.0, 8), np.ones(8)
+    force, lateral = np.linspace(-1.0, 1.0, 8), np.ones(8)
     high, low = np.empty((2, 13)), np.empty((2, 13))
-    stress_envelope(force, stroke, 2e11, 9e-3, 5e-4, 2e-2, 4e-2, high, low)
-    stress_envelopes(force, stroke, 2e11, np.array([[9e-3, 5e-4, 2e-2]]), 4e-2, high[np.newaxis], low[np.newaxis])
+    stress_envelope(force, lateral, 2e11, 9e-3, 5e-4, 2e-2, 4e-2, high, low)
+    stress_envelopes(force, lateral, 2e11, np.array([[9e-3, 5e-4, 2e-2]]), 4e-2, high[np.newaxis], low[np.newaxis])

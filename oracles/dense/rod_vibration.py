@@ -57,7 +57,7 @@ class Driven(Protocol):
 
     def axial_force(self, angle: Array) -> Array: ...
 
-    def stroke(self, angle: Array) -> Array: ...
+    def lateral(self, angle: Array) -> Array: ...
 
 
 @dataclass(frozen=True)
@@ -92,7 +92,7 @@ class Basis:
 
 @dataclass(frozen=True)
 class PeriodicMotion:
-    """Amplitudes of the functions (g's is the stroke) at 1 + STAGES points of every element."""
+    """Amplitudes of the functions (g's is the lateral displacement) at 1 + STAGES points of every element."""
 
     basis: Basis
     edges: Array
@@ -164,14 +164,14 @@ def periodic_motion(
     width = np.diff(edges)
     angle = edges[:-1, None] + width[:, None] * points
     force = model.axial_force(angle.ravel()).reshape(angle.shape)
-    stroke = model.stroke(angle)
+    lateral = model.lateral(angle)
 
-    right = stroke[:, 1:, None] * (inertia[own, n] - force[:, 1:, None] * geometric[own, n])
+    right = lateral[:, 1:, None] * (inertia[own, n] - force[:, 1:, None] * geometric[own, n])
     if model.compliance:
         right -= _shear_forcing(model, angle, width, points, z, mass * shapes[:, own] * weights[:, None])
     stiff = model.stiffness * np.eye(n) + force[..., None, None] * geometric[own, own]
     if scene.material.loss_factor:
-        pulled = -(stroke * force)[..., None] * geometric[own, n]
+        pulled = -(lateral * force)[..., None] * geometric[own, n]
         right += _slope(np.linalg.solve(stiff, pulled[..., None])[..., 0], points, width)[:, 1:] @ damping
     size, some = edges.size - 1, range(0, edges.size - 1, _AT_ONCE)
     parts = [
@@ -190,7 +190,7 @@ def periodic_motion(
         closed[:, -1] += transfer[:, -1]
     start = np.linalg.solve(np.eye(2 * n) - closed[:, :-1], closed[:, -1])
     amplitudes = np.empty((size, stages + 1, n + 1))
-    amplitudes[..., n] = stroke
+    amplitudes[..., n] = lateral
     for i in range(size):
         state = np.append(start, 1.0)
         amplitudes[i, 0, :n], amplitudes[i, 1:, :n] = start[:n], moved[i] @ state

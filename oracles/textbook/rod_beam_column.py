@@ -1,7 +1,7 @@
 """``solvers.rod.strip.beam_column`` written with numpy functions for arrays: the reference for its kernels.
 
-The equations, their limits and their source are those of that module. Everything is per unit stroke: curvatures in
-1/m^2, slopes in 1/m.
+The equations, their limits and their source are those of that module. Everything is per unit lateral displacement:
+curvatures in 1/m^2, slopes in 1/m.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from solvers.rod.strip.beam_column import FORWARD_LIMIT
 
 @dataclass(frozen=True)
 class BeamConstants:
-    """The solution per unit stroke, one entry per value of q (shape (n,)).
+    """The solution per unit lateral displacement, one entry per value of q (shape (n,)).
 
     clamp_curvature   C = V''(0) [1/m^2]
     clamp_shear       D = V'''(0) [1/m^3]; the transverse force is -EI D
@@ -40,7 +40,7 @@ class BeamConstants:
 
 
 def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstants:
-    """The constants C, D and V''(l) per unit stroke for each coupling q = P/EI [1/m^2], shape (n,)."""
+    """The constants C, D and V''(l) per unit lateral displacement for each coupling q = P/EI [1/m^2], shape (n,)."""
     q = np.atleast_1d(np.asarray(coupling, dtype=float))
     l, e = length, rod_length - length
     c = stumpff_scaled(-q * l * l)
@@ -60,7 +60,7 @@ def solve(coupling: ArrayLike, length: float, rod_length: float) -> BeamConstant
 
 
 def curvature(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
-    """V''(z) per unit stroke at the stations z in [0, l]: shape (stations, couplings)."""
+    """V''(z) per unit lateral displacement at the stations z in [0, l]: shape (stations, couplings)."""
     z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
     q, l = constants.coupling, constants.length
     strong = q * l * l > FORWARD_LIMIT
@@ -79,7 +79,7 @@ def curvature(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float
 
 
 def _integrals(constants: BeamConstants, stations: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """V' and V per unit stroke at the stations, each of shape (stations, couplings)."""
+    """V' and V per unit lateral displacement at the stations, each of shape (stations, couplings)."""
     z = np.atleast_1d(np.asarray(stations, dtype=float))[:, None]
     q, l = constants.coupling, constants.length
     strong = q * l * l > FORWARD_LIMIT
@@ -107,10 +107,10 @@ def _integrals(constants: BeamConstants, stations: ArrayLike) -> tuple[NDArray[n
 
 
 def slope(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
-    """V'(z) per unit stroke at the stations: shape (stations, couplings)."""
+    """V'(z) per unit lateral displacement at the stations: shape (stations, couplings)."""
     return _integrals(constants, stations)[0]
 
 
 def deflection(constants: BeamConstants, stations: ArrayLike) -> NDArray[np.float64]:
-    """V(z) per unit stroke (dimensionless) at the stations: shape (stations, couplings)."""
+    """V(z) per unit lateral displacement (dimensionless) at the stations: shape (stations, couplings)."""
     return _integrals(constants, stations)[1]

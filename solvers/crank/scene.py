@@ -19,7 +19,7 @@ from solvers.errors import require, require_not_negative, require_positive
 class Mechanism:
     """Crank radius r, rod length L (wrist pin to crank pin), rotational frequency f [Hz], offset e.
 
-    The offset of the cylinder axis is positive toward the side to which the crank turns from the upper dead centre.
+    The offset of the cylinder axis is positive toward the side to which the crank turns from the top dead centre.
     """
 
     crank_radius: float

@@ -21,7 +21,7 @@ Case = Mapping[str, Any]
 
 
 class BeamColumn:
-    """Deflection of the strip under one axial force, per unit stroke: A and B from the two conditions at the head."""
+    """Deflection per unit lateral displacement under one axial force: A and B from the two conditions at the head."""
 
     def __init__(self, q, l, rod_length):
         x = mp.sqrt(abs(q)) * l
@@ -92,7 +92,7 @@ class Machine:
         self.back = mp.mpf(0) if self.load["kind"] == "constant" else self.mean_pressure
         if self.load.get("back_pressure") is not None:
             self.back = mp.mpf(self.load["back_pressure"])
-        self.bend, self.force, self.stroke = cache(self._bend), cache(self._force), cache(self._stroke)
+        self.bend, self.force, self.lateral = cache(self._bend), cache(self._force), cache(self._lateral)
 
     def _source(self):
         load = self.load
@@ -123,23 +123,23 @@ class Machine:
         coupling = mp.mpf(0) if self.straight else self.force(phi) / self.stiffness
         return BeamColumn(coupling, self.x["l"], self.x["rod_length"])
 
-    def _stroke(self, phi):
+    def _lateral(self, phi):
         return self.x["crank_radius"] * mp.sin(phi)
 
     def stress(self, share, phi, fibre):
         """Stress [Pa] at z = share*l of the fibre +1 or -1."""
         x = self.x
-        bending = x["elastic_modulus"] * x["h"] / 2 * self.bend(phi)(2, share * x["l"]) * self.stroke(phi)
+        bending = x["elastic_modulus"] * x["h"] / 2 * self.bend(phi)(2, share * x["l"]) * self.lateral(phi)
         return self.force(phi) / (x["b"] * x["h"]) + fibre * bending
 
     def deflection(self, share, phi):
-        return self.bend(phi)(0, share * self.x["l"]) * self.stroke(phi)
+        return self.bend(phi)(0, share * self.x["l"]) * self.lateral(phi)
 
     def side_force(self, phi):
-        return -self.stiffness * self.bend(phi)(3, mp.mpf(0)) * self.stroke(phi)
+        return -self.stiffness * self.bend(phi)(3, mp.mpf(0)) * self.lateral(phi)
 
     def clamp_moment(self, phi):
-        return self.stiffness * self.bend(phi)(2, mp.mpf(0)) * self.stroke(phi)
+        return self.stiffness * self.bend(phi)(2, mp.mpf(0)) * self.lateral(phi)
 
     def couple(self, phi):
         """Couple of the guide 6 |M0 + T e|/Lp [N]."""

@@ -292,7 +292,7 @@ def loop_condition(scene, phi):
 
 
 def kernel_case(case):
-    """C, D, V''(l), and V'', V at shares of the length, per unit stroke, each with its condition in q, l and L."""
+    """C, D, V''(l), and V'', V at shares of the length, per unit lateral displacement, with conditions in q, l, L."""
 
     def inputs(change=None):
         return [mp.mpf(case[n]) * (1 + STEP if n == change else 1) for n in ("coupling", "length", "rod_length")]

@@ -1,4 +1,4 @@
-"""Drawing of crank, rod and cylinder, 50 degrees after the upper dead centre."""
+"""Drawing of crank, rod and cylinder, 50 degrees after the top dead centre."""
 
 from __future__ import annotations
 
@@ -59,6 +59,6 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         dimensions.append(Dimension(wrist, at, words_of("cg", cg), "y", e + half, 2, "masses.rod_cg_from_pin_mm"))
     return Drawing(
         "Crank, rod and cylinder, to scale", tuple(shapes), tuple(dimensions),
-        caption="50° after the upper dead centre; dashed, the piston's crown there. mm, to scale, except "
+        caption="50° after the top dead centre; dashed, the piston's crown there. mm, to scale, except "
         "for the piston's height.",
     )  # fmt: skip

@@ -43,7 +43,7 @@ class Mechanism(Strict):
 
 class Cylinder(Strict):
     bore_mm: Positive
-    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
+    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the top dead centre")
     crankcase_pressure_mpa: Finite = Field(default=0.1, description="crankcase pressure, below the piston")
     strokes: Annotated[Literal[2, 4], WHOLE] = Field(description="strokes per cycle")
 

@@ -1,4 +1,4 @@
-"""Drawing of the strip at the upper dead centre, in side and front view."""
+"""Drawing of the strip at the top dead centre, in side and front view."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         dimensions.append(Dimension(*edges, _named("h", value, path), "y", place, 0, path))
     return Drawing(
         "The strip in its machine, to scale", tuple(shapes), tuple(dimensions),
-        caption="Upper dead centre, from the side; below, the strip from its broad face. mm, to scale"
+        caption="Top dead centre, from the side; below, the strip from its broad face. mm, to scale"
         + (": the greatest strip allowed, the least one dashed." if least else "."),
     )  # fmt: skip
 

@@ -173,7 +173,7 @@ class IndicatorLoad(Diagram, _Load):
             ]
         }
     )
-    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the upper dead centre")
+    clearance_volume_cm3: Volume = Field(default=0.0, description="volume at the top dead centre")
     back_pressure_mpa: Finite | None = Field(default=None, description="null: the mean of the cycle")
 
     def _sound(

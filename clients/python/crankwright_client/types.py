@@ -407,7 +407,7 @@ class Cylinder(TypedDict):
     bore_mm: float
     """bore, in mm"""
     clearance_volume_cm3: NotRequired[float]
-    """volume at the upper dead centre"""
+    """volume at the top dead centre"""
     crankcase_pressure_mpa: NotRequired[float]
     """crankcase pressure, below the piston"""
     strokes: Literal[2, 4]
@@ -511,9 +511,9 @@ class DynamicsResult(TypedDict):
     stroke_mm: float
     """stroke, in mm"""
     upper_dead_centre_deg: float
-    """upper dead centre, in °"""
+    """top dead centre, in °"""
     lower_dead_centre_deg: float
-    """lower dead centre, in °"""
+    """bottom dead centre, in °"""
     worst: list[WorstInstant]
     """instants of the maximum loads"""
     engine: EngineResult | None
@@ -1394,7 +1394,7 @@ class IndicatorLoad(TypedDict):
     repair: NotRequired[bool]
     """repair faulty points and report each repair"""
     clearance_volume_cm3: NotRequired[float]
-    """volume at the upper dead centre"""
+    """volume at the top dead centre"""
     back_pressure_mpa: NotRequired[float | None]
     """null: the mean of the cycle"""
 

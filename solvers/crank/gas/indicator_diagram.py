@@ -1,7 +1,7 @@
 """Unrolling of an indicator diagram: from p(V), stroke by stroke, to p(phi).
 
 V = V_c + A x(phi); p is a monotone cubic (PCHIP) of V along the stroke that phi belongs to. A cycle starts at the
-upper dead centre: a four-stroke cycle with the intake, a two-stroke one with the expansion.
+top dead centre: a four-stroke cycle with the intake, a two-stroke one with the expansion.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.monotone_cubic import monotone_cubics
 
 STROKES = {2: ("expansion", "compression"), 4: ("intake", "compression", "expansion", "exhaust")}
-"""The strokes of a cycle, in order from the upper dead centre, alternately downward and upward."""
+"""The strokes of a cycle, in order from the top dead centre, alternately downward and upward."""
 
 
 @dataclass(frozen=True)
@@ -116,7 +116,7 @@ def _unrolled(
             end = ends[s + 1]
             if step < n:
                 displacement = (x[i - 1 if upward else i] - clearance) / area
-                # The angle past the lower dead centre follows from the mirrored mechanism.
+                # The angle past the bottom dead centre follows from the mirrored mechanism.
                 angle = crank_angle_at(
                     displacement, geometry.r, geometry.length, -geometry.offset if upward else geometry.offset
                 )

@@ -2,7 +2,7 @@
 
 phi is measured from the crank parallel to the cylinder axis, on the cylinder's side; the offset e is the distance of
 the cylinder axis from the shaft, positive toward the side to which the crank turns from there. Without an offset
-that is the angle from top dead centre. Displacement is measured from the upper dead centre toward the crank.
+that is the angle from top dead centre. Displacement is measured from the top dead centre toward the crank.
 
 The displacement's derivative is r (sin phi + cos phi tan beta), so forces expressed in the tangent do exactly the
 work of the gas.
@@ -27,7 +27,7 @@ from solvers.numerics.jit import inlined_kernel, kernel
 
 
 class Geometry(NamedTuple):
-    """Geometry of a mechanism: r, L and e [m], the upper dead centre's angle [rad], its sine and cosine."""
+    """Geometry of a mechanism: r, L and e [m], the top dead centre's angle [rad], its sine and cosine."""
 
     r: float
     length: float
@@ -41,7 +41,7 @@ class Geometry(NamedTuple):
 class ExactMotion:
     """The exact slider-crank, with or without offset: sin(beta) = (r sin phi - e)/L. Valid for r + |e| < L.
 
-    With the upper dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product, x = 2
+    With the top dead centre at sin phi_t = e/(L + r), where beta = -phi_t, the displacement is one product, x = 2
     r sin((phi - phi_t)/2) sin((phi + beta)/2)/cos((beta - phi_t)/2), free of cancellation there. Checked against
     50-digit positions and their derivatives. Source: derived from the triangle.
     """
@@ -52,7 +52,7 @@ class ExactMotion:
 
     @property
     def dead_centres(self) -> tuple[float, float]:
-        """Crank angles of the upper dead centre and of the following lower one [rad]."""
+        """Crank angles of the top dead centre and of the following bottom one [rad]."""
         r, length, e = self.crank_radius, self.rod_length, self.offset
         return math.asin(e / (length + r)), math.pi + math.asin(e / (length - r))
 
@@ -71,7 +71,7 @@ class ExactMotion:
         return Geometry(r, length, e, math.asin(sine), sine, math.sqrt((1.0 - sine) * (1.0 + sine)))
 
     def displacement(self, angle: ArrayLike) -> Array:
-        """x [m] at crank angles [rad], from the upper dead centre toward the crank; same shape as the angles."""
+        """x [m] at crank angles [rad], from the top dead centre toward the crank; same shape as the angles."""
         return self._motion(angle)[0]
 
     def acceleration(self, angle: ArrayLike) -> Array:
@@ -127,7 +127,7 @@ def angle_functions(phi: float, geometry: Geometry) -> AngleFunctions:
 
 @inlined_kernel
 def displacement_of(at: AngleFunctions, geometry: Geometry) -> float:
-    """x from the upper dead centre, free of cancellation there:
+    """x from the top dead centre, free of cancellation there:
     2 r sin^2 h (cos beta + cos phi_t + 2 lambda cos h cos((phi + phi_t)/2))/(1 + cos(beta - phi_t))."""
     mean_cosine = at.half_cosine * geometry.top_cosine - at.half_sine * geometry.top_sine
     rod_cosine = 1.0 / at.secant
@@ -165,7 +165,7 @@ def _motion(phi: Array, geometry: Geometry) -> Array:
 
 @kernel
 def crank_angle_at(displacement: float, r: float, length: float, e: float) -> float:
-    """Return the crank angle [rad] of a piston displacement [m] on the downward stroke from the upper dead centre.
+    """Return the crank angle [rad] of a piston displacement [m] on the downward stroke from the top dead centre.
 
     The inverse of ``ExactMotion.displacement``; outside the stroke, the angle of the nearest dead centre.
     With d the distance of the wrist pin from the shaft: half-angle forms of the triangle r, L, d, whose two small

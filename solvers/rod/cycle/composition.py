@@ -1,7 +1,7 @@
 """One revolution of the machine: axial force and bent strip at any crank angle and section.
 
-A cycle is composed of models: gas and moving mass give the axial force, a beam model maps force and stroke to a bent
-strip, corrections refine its shape. Models outside the composition are not computed.
+A cycle is composed of models: gas and moving mass give the axial force, a beam model maps force and lateral
+displacement to a bent strip, corrections refine its shape. Models outside the composition are not computed.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Refinement(Protocol):
     lasting_error      the part of the error that does not average out over the revolution
     terms              number of Legendre coefficients of V'' and of V
     inclines           whether the axial force becomes tangential to the deflected strip
-    highest_frequency  of its oscillations other than ringing [1/rad]; 0 if it follows force and stroke
+    highest_frequency  of its oscillations other than ringing [1/rad]; 0 if it follows force and lateral displacement
     without_ringing    the correction without its free vibration
     ringing            its free vibration, if any
     """

@@ -5,7 +5,8 @@ Exact equilibrium of the inextensible strip, s along its axis, theta its inclina
     EI theta'' = P sin(theta) + Q cos(theta),  y' = sin(theta),  theta(0) = y(0) = 0
     y(l) + e sin(theta(l)) = s,  EI theta'(l) + e (P sin(theta(l)) + Q cos(theta(l))) = 0
 
-With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the stroke, theta_1 = V' of the linear theory,
+With theta = theta_1 + theta_3, Q = Q_1 + Q_3 ordered by powers of the lateral displacement s, and theta_1 = V' of the
+linear theory,
 
     EI theta_3'' - P theta_3 - Q_3 = -P theta_1^3/6 - Q_1 theta_1^2/2
 

@@ -9,7 +9,7 @@ has the parameter that removes its term: no mass, no coupling, g = 0, mu = 0.
 
 Near buckling the friction force grows as 1/(P_cr + P). It is a convex function of P there, so secants started from
 P0 approach the first solution from one side; if there is none, friction buckles the strip. At the dead centres the
-stroke, and with it the friction, vanishes, so the force is continuous.
+lateral displacement, and with it the friction, vanishes, so the force is continuous.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from solvers.rod.strip.beam_column import constants
 
 Array = NDArray[np.float64]
 
-ANGLE, FORCE, STROKE, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
+ANGLE, FORCE, LATERAL, COUPLING, CLAMP, SHEAR, HEAD, SOFTENING, SIDE, MOMENT = range(10)
 """Rows of a table of states, one column per angle: phi [rad], P [N], s [m], q_s [1/m^2], s C [1/m], s D [1/m^2],
 psi'(l) [1/m], m, T [N], M0 [N m]."""
 
@@ -69,29 +69,29 @@ class Strip(NamedTuple):
 
 @kernel
 def wall_force(strip: Strip, q: float) -> float:
-    """int |q_wall| ds per unit stroke [N/m] for the coupling q = P/EI."""
+    """int |q_wall| ds per unit lateral displacement [N/m] for the coupling q = P/EI."""
     _, m, clamp, shear, _ = constants(q, strip.length, strip.rod_length, strip.compliance)
     side = -m * shear
     return strip.stiffness * both_walls(abs(side), strip.lever * abs(clamp + side * strip.offset))
 
 
 @kernel
-def force_with_friction(strip: Strip, force: float, stroke: float) -> float:
+def force_with_friction(strip: Strip, force: float, lateral: float) -> float:
     """P [N] including friction feedback, from P0 = ``force``; ``strip.buckled_force`` if friction buckles the strip.
 
-    The velocity has the sign of the stroke for every crank shorter than its rod.
+    The velocity has the sign of the lateral displacement for every crank shorter than its rod.
     """
-    return _solve_from_core(strip, force, stroke)[0]
+    return _solve_from_core(strip, force, lateral)[0]
 
 
 @kernel
-def _solve_from_core(strip: Strip, force: float, stroke: float) -> tuple[float, float]:
+def _solve_from_core(strip: Strip, force: float, lateral: float) -> tuple[float, float]:
     """As ``_solve_friction``, started from P0, and by bisection where the secants find nothing."""
-    friction_factor, critical = strip.friction * stroke, 0.5 * strip.buckled_force
+    friction_factor, critical = strip.friction * lateral, 0.5 * strip.buckled_force
     if force <= critical:
         # Friction that relieves a strip is no hold: the machine may stop at this angle.
         return strip.buckled_force, 1.0
-    solution, slope = _solve_friction(strip, force, stroke, force, 1.0)
+    solution, slope = _solve_friction(strip, force, lateral, force, 1.0)
     if solution > critical:
         return solution, slope
     # On a short skirt friction changes so steeply, up to where the clamp moment vanishes, that a step of fixed-point
@@ -152,10 +152,10 @@ def _residual(strip: Strip, force: float, friction_factor: float, solution: floa
 
 
 @kernel
-def _solve_friction(strip: Strip, force: float, stroke: float, start: float, slope: float) -> tuple[float, float]:
+def _solve_friction(strip: Strip, force: float, lateral: float, start: float, slope: float) -> tuple[float, float]:
     """Solve P - P0 - friction(P) = 0 by the secant method from a start with a given slope; return P [N] and the last
     slope."""
-    per_force, friction_factor = strip.couples / strip.stiffness, strip.friction * stroke
+    per_force, friction_factor = strip.couples / strip.stiffness, strip.friction * lateral
     if friction_factor == 0.0:
         return force, 1.0
     solution, step, last_step = start, np.inf, np.inf
@@ -187,35 +187,35 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
     last_friction, last_reduction = 0.0, 0.0
     coefficients = constants(0.0, strip.length, strip.rod_length, strip.compliance)
     for i in range(angle.size):
-        stroke = drive.crank_radius * math.sin(angle[i])
+        lateral = drive.crank_radius * math.sin(angle[i])
         force = axial_force(drive, angle[i])
-        friction_factor = strip.friction * stroke
+        friction_factor = strip.friction * lateral
         if friction_factor != 0.0:
             solution, slope = strip.buckled_force, 1.0 - friction_factor * last_reduction
             start, warm_limit = force + friction_factor * last_friction, _MAX_WARM_FORCE * strip.buckled_force
             if slope > _MIN_WARM_SLOPE and min(force, start) > warm_limit:
-                solution, slope = _solve_friction(strip, force, stroke, start, slope)
+                solution, slope = _solve_friction(strip, force, lateral, start, slope)
             if not solution > warm_limit:
-                solution, slope = _solve_from_core(strip, force, stroke)
+                solution, slope = _solve_from_core(strip, force, lateral)
             last_friction, last_reduction = 0.0, 0.0
             if solution > warm_limit:
                 last_friction, last_reduction = (solution - force) / friction_factor, (1.0 - slope) / friction_factor
             force = solution
-        states[ANGLE, i], states[FORCE, i], states[STROKE, i] = angle[i], force, stroke
+        states[ANGLE, i], states[FORCE, i], states[LATERAL, i] = angle[i], force, lateral
         if strip.couples != 0.0:
             coefficients = constants(
                 strip.couples / strip.stiffness * force, strip.length, strip.rod_length, strip.compliance
             )
         q, m, clamp, shear, head = coefficients
         states[COUPLING, i], states[SOFTENING, i] = q, m
-        states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * stroke, shear * stroke, head * stroke
-        states[SIDE, i] = -strip.stiffness * m * shear * stroke
-        states[MOMENT, i] = strip.stiffness * clamp * stroke
+        states[CLAMP, i], states[SHEAR, i], states[HEAD, i] = clamp * lateral, shear * lateral, head * lateral
+        states[SIDE, i] = -strip.stiffness * m * shear * lateral
+        states[MOMENT, i] = strip.stiffness * clamp * lateral
 
 
 @kernel
 def _wall_contact_margin(drive: Drive, strip: Strip, angle: float) -> float:
-    """6 |M|/Lp - |T| per unit stroke and unit EI: positive where the piston contacts both walls."""
+    """6 |M|/Lp - |T| per unit lateral displacement and unit EI: positive where the piston contacts both walls."""
     force = axial_force(drive, angle)
     force = force_with_friction(strip, force, drive.crank_radius * math.sin(angle))
     q = strip.couples / strip.stiffness * force

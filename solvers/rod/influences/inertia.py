@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import COUPLING, FORCE, MOMENT, SHEAR, SIDE, SOFTENING, STROKE, Strip
+from solvers.rod.cycle.state import COUPLING, FORCE, LATERAL, MOMENT, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.influences.first_mode import Phase, closure_divisor, conservative_sine, first_mode_response
 from solvers.rod.influences.sampling import Sampling
 from solvers.rod.strip.elastica_kernels import Collocation, scratch, solve_bending
@@ -147,8 +147,8 @@ def first_order_motion(
         # The inertia of a mode's motion is proportional to the square of its frequency.
         k = i * every
         scale = (frequency[k] / frequency[largest * every]) ** 2
-        # One sign applies to the whole revolution: that of the stroke at every angle, or its opposite.
-        ringing[i] = scale * (math.copysign(ringing[k], states[STROKE, k]) if fast else ringing[k])
+        # One sign applies to the whole revolution: that of the lateral displacement at every angle, or its opposite.
+        ringing[i] = scale * (math.copysign(ringing[k], states[LATERAL, k]) if fast else ringing[k])
         sharp_response[i] = scale * sharp_response[k]
     sides, moments, series = -1.0 / per_force * iterate[0], strip.stiffness / l * iterate[1], iterate[2:] / l
     return Motion(
@@ -201,7 +201,7 @@ def _quasi_static(states: Array, compliance: float, l: float, head: float, table
     workspace, none, curvature, out = scratch(n), np.zeros(n), np.empty(n + 2), np.empty((count, n + 2))
     for i in range(count):
         m, sheared = states[SOFTENING, i], compliance * states[SHEAR, i]
-        offset = m * (states[STROKE, i] / l + sheared)
+        offset = m * (states[LATERAL, i] / l + sheared)
         solve_bending(
             l * l * states[COUPLING, i], m * head, offset, 0.0, none, none, tables, workspace, curvature, out[i]
         )

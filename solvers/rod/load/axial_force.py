@@ -1,4 +1,4 @@
-"""Axial force and lateral stroke of the strip at any crank angle, compiled.
+"""Axial force and lateral displacement of the strip at any crank angle, compiled.
 
     P(phi) = -(p(phi) - p_back) pi D^2/4 + m a(phi),   s(phi) = r sin(phi)
 

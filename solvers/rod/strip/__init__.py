@@ -1,1 +1,1 @@
-"""Mechanics of the strip under given force and stroke: beam-column, buckling, shear, elastica."""
+"""Mechanics of the strip under given force and lateral displacement: beam-column, buckling, shear, elastica."""

@@ -3,7 +3,7 @@
     EI V'''' - P V'' = 0 on [0, l],   q = P/EI (signed, tension positive), e = L - l
     V(0) = V'(0) = 0,   V(l) + e V'(l) = s,   V''(l) + e V'''(l) = 0
 
-with the lateral stroke s = r sin(phi) of the crank pin. With S_k(z) = z^k c_k(-q z^2) and Stumpff's c_k,
+with the lateral displacement s = r sin(phi) of the crank pin. With S_k(z) = z^k c_k(-q z^2) and Stumpff's c_k,
 
     V = C S2 + D S3,  V' = C S1 + D S2,  V'' = C S0 + D S1,  V''' = q C S1 + D S0,
     det = l^3 (c2 - c3) + e L l c1,   C = s (l c1 + e c0)/det,   D = -s (c0 + e q l c1)/det
@@ -12,8 +12,8 @@ all c_k at t = -q l^2. The determinant in this form is a sum of positive terms f
 the buckling load, and its first zero is the stability boundary. Because c0^2 + t c1^2 = 1, the curvature at the head
 is V''(l) = s e/det; the equilibrium of the whole rod is C + L D + q s = 0.
 
-All quantities here are per unit stroke (s = 1): curvatures in 1/m^2. The small-displacement theory is linear in s.
-Validity: P above the first buckling load (det > 0), V/l < 0.15.
+All quantities here are per unit lateral displacement (s = 1): curvatures in 1/m^2. The small-displacement theory is
+linear in s. Validity: P above the first buckling load (det > 0), V/l < 0.15.
 
 Source: T. A. Obolenskaya, A. S. Klochko, flexible rod of a crank-slider mechanism (2014), equations (1)-(4); the
 constants were rederived from the boundary conditions.
@@ -54,7 +54,7 @@ def _remainders(t: float) -> tuple[float, float]:
 
 @kernel
 def constants(q: float, l: float, rod_length: float, compliance: float) -> tuple[float, float, float, float, float]:
-    """q_s, m, C, D and psi'(l) per unit stroke for the coupling q = P/EI.
+    """q_s, m, C, D and psi'(l) per unit lateral displacement for the coupling q = P/EI.
 
         det = l^3 (c2 - c3)/m + e l (l + m e) c1 + g l (c0 + e q l c1)
         C = (l c1 + e m c0)/det,  D = -(c0 + e q l c1)/det,  psi'(l) = e m/det,      c_k at t = -q_s l^2

@@ -29,7 +29,7 @@ from numpy.typing import NDArray
 from solvers.numerics.jit import fusing_kernel, kernel
 from solvers.numerics.radau import Radau
 from solvers.numerics.ripple import Ripple, ripple_of
-from solvers.rod.cycle.state import MOMENT, SIDE, STROKE
+from solvers.rod.cycle.state import LATERAL, MOMENT, SIDE
 from solvers.rod.vibration.adiabatic_modes import adiabatic_modes
 from solvers.rod.vibration.equation import StripEquation, quasi_static
 from solvers.rod.vibration.excitation import Excitation
@@ -53,7 +53,7 @@ def adiabatic_motion(
     rule, states = excitation.rule, excitation.states_on(edges, excitation.rule)
     fluctuation, static, _ = quasi_static(equation, states)
     shape = edges.size - 1, rule.points.size
-    known = fluctuation.reshape(shape), static.reshape(*shape, -1), states[STROKE].reshape(shape)
+    known = fluctuation.reshape(shape), static.reshape(*shape, -1), states[LATERAL].reshape(shape)
     if resolved is None:
         found = coordinates_of(equation, rule, edges, *known, equation.masses.size - 1)
         ringing, errors = _resolution(equation, found, states, tolerance)
@@ -101,7 +101,7 @@ class Coordinates(NamedTuple):
 
 @fusing_kernel
 def coordinates_of(
-    equation: StripEquation, rule: Radau, edges: Array, fluctuation: Array, static: Array, stroke: Array, ringing: int
+    equation: StripEquation, rule: Radau, edges: Array, fluctuation: Array, static: Array, lateral: Array, ringing: int
 ) -> Coordinates:
     """Solve all oscillators from F (elements, points), c (elements, points, n) and s (elements, points); ``ringing``
     modes ring."""
@@ -118,7 +118,7 @@ def coordinates_of(
         np.dot(rule.second, static[e], second)
         for i in range(p):
             for a in range(n):
-                driving[a] = stroke[e, i] * equation.inertial_load[a] - equation.masses[a] * second[i, a] / (h * h)
+                driving[a] = lateral[e, i] * equation.inertial_load[a] - equation.masses[a] * second[i, a] / (h * h)
             for a in range(n):
                 for k in range(n):
                     load[e, i, k] += modes[e, i, a, k] * driving[a]

@@ -1,8 +1,8 @@
 """The strip's equation of motion in its modes under the mean axial force.
 
-The deflection is V = s g + sum_n a_n psi_n with g the static shape per unit stroke s under the mean force P_m. The
-modes psi_n are scaled to unit stiffness and have the masses mu_n. With the geometric stiffness matrix G and the
-fluctuation dP = P - P_m of the force,
+The deflection is V = s g + sum_n a_n psi_n with g the static shape per unit lateral displacement s under the mean force
+P_m. The modes psi_n are scaled to unit stiffness and have the masses mu_n. With the geometric stiffness matrix G and
+the fluctuation dP = P - P_m of the force,
 
     M a'' + C (a - c)' + (1 + dP G) a = f = (1 + dP G) c + s b,   b_n = int rho A omega^2 psi_n g dz
 
@@ -11,7 +11,7 @@ uncoupled mode reaches 1/eta times its static amplitude at resonance. Damping ac
 motion, so that the limit of a slow machine is the quasi-static strip for any eta. Without shear c follows from its weak
 form, (1 + dP G) c = -s dP h with h_n = int g' psi_n' dz + e g'(l) psi_n'(l), which is diagonal in the eigenvectors of
 G. With shear (``solvers.rod.strip.shear``) V = W/m - gamma D z, W = int psi dz, where W obeys the same equation under
-P_s = EI q_s, with the stroke W(l) + e W'(l) and the moment EI (W'' + e W''') at the pin.
+P_s = EI q_s, with the lateral displacement W(l) + e W'(l) and the moment EI (W'' + e W''') at the pin.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, SHEAR, SOFTENING, STROKE, Strip, constants
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, LATERAL, SHEAR, SOFTENING, Strip, constants
 from solvers.rod.strip.shape import bend
 from solvers.rod.vibration.natural_frequencies import (
     Polynomials,
@@ -186,26 +186,26 @@ def quasi_static(equation: StripEquation, states: Array) -> tuple[Array, Array, 
     # h and EI psi'(l) in the eigenvectors of G
     geometric_load, tip_slope = np.dot(equation.geometric_load, eigenvectors), np.dot(equation.tip_slopes, eigenvectors)
     for i in range(angles):
-        fluctuation[i], stroke, softening = strip.couples * states[FORCE, i] - equation.mean, states[STROKE, i], 1.0
-        moment, effective, end_stroke = 0.0, fluctuation[i], stroke
+        fluctuation[i], lateral, softening = strip.couples * states[FORCE, i] - equation.mean, states[LATERAL, i], 1.0
+        moment, effective, end_lateral = 0.0, fluctuation[i], lateral
         if shears:
             softening = states[SOFTENING, i]
             effective = strip.stiffness * states[COUPLING, i] - equation.mean
-            end_stroke = tip[2, i] + lever * tip[1, i]
+            end_lateral = tip[2, i] + lever * tip[1, i]
             moment = tip[0, i] + lever * (states[COUPLING, i] * tip[1, i] + states[SHEAR, i])
         for k in range(n):
-            load = moment * tip_slope[k] - end_stroke * effective * geometric_load[k]
+            load = moment * tip_slope[k] - end_lateral * effective * geometric_load[k]
             projected[i, k] = load / ((1.0 + effective * equation.eigenvalues[k]) * softening)
     static = np.dot(projected, eigenvectors.T)
     if shears:
         for i in range(angles):
-            missing_stroke = (tip[2, i] + lever * tip[1, i]) / states[SOFTENING, i] - states[STROKE, i]
+            missing_lateral = (tip[2, i] + lever * tip[1, i]) / states[SOFTENING, i] - states[LATERAL, i]
             shear_rotation = strip.compliance * states[SHEAR, i]
             for a in range(n):
-                load = missing_stroke * equation.inertial_load[a] - shear_rotation * equation.rotation_load[a]
+                load = missing_lateral * equation.inertial_load[a] - shear_rotation * equation.rotation_load[a]
                 static[i, a] += load / equation.masses[a]
     forces = np.dot(static, equation.geometric)
     for i in range(angles):
         for a in range(n):
-            forces[i, a] = static[i, a] + fluctuation[i] * forces[i, a] + states[STROKE, i] * equation.inertial_load[a]
+            forces[i, a] = static[i, a] + fluctuation[i] * forces[i, a] + states[LATERAL, i] * equation.inertial_load[a]
     return fluctuation, static, forces

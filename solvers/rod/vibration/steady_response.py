@@ -1,4 +1,4 @@
-"""Steady vibration of the strip due to its own transverse inertia, excited by the crank's lateral stroke.
+"""Steady vibration of the strip due to its own transverse inertia, excited by the crank's lateral displacement.
 
     EI V'''' - P(phi) V'' + rho A omega^2 V_phiphi = 0,  V(l) + e V'(l) = r sin(phi),  M(L) = 0
 

@@ -27,7 +27,7 @@ def families(q, z):
 
 
 def bent(q, l, rod_length, z):
-    """V, V', V'' and V''' per unit stroke at z."""
+    """V, V', V'' and V''' per unit lateral displacement at z."""
     with np.errstate(all="ignore"):
         q, z = np.broadcast_arrays(np.asarray(q, dtype=float), np.asarray(z, dtype=float))
         f, g = families(q, np.full(z.shape, float(l)))
@@ -54,10 +54,10 @@ def check(scene, strip):
     force = -(scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area
     stiffness = scene.material.elastic_modulus * strip.b * strip.h**3 / 12
     z = np.linspace(0.0, strip.l, SECTIONS)[:, None]
-    stroke = scene.mechanism.crank_radius * np.sin(angle)
+    lateral = scene.mechanism.crank_radius * np.sin(angle)
     with np.errstate(all="ignore"):
         v = bent((force / stiffness)[None, :], strip.l, scene.mechanism.rod_length, z)
-        bending = 0.5 * scene.material.elastic_modulus * strip.h * v[2] * stroke
+        bending = 0.5 * scene.material.elastic_modulus * strip.h * v[2] * lateral
         stress = np.stack([force / (strip.b * strip.h) + bending, force / (strip.b * strip.h) - bending])
         high, low = stress.max(axis=2), stress.min(axis=2)
         m = scene.material
@@ -66,8 +66,8 @@ def check(scene, strip):
         return {
             "fatigue_safety": 1 / use.max(),
             "yield_safety": m.yield_strength / abs(stress).max(),
-            "side_force_max": abs(stiffness * v[3][0] * stroke).max(),
-            "clamp_moment_max": abs(stiffness * v[2][0] * stroke).max(),
+            "side_force_max": abs(stiffness * v[3][0] * lateral).max(),
+            "clamp_moment_max": abs(stiffness * v[2][0] * lateral).max(),
         }
 
 
@@ -76,12 +76,12 @@ def fed_back(scene, strip, angle):
     piston = scene.piston
     plain = -float(scene.load.pressure(np.array([angle]))[0] - scene.load.reference_pressure()) * piston.area
     stiffness = scene.material.elastic_modulus * strip.b * strip.h**3 / 12
-    stroke, force = scene.mechanism.crank_radius * np.sin(angle), plain
+    lateral, force = scene.mechanism.crank_radius * np.sin(angle), plain
     with np.errstate(all="ignore"):
         for _ in range(REPEATS):
             _, _, second, third = bent(force / stiffness, strip.l, scene.mechanism.rod_length, np.zeros(1))
-            side, moment = -stiffness * third[0] * stroke, stiffness * second[0] * stroke
+            side, moment = -stiffness * third[0] * lateral, stiffness * second[0] * lateral
             couple = 6 * abs(moment + side * piston.clamp_offset) / piston.skirt_length
             wall = abs(side) if couple <= abs(side) else (couple + side**2 / couple) / 2
-            force = plain + np.sign(stroke) * piston.friction_coefficient * 4 / np.pi * wall
+            force = plain + np.sign(lateral) * piston.friction_coefficient * 4 / np.pi * wall
     return force

@@ -1,7 +1,7 @@
 """Made-up but plausible cycles: a four-stroke indicator diagram and a Stirling machine's pressures.
 
 Four-stroke: intake at 0.09 MPa, polytropic compression (n = 1.35), a heat input that follows Wiebe's law over 60
-degrees from 15 degrees before the upper dead centre, one ratio of specific heats, exhaust at 0.11 MPa.
+degrees from 15 degrees before the top dead centre, one ratio of specific heats, exhaust at 0.11 MPa.
 Stirling: Schmidt's isothermal cycle. Nothing here is measured.
 """
 

@@ -154,7 +154,7 @@ def test_worst_instants_against_a_dense_sampling():
 @pytest.mark.parametrize("close", [1e-6, 1e-4, 1e-2])
 @pytest.mark.parametrize("seed", range(8))
 def test_breaks_near_a_maximum_do_not_hide_it(seed, close):
-    """Without gas a short rod is pressed hardest to either side of the lower dead centre, wherever points may be."""
+    """Without gas a short rod is pressed hardest to either side of the bottom dead centre, wherever points may be."""
 
     def slowed(a):
         rod = math.sqrt(1.0 - (0.04 / 0.14 * math.sin(a)) ** 2)

@@ -33,8 +33,8 @@ class CoreModel:
         s2, s3 = (1 - s0) / k**2, (k * l - np.sin(k * l)) / k**3
         a = np.array([[s2 + (L - l) * s1, s3 + (L - l) * s2], [s0 - (L - l) * k**2 * s1, s1 + (L - l) * s0]])
         det = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
-        stroke = self.scene.mechanism.crank_radius * np.sin(angle)
-        return k, stroke * a[1, 1] / det, -stroke * a[1, 0] / det
+        lateral = self.scene.mechanism.crank_radius * np.sin(angle)
+        return k, lateral * a[1, 1] / det, -lateral * a[1, 0] / det
 
     def curvature(self, z, angle):
         k, c, d = self._constants(angle)

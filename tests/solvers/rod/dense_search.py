@@ -97,8 +97,8 @@ def _sample(scene, b, h, l, angles, sections):
         s2, s3 = (1 - s0) / k**2, (k * n - np.sin(k * n)) / k**3
         a00, a01, a10, a11 = s2 + e * s1, s3 + e * s2, s0 - e * k**2 * s1, s1 + e * s0
         det = a00 * a11 - a01 * a10
-        stroke = m.crank_radius * np.sin(phi)
-        c, d = stroke * a11 / det, -stroke * a10 / det
+        lateral = m.crank_radius * np.sin(phi)
+        c, d = lateral * a11 / det, -lateral * a10 / det
         side = -stiffness[:, None] * np.real(d)
         moment = stiffness[:, None] * np.real(c)
         z = np.linspace(0, 1, sections)[None, :, None] * l[:, None, None]

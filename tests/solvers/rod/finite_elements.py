@@ -8,7 +8,7 @@ from solvers.rod.strip.stiffness import bending_stiffness
 
 
 def matrices(length, rod_length, elements=40):
-    """Bending, geometric and mass matrix per unit EI, P, rho A; free freedoms and the response to a unit stroke.
+    """Bending, geometric and mass matrix per unit EI, P, rho A; free freedoms; response to a unit lateral displacement.
 
     The last node's deflection is s - e theta, so the freedoms are all inner ones and the end's turn.
     """
@@ -30,9 +30,9 @@ def matrices(length, rod_length, elements=40):
     free = np.zeros((size, size - 3))
     free[2 : size - 2, : size - 4] = np.eye(size - 4)
     free[size - 1, size - 4], free[size - 2, size - 4] = 1.0, -e
-    stroke = np.zeros(size)
-    stroke[size - 2] = 1.0
-    return bending, geometric, mass, free, stroke
+    lateral = np.zeros(size)
+    lateral[size - 2] = 1.0
+    return bending, geometric, mass, free, lateral
 
 
 def vibration(scene, dimensions, angles, force, elements=40, modes=12):
@@ -48,7 +48,7 @@ def periodic_field(scene, dimensions, angles, force, elements, modes):
     bending, geometric, mass, free, unit = matrices(dimensions.l, scene.mechanism.rod_length, elements)
     line = scene.material.density * dimensions.b * dimensions.h * scene.mechanism.angular_speed**2
     stiffness, count = bending_stiffness(scene, dimensions), angles.size
-    stroke = scene.mechanism.crank_radius * np.sin(angles)
+    lateral = scene.mechanism.crank_radius * np.sin(angles)
     squares, vectors = eigh(
         free.T @ (stiffness * bending + force.mean() * geometric) @ free, line * free.T @ mass @ free
     )
@@ -63,7 +63,7 @@ def periodic_field(scene, dimensions, angles, force, elements, modes):
     for i in range(count):
         system = stiffness * bending + force[i] * geometric
         free_part = np.linalg.solve(free.T @ system @ free, -free.T @ system @ unit)
-        still[i] = (free @ free_part + unit) * stroke[i]
+        still[i] = (free @ free_part + unit) * lateral[i]
     right = -line * (second @ still) @ mass @ free @ vectors
     departure = np.linalg.solve(moving, right.ravel()).reshape(count, modes)
     departure = departure @ (free @ vectors).T

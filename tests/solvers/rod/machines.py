@@ -7,7 +7,7 @@ import numpy as np
 from solvers import rod
 from solvers.rod.cycle.bent_strip import BentStrip
 from solvers.rod.cycle.composition import Composition, strip_of
-from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, MOMENT, ROWS, SHEAR, SIDE, SOFTENING, STROKE, Strip
+from solvers.rod.cycle.state import CLAMP, COUPLING, FORCE, HEAD, LATERAL, MOMENT, ROWS, SHEAR, SIDE, SOFTENING, Strip
 from solvers.rod.strip.beam_column import constants
 from solvers.rod.strip.stiffness import bending_stiffness
 from solvers.rod.vibration.natural_frequencies import POLYNOMIALS, all_polynomials, frequency_under
@@ -49,26 +49,26 @@ def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1
     return scene, rod.Dimensions(b, (12 * inertia / b) ** (1 / 3), free)
 
 
-def bend_state(strip: Strip, force: float, stroke: float, states: np.ndarray, i: int) -> None:
-    """Fill column i of a table of states for a given axial force [N] and stroke [m] of the crank pin."""
+def bend_state(strip: Strip, force: float, lateral: float, states: np.ndarray, i: int) -> None:
+    """Fill column i of a table of states for a given axial force [N] and lateral displacement [m] of the crank pin."""
     coupling = strip.couples * force / strip.stiffness
     q, m, clamp, shear, head = constants(coupling, strip.length, strip.rod_length, strip.compliance)
-    rows = [FORCE, STROKE, COUPLING, SOFTENING, CLAMP, SHEAR, HEAD]
-    states[rows, i] = force, stroke, q, m, clamp * stroke, shear * stroke, head * stroke
-    states[[SIDE, MOMENT], i] = -strip.stiffness * m * shear * stroke, strip.stiffness * clamp * stroke
+    rows = [FORCE, LATERAL, COUPLING, SOFTENING, CLAMP, SHEAR, HEAD]
+    states[rows, i] = force, lateral, q, m, clamp * lateral, shear * lateral, head * lateral
+    states[[SIDE, MOMENT], i] = -strip.stiffness * m * shear * lateral, strip.stiffness * clamp * lateral
 
 
 def bent(
     scene: rod.Scene,
     strip: rod.Dimensions,
     force: np.ndarray,
-    stroke: np.ndarray,
+    lateral: np.ndarray,
     couples: bool = True,
     shears: bool = False,
 ) -> BentStrip:
     """The strip under axial forces [N] with the crank pin at lateral strokes [m], (n,) each."""
     ready, states = strip_of(scene, strip, Composition(couples=couples, shears=shears)), np.empty((ROWS, force.size))
-    for i, (f, s) in enumerate(zip(force.tolist(), stroke.tolist(), strict=True)):
+    for i, (f, s) in enumerate(zip(force.tolist(), lateral.tolist(), strict=True)):
         bend_state(ready, f, s, states, i)
     return BentStrip.linear(ready, states)
 

@@ -174,7 +174,7 @@ def test_a_strip_on_edge_buckles_sideways():
     assert edge.critical_force == pytest.approx(flat.critical_force, rel=1e-14)
 
 
-def test_without_a_load_only_the_stroke_strains_the_strip():
+def test_without_a_load_only_the_lateral_strains_the_strip():
     scene = dataclasses.replace(PAPER, load=rod.ConstantLoad(0.0))
     value = rod.check(scene, STRIP, CORE).value
     assert value.stability_safety is None
@@ -184,7 +184,7 @@ def test_without_a_load_only_the_stroke_strains_the_strip():
 
 
 class CoreModelWithoutLoad:
-    """A cubic: V'' at the clamp for unit stroke is 3 L/(L^3 - e^3), by the unit-load method."""
+    """A cubic: V'' at the clamp for unit lateral displacement is 3 L/(L^3 - e^3), by the unit-load method."""
 
     def utilisation(self, scene, d):
         L = scene.mechanism.rod_length
@@ -292,7 +292,7 @@ def test_a_strip_that_its_axial_force_does_not_bend_against_dense_sampling(names
     effects = rod.EffectSelection(frozenset(names), frozenset(effect.name for effect in rod.EFFECTS) - set(names))
     m, piston, material = PAPER.mechanism, PAPER.piston, PAPER.material
     angle = np.linspace(0.0, 2.0 * np.pi, 20001)
-    stroke = m.crank_radius * np.sin(angle)
+    lateral = m.crank_radius * np.sin(angle)
     force = axial_forces(drive_of(PAPER, piston.reciprocating_mass if "reciprocating_inertia" in names else 0.0), angle)
     seen = 0
     for b, h, l in sizes.tolist():
@@ -302,10 +302,10 @@ def test_a_strip_that_its_axial_force_does_not_bend_against_dense_sampling(names
         seen += 1
         stiffness, e, z = material.elastic_modulus * b * h**3 / 12.0, m.rod_length - l, np.linspace(0.0, l, 41)
         soft = stiffness / (SHEAR_FACTOR * material.shear_modulus * b * h) if "shear" in names else 0.0
-        # psi' = C + D z, V' = psi - g D, V(l) + e psi(l) = 1 per unit stroke, and no moment at the crank pin.
+        # psi' = C + D z, V' = psi - g D, V(l) + e psi(l) = 1, the lateral displacement, and no moment at the pin.
         system = np.array([[0.5 * l**2 + e * l, l**3 / 6.0 + 0.5 * e * l**2 - soft * l], [1.0, m.rod_length]])
         bent, shear = np.linalg.solve(system, np.array([1.0, 0.0]))
-        bending = np.multiply.outer(0.5 * material.elastic_modulus * h * (bent + shear * z), stroke)
+        bending = np.multiply.outer(0.5 * material.elastic_modulus * h * (bent + shear * z), lateral)
         side, moment = stiffness * abs(shear) * m.crank_radius, stiffness * bent * m.crank_radius
         couple = 6.0 / piston.skirt_length * abs(moment - side * piston.clamp_offset)
         pressure = 4.0 / (math.pi * piston.diameter * piston.skirt_length) * (side + couple)

@@ -44,10 +44,10 @@ _SPACING_BETWEEN_CORNERS = 2e-5, 1e-3
 
 @dataclass(frozen=True)
 class CoreCycle:
-    """Axial force, lateral stroke and constants of the machine; SI units.
+    """Axial force, lateral displacement and constants of the machine; SI units.
 
     guide                   clamp offset, diameter, skirt length [m], friction coefficient
-    mean_samples            force, stroke and |piston speed| [m/s] at the angles of the mean of friction power
+    mean_samples            force, lateral and |piston speed| [m/s] at the angles of the mean of friction power
     compression             maximum compression [N]
     peak_compression_angle  its crank angle [rad]
     corners                 crank angles [rad] at which derivatives of the load jump
@@ -70,8 +70,8 @@ class CoreCycle:
         """Axial force P [N] at any crank angles [rad]."""
         return axial_forces(self.drive, np.ascontiguousarray(angle))
 
-    def lateral_stroke(self, angle: Array) -> Array:
-        """Lateral stroke of the crank pin r sin(phi) [m]."""
+    def lateral_displacement(self, angle: Array) -> Array:
+        """Lateral displacement of the crank pin r sin(phi) [m]."""
         return self.drive.crank_radius * np.sin(angle)
 
     def strip(self, d: Dimensions) -> CoreStrip:
@@ -91,8 +91,8 @@ class CoreCycle:
         stencils = peaks.stencils(self._spacing(peaks.angles))
         reactions = peaks.reaction_stencils(self._spacing(peaks.reactions))
         core = CorePeaks(
-            self.axial_force(stencils), self.lateral_stroke(stencils), peaks.stations(),
-            self.axial_force(reactions), self.lateral_stroke(reactions),
+            self.axial_force(stencils), self.lateral_displacement(stencils), peaks.stations(),
+            self.axial_force(reactions), self.lateral_displacement(reactions),
             *(self.mean_samples if required.power else (np.empty(0),) * 3),
             *self.diagram, self.compression, self.guide, self.modulus, self.rod_length,
         )  # fmt: skip
@@ -116,14 +116,14 @@ class CoreStrip:
 
     def stresses(self, angle: Array, eta: Array) -> Array:
         c, d, out = self.cycle, self.dimensions, np.empty((2, eta.size, angle.size))
-        force, stroke = c.axial_force(angle), c.lateral_stroke(angle)
-        stresses_at(force, stroke, c.modulus, c.rod_length, d.b, d.h, d.l, eta, out)
+        force, lateral = c.axial_force(angle), c.lateral_displacement(angle)
+        stresses_at(force, lateral, c.modulus, c.rod_length, d.b, d.h, d.l, eta, out)
         return out
 
     def reactions(self, angle: Array) -> Array:
         c, d, out = self.cycle, self.dimensions, np.empty((2, angle.size))
-        force, stroke = c.axial_force(angle), c.lateral_stroke(angle)
-        guide_reactions_at(force, stroke, c.modulus, c.rod_length, c.guide, 1.0 / (d.b * d.h**3), d.l, out)
+        force, lateral = c.axial_force(angle), c.lateral_displacement(angle)
+        guide_reactions_at(force, lateral, c.modulus, c.rod_length, c.guide, 1.0 / (d.b * d.h**3), d.l, out)
         return out
 
 

@@ -45,10 +45,10 @@ _SMALLEST, _GREATEST = 1e-300, 1e300
 class CorePeaks(NamedTuple):
     """Samples at the peaks of a strip on the core's physics, as arrays for the kernels. SI units.
 
-    force, stroke                            axial force [N] and lateral stroke [m] at the stencils of extreme stress
+    force, lateral                           axial force [N], lateral displacement [m] at the stencils of extreme stress
     eta                                      distance of sections from the head over l: the clamp, then stencils
-    reaction_force, reaction_stroke          at the stencils of side force and contact pressure, or empty
-    cycle_force, cycle_stroke, cycle_speed   at equal steps over the cycle, or empty; |piston speed| [m/s]
+    reaction_force, reaction_lateral         at the stencils of side force and contact pressure, or empty
+    cycle_force, cycle_lateral, cycle_speed  at equal steps over the cycle, or empty; |piston speed| [m/s]
     lines, parabola                          fatigue criterion as in ``solvers.fatigue.kernels.Diagram``
     compression                              maximum over the cycle [N]
     guide                                    clamp offset, diameter, skirt length [m], friction coefficient
@@ -56,12 +56,12 @@ class CorePeaks(NamedTuple):
     """
 
     force: Array
-    stroke: Array
+    lateral: Array
     eta: Array
     reaction_force: Array
-    reaction_stroke: Array
+    reaction_lateral: Array
     cycle_force: Array
-    cycle_stroke: Array
+    cycle_lateral: Array
     cycle_speed: Array
     lines: Array
     parabola: Array
@@ -144,13 +144,14 @@ def sampled_rows(stress: Array, reactions: Array, lines: Array, parabola: Array,
 
 @kernel
 def stresses_at(
-    force: Array, stroke: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array, out: Array
-) -> None:
+    force: Array, lateral: Array, modulus: float, rod_length: float, b: float, h: float, l: float, eta: Array,
+    out: Array,
+) -> None:  # fmt: skip
     """Stresses of both fibres [Pa], P/(b h) +- (E h/2) V'' s, at all sections and angles: (2, sections, angles)."""
     scale = 12.0 / (modulus * b * h * h * h)
     for i in range(force.size):
         q, _, clamp, shear, head = constants(force[i] * scale, l, rod_length, 0.0)
-        direct, bending = force[i] / (b * h), 0.5 * modulus * h * stroke[i]
+        direct, bending = force[i] / (b * h), 0.5 * modulus * h * lateral[i]
         for j in range(eta.size):
             bent = bending * bend_at(q, clamp, shear, head, l, (1.0 - eta[j]) * l)[0]
             out[0, j, i], out[1, j, i] = direct + bent, direct - bent
@@ -158,22 +159,22 @@ def stresses_at(
 
 @kernel
 def side_force_and_couple(
-    force: float, stroke: float, modulus: float, rod_length: float, guide: Array, tau: float, l: float
+    force: float, lateral: float, modulus: float, rod_length: float, guide: Array, tau: float, l: float
 ) -> tuple[float, float]:
     """Side force |T| and couple 6 |M0 + T e|/Lp of the guide [N] at one angle."""
     stiffness = modulus / (12.0 * tau)
     _, _, clamp, shear, _ = constants(force / stiffness, l, rod_length, 0.0)
-    per_stroke = abs(stroke) * stiffness
-    return per_stroke * abs(shear), 6.0 / guide[2] * per_stroke * abs(clamp - guide[0] * shear)
+    deflected = abs(lateral) * stiffness
+    return deflected * abs(shear), 6.0 / guide[2] * deflected * abs(clamp - guide[0] * shear)
 
 
 @kernel
 def guide_reactions_at(
-    force: Array, stroke: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float, out: Array
+    force: Array, lateral: Array, modulus: float, rod_length: float, guide: Array, tau: float, l: float, out: Array
 ) -> None:
     """Guide reactions |T| and |T| + 6 |M0 + T e|/Lp [N] at every angle, shape (2, angles)."""
     for i in range(force.size):
-        out[0, i], couple = side_force_and_couple(force[i], stroke[i], modulus, rod_length, guide, tau, l)
+        out[0, i], couple = side_force_and_couple(force[i], lateral[i], modulus, rod_length, guide, tau, l)
         out[1, i] = out[0, i] + couple
 
 
@@ -195,16 +196,16 @@ def rows_at(f: CorePeaks, b: float, h: float, l: float, workspace: Array, out: A
     if out[STABILITY] >= 0.0:
         set_buckled_rows(out)
         return
-    stresses_at(f.force, f.stroke, f.modulus, L, b, h, l, f.eta, workspace)
+    stresses_at(f.force, f.lateral, f.modulus, L, b, h, l, f.eta, workspace)
     _, diameter, skirt, friction = f.guide
     reactions = np.empty((2, f.reaction_force.size))
-    guide_reactions_at(f.reaction_force, f.reaction_stroke, f.modulus, L, f.guide, tau, l, reactions)
+    guide_reactions_at(f.reaction_force, f.reaction_lateral, f.modulus, L, f.guide, tau, l, reactions)
     sampled_rows(workspace, reactions, f.lines, f.parabola, 4.0 / (math.pi * diameter * skirt), out)
     n = f.cycle_force.size
     if n > 0:
         power = 0.0
         for i in range(n):
-            T, couple = side_force_and_couple(f.cycle_force[i], f.cycle_stroke[i], f.modulus, L, f.guide, tau, l)
+            T, couple = side_force_and_couple(f.cycle_force[i], f.cycle_lateral[i], f.modulus, L, f.guide, tau, l)
             power += (0.5 * (couple + T * T / couple) if couple > T else T) * f.cycle_speed[i]
         out[POWER] = finite_log(power / n * friction * 4.0 / math.pi)
 

@@ -121,7 +121,7 @@ def stress_plane(
     direct, bending = h * h * tau, 0.5 * fibre * p.modulus * h
     top, bottom, high, low = 0, 0, -np.inf, np.inf
     for i in range(p.stress_angles):
-        stress = direct * p.force[i] + bending * p.stroke[i] * curvatures[i, VALUE, j]
+        stress = direct * p.force[i] + bending * p.lateral[i] * curvatures[i, VALUE, j]
         if stress > high:
             high, top = stress, i
         if stress < low:
@@ -131,8 +131,8 @@ def stress_plane(
     else:
         weight_high, weight_low = governing_line(p, high, low)
     plane[:] = 0.0
-    add_bending(plane, weight_high * bending * p.stroke[top] / limit, curvatures[top], j)
-    add_bending(plane, weight_low * bending * p.stroke[bottom] / limit, curvatures[bottom], j)
+    add_bending(plane, weight_high * bending * p.lateral[top] / limit, curvatures[top], j)
+    add_bending(plane, weight_low * bending * p.lateral[bottom] / limit, curvatures[bottom], j)
     # The sum over h, times h at the centre: no products of V'' remain.
     force = weight_high * p.force[top] + weight_low * p.force[bottom]
     add_exponential(plane, direct * force / limit, 1.0 + floor[BY_X], floor[BY_Y], rx, ry)
@@ -156,7 +156,7 @@ def reaction_plane(
     for i in range(p.force.size):
         if row == POWER and p.speed[i] == 0.0:
             continue
-        s, force = abs(p.stroke[i]) * scale / limit, p.force[i]
+        s, force = abs(p.lateral[i]) * scale / limit, p.force[i]
         k = (stiffness * curvatures[i, VALUE, 0] + force) / p.rod_length
         T, c = abs(k), couple * abs(arm * k - force)
         dT, dc = 1.0, 1.0 if row == PRESSURE else 0.0

@@ -48,8 +48,8 @@ CLAMP = np.ones(1)
 class Relaxation(NamedTuple):
     """A problem at selected angles and sections, as arrays for the kernels. SI units.
 
-    force, stroke, speed   axial force [N], lateral stroke [m] and |piston speed|/angles [m/s] at the selected angles;
-                           speed is 0 at angles that do not contribute to the mean of friction power
+    force, lateral, speed  axial force [N], lateral displacement [m] and |piston speed|/angles [m/s] at the selected
+                           angles; speed is 0 at angles that do not contribute to the mean of friction power
     stress_angles          number of leading angles at which stresses are evaluated; at the others, only reactions
     eta                    distance of sections from the head over l; the first is the clamp, eta = 1
     lines, parabola        fatigue criterion: (corners, lines, 3) and (3,) as in ``solvers.fatigue.kernels.Diagram``
@@ -60,7 +60,7 @@ class Relaxation(NamedTuple):
     """
 
     force: Array
-    stroke: Array
+    lateral: Array
     speed: Array
     stress_angles: int
     eta: Array
@@ -103,7 +103,7 @@ def utilisation_and_stress(
             force = p.force[i] * h * h
             d1 = force * tau1 if force > 0.0 else force * tau2
             d2 = force * tau2 if force > 0.0 else force * tau1
-            scale = half * p.stroke[i]
+            scale = half * p.lateral[i]
             w1 = scale * curvatures[i, low, j] if scale > 0.0 else scale * curvatures[i, high, j]
             w2 = scale * curvatures[i, high, j] if scale > 0.0 else scale * curvatures[i, low, j]
             up_high, up_low = max(up_high, d1 + w1), min(up_low, d2 + w2)
@@ -162,7 +162,7 @@ def reactions(
     offset, diameter, skirt, friction = p.guide
     ei1, ei2, arm = p.modulus / (12.0 * tau2), p.modulus / (12.0 * tau1), p.rod_length + offset
     for i in range(p.force.size):
-        s, force, c1, c2 = abs(p.stroke[i]), p.force[i], curvatures[i, low, 0], curvatures[i, high, 0]
+        s, force, c1, c2 = abs(p.lateral[i]), p.force[i], curvatures[i, low, 0], curvatures[i, high, 0]
         k1 = ((ei1 if c1 > 0.0 else ei2) * c1 + force) / p.rod_length
         k2 = ((ei2 if c2 > 0.0 else ei1) * c2 + force) / p.rod_length
         m1, m2 = (arm * k1, arm * k2) if arm > 0.0 else (arm * k2, arm * k1)

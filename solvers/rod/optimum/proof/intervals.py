@@ -99,7 +99,7 @@ def scaled(factor: float, a: Interval) -> Interval:
 
 @kernel
 def bending_over(force: float, modulus: float, rod_length: float, tau: Array, l: Array, eta: Array, out: Array) -> None:
-    """Plane and range of V'' per unit stroke over a box for one axial force [N], shape (6, stations).
+    """Plane and range of V'' per unit lateral displacement over a box for one axial force [N], shape (6, stations).
 
     ``tau`` and ``l`` contain lower end, centre and upper end of the box.
     """

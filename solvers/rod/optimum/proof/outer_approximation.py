@@ -253,11 +253,11 @@ def _relaxation(
     The mean of friction power is taken over every ``stride``-th angle of the cycle and reduced by its error bound.
     """
     angles = np.array(samples.angles)
-    force, stroke, speed = cycle.axial_force(angles), cycle.lateral_stroke(angles), np.zeros(angles.size)
+    force, lateral, speed = cycle.axial_force(angles), cycle.lateral_displacement(angles), np.zeros(angles.size)
     if required_results(objective, limits).power:
         # Power is a mean: it requires the whole cycle.
-        mean_force, mean_stroke, mean_speed = (values[::stride] for values in cycle.mean_samples)
-        force, stroke = np.append(force, mean_force), np.append(stroke, mean_stroke)
+        mean_force, mean_lateral, mean_speed = (values[::stride] for values in cycle.mean_samples)
+        force, lateral = np.append(force, mean_force), np.append(lateral, mean_lateral)
         share = (1.0 - (_COARSE_MEAN_ERROR if stride > 1 else 0.0)) / mean_speed.size
         speed = np.append(speed, share * mean_speed)
     log_limits = np.full(rows.FIRST_PART, math.inf)
@@ -265,7 +265,7 @@ def _relaxation(
         log_limits[row] = limit
     weighted = [row for row, _ in objective.weights]
     return Relaxation(
-        force, stroke, speed, angles.size, np.array(samples.sections), *cycle.diagram, log_limits,
+        force, lateral, speed, angles.size, np.array(samples.sections), *cycle.diagram, log_limits,
         rows.THICKNESS if rows.THICKNESS in weighted else weighted[0], cycle.compression, cycle.guide, cycle.modulus,
         cycle.rod_length,
     )  # fmt: skip

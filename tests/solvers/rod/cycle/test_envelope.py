@@ -13,7 +13,7 @@ STIFFNESS = MODULUS * B * H**3 / 12
 
 
 def exact_curvature(force: float, length: float, steps: int) -> list[float]:
-    """V'' per unit stroke at the stations, from the four boundary conditions, at two hundred digits."""
+    """V'' per unit lateral displacement at the stations, from the four boundary conditions, at two hundred digits."""
     with mp.workdps(200):
         l, e = mp.mpf(length), mp.mpf(ROD) - mp.mpf(length)
         q = 12 * mp.mpf(force) / (mp.mpf(MODULUS) * mp.mpf(B) * mp.mpf(H) ** 3)
@@ -70,14 +70,14 @@ def test_curvature_of_one_angle(scaled, steps):
 @pytest.mark.parametrize("angles", [1, 3, 71, 72])
 def test_many_strips_are_as_one(angles):
     rng = np.random.default_rng(8)
-    force, stroke = rng.uniform(-165, 400, angles), rng.uniform(-1.5e-3, 1.5e-3, angles)
+    force, lateral = rng.uniform(-165, 400, angles), rng.uniform(-1.5e-3, 1.5e-3, angles)
     designs = np.array([B, H, LENGTH]) * rng.uniform(0.5, 1.4, (40, 3))
     high, low = np.full((2, 40, 2, 25), np.nan)
-    stands = rod_stress_envelope.stress_envelopes(force, stroke, MODULUS, designs, ROD, high, low)
+    stands = rod_stress_envelope.stress_envelopes(force, lateral, MODULUS, designs, ROD, high, low)
     assert 0 < stands.sum() < 40 or angles < 71
     for n, (b, h, l) in enumerate(designs):
         one_high, one_low = np.full((2, 2, 25), np.nan)
-        assert rod_stress_envelope.stress_envelope(force, stroke, MODULUS, b, h, l, ROD, one_high, one_low) == (
+        assert rod_stress_envelope.stress_envelope(force, lateral, MODULUS, b, h, l, ROD, one_high, one_low) == (
             stands[n] > 0
         )
         assert np.array_equal(one_high, high[n], equal_nan=True)

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 from oracles.textbook import rod_beam_column
 from solvers import rod
 from solvers.rod.cycle.composition import Composition, Cycle
-from solvers.rod.cycle.state import MOMENT, ROWS, SIDE, STROKE, fill_states, friction_corners, greatest_share
+from solvers.rod.cycle.state import LATERAL, MOMENT, ROWS, SIDE, fill_states, friction_corners, greatest_share
 from solvers.rod.load.axial_force import axial_force
 from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness
@@ -26,10 +26,10 @@ def test_the_loop_is_closed_at_every_angle(coefficient):
     plain = Cycle(scene, STRIP, Composition(couples=True)).axial_force(ANGLES)
     closed = Cycle(scene, STRIP, Composition(couples=True, feedback=True)).axial_force(ANGLES)
     for angle, before, found in zip(ANGLES, plain, closed, strict=True):
-        stroke = scene.mechanism.crank_radius * np.sin(angle)
+        lateral = scene.mechanism.crank_radius * np.sin(angle)
 
-        def residual(total, before=before, stroke=stroke):
-            shape = bent(scene, STRIP, np.array([total]), np.array([stroke]))
+        def residual(total, before=before, lateral=lateral):
+            shape = bent(scene, STRIP, np.array([total]), np.array([lateral]))
             side, moment = float(shape.side_force()[0]), float(shape.clamp_moment()[0])
             # int |T/Lp + 12 M s/Lp^3| ds by its pieces, without the guide's closed form.
             skirt = scene.piston.skirt_length
@@ -39,7 +39,7 @@ def test_the_loop_is_closed_at_every_angle(coefficient):
                 wall = abs(q.sum()) * skirt / 2
             else:
                 wall = skirt * (q[0] ** 2 + q[1] ** 2) / (2 * (abs(q[0]) + abs(q[1])))
-            return total - before - np.sign(stroke) * coefficient * 4 / np.pi * wall
+            return total - before - np.sign(lateral) * coefficient * 4 / np.pi * wall
 
         assert found == pytest.approx(brentq(residual, before - 100, before + 100, xtol=1e-13), abs=1e-9)
 
@@ -72,23 +72,23 @@ def critical():
     return float(critical_force(PUSHED.material.elastic_modulus, THIN.b, THIN.h, THIN.l, length))
 
 
-def friction_of(scene, strip, total, stroke):
+def friction_of(scene, strip, total, lateral):
     """The friction force [N] at axial forces."""
     total, stiffness = np.atleast_1d(total), bending_stiffness(scene, strip)
     shape = rod_beam_column.solve(total / stiffness, strip.l, scene.mechanism.rod_length)
     side, couple = np.abs(shape.clamp_shear), 6.0 * np.abs(shape.clamp_curvature) / scene.piston.skirt_length
-    wall = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * stiffness * abs(stroke)
+    wall = np.where(couple > side, 0.5 * (couple + side**2 / couple), side) * stiffness * abs(lateral)
     return scene.piston.friction_coefficient * 4.0 / np.pi * wall
 
 
 def first_solution(coefficient, angle):
     """On the way up, by marching from the gas force to buckling and bisection; None where there is none."""
-    stroke = PUSHED.mechanism.crank_radius * np.sin(angle)
+    lateral = PUSHED.mechanism.crank_radius * np.sin(angle)
     scene = replace(PUSHED, piston=replace(PUSHED.piston, friction_coefficient=coefficient))
     plain = float(Cycle(scene, THIN, Composition(couples=True)).axial_force(np.array([angle]))[0])
 
     def residual(total):
-        return total - plain + friction_of(scene, THIN, total, stroke)
+        return total - plain + friction_of(scene, THIN, total, lateral)
 
     path = np.linspace(plain, -critical() * (1 - 1e-6), 20001)
     passed = np.flatnonzero(residual(path) < 0)
@@ -124,8 +124,8 @@ def test_friction_relieves_a_strip_pushed_to_its_critical_load(coefficient, shar
     angles, pole = np.linspace(0.0, np.pi, 201)[2:-2], -critical()
     plain = cycle.without_corrections().scene.load.pressure(angles) * -piston.area
 
-    def residual(total, force, stroke):
-        return float(total - force - friction_of(scene, THIN, total, stroke)[0])
+    def residual(total, force, lateral):
+        return float(total - force - friction_of(scene, THIN, total, lateral)[0])
 
     strokes = scene.mechanism.crank_radius * np.sin(angles)
     exact = [
@@ -189,9 +189,9 @@ def test_steep_friction_of_a_short_skirt_is_no_buckling(skirt):
     angles = np.linspace(0.0, 2 * np.pi, 101)
     cycle = Cycle(scene, STRIP, Composition(couples=True, feedback=True))
     plain = Cycle(scene, STRIP, Composition(couples=True)).axial_force(angles)
-    found, stroke = cycle.axial_force(angles), scene.mechanism.crank_radius * np.sin(angles)
-    friction = [friction_of(scene, STRIP, *each)[0] for each in zip(found, stroke, strict=True)]
-    assert found == pytest.approx(plain + np.sign(stroke) * friction, rel=1e-6, abs=1e-6)
+    found, lateral = cycle.axial_force(angles), scene.mechanism.crank_radius * np.sin(angles)
+    friction = [friction_of(scene, STRIP, *each)[0] for each in zip(found, lateral, strict=True)]
+    assert found == pytest.approx(plain + np.sign(lateral) * friction, rel=1e-6, abs=1e-6)
     assert rod.check(scene, STRIP, FED_BACK).value.stresses is not None
 
 
@@ -214,9 +214,9 @@ def test_contact_switches_between_one_wall_and_both_at_the_corners(offset):
     def switched(angle):
         states = np.empty((ROWS, 1))
         fill_states(cycle.drive, cycle.strip, np.array([angle]), states)
-        side, stroke = states[SIDE, 0], states[STROKE, 0]
+        side, lateral = states[SIDE, 0], states[LATERAL, 0]
         couple = 6.0 / scene.piston.skirt_length * abs(states[MOMENT, 0] + side * offset)
-        return (couple - abs(side)) / abs(stroke)
+        return (couple - abs(side)) / abs(lateral)
 
     found = friction_corners(cycle.drive, cycle.strip, grid)
     assert found.size

@@ -39,14 +39,14 @@ class Elastica:
 
 
 @lru_cache
-def elastica(force, stroke):
+def elastica(force, lateral):
     """The exact strip, solved in lengths of the strip.
 
     In metres solve_bvp's tolerance for Newton's method, which goes with the mesh's step, lies at rounding level, and
     the last bit of the start decides whether it converges.
     """
     l = STRIP.l
-    q, e, s = force / EI * l**2, E / l, stroke / l
+    q, e, s = force / EI * l**2, E / l, lateral / l
 
     def equations(x, y, p):
         return np.vstack([y[1], q * np.sin(y[0]) + p[0] * np.cos(y[0]), np.sin(y[0])])
@@ -57,7 +57,7 @@ def elastica(force, stroke):
         return np.array([a[0], a[2], b[2] + e * np.sin(turn) - s, moment])
 
     mesh = np.linspace(0.0, 1.0, 81)
-    linear = bent(PAPER, STRIP, np.array([force]), np.array([stroke]))
+    linear = bent(PAPER, STRIP, np.array([force]), np.array([lateral]))
     start = np.stack(
         [linear.slope(mesh * l)[:, 0], linear.curvature(mesh * l)[:, 0] * l, linear.deflection(mesh * l)[:, 0] / l]
     )
@@ -75,10 +75,10 @@ def corrected_of(linear):
     return BentStrip(linear.strip, linear.states, bent, sunk, *expansion.add(linear.states, bent, sunk), True)
 
 
-def errors(force, stroke):
+def errors(force, lateral):
     """Relative errors of the linear and of the corrected shape: (curvature, side force) each."""
-    exact = elastica(force, stroke)
-    forces, strokes = np.array([force]), np.array([stroke])
+    exact = elastica(force, lateral)
+    forces, strokes = np.array([force]), np.array([lateral])
     linear = bent(PAPER, STRIP, forces, strokes)
     corrected = corrected_of(linear)
     curvature, side = exact.sol(STATIONS)[1], -EI * exact.p[0]
@@ -91,7 +91,7 @@ def errors(force, stroke):
 
 @pytest.mark.parametrize("force", [-160.0, -30.0, 120.0, 3000.0])
 def test_what_is_left_is_of_fourth_order(force):
-    """Twice the stroke: four times the linear theory's error, sixteen times the corrected one's."""
+    """Twice the lateral displacement: four times the linear theory's error, sixteen times the corrected one's."""
     (linear, _), (corrected, _) = errors(force, 1.5e-3)
     (linear_twice, _), (corrected_twice, _) = errors(force, 3e-3)
     assert linear_twice / linear == pytest.approx(4.0, rel=0.25)
@@ -99,7 +99,7 @@ def test_what_is_left_is_of_fourth_order(force):
 
 
 @pytest.mark.parametrize("force", [-160.0, 120.0])
-def test_the_papers_stroke_is_met_closely(force):
+def test_the_papers_lateral_is_met_closely(force):
     linear, corrected = errors(force, 1.5e-3)
     assert max(corrected) < 1e-4
     assert corrected[0] < 0.05 * linear[0]
@@ -115,10 +115,10 @@ def test_the_force_along_the_strip_follows_its_tangent():
     assert shape.axial_force(STATIONS)[:, 0] == pytest.approx(along, rel=2e-4)
 
 
-def by_power_series(q, head, stroke, terms):
+def by_power_series(q, head, lateral, terms):
     """V'''(0), Q_3, theta_3' and the offset's correction at four stations, in lengths of the strip, many digits."""
     with mpmath.workdps(150):
-        q, head, stroke = mpmath.mpf(q), mpmath.mpf(head), mpmath.mpf(stroke)
+        q, head, lateral = mpmath.mpf(q), mpmath.mpf(head), mpmath.mpf(lateral)
 
         def solved(start, constant, right):
             """theta'' = q theta + constant + right with theta(0) = 0, theta'(0) = start, as a power series."""
@@ -147,7 +147,7 @@ def by_power_series(q, head, stroke, terms):
 
         zero = [mpmath.mpf(0)] * terms
         matrix = mpmath.matrix([ends(solved(1, 0, zero), zero, zero, 0), ends(solved(0, 1, zero), zero, zero, 1)]).T
-        clamp, shear = mpmath.lu_solve(matrix, mpmath.matrix([stroke, 0]))
+        clamp, shear = mpmath.lu_solve(matrix, mpmath.matrix([lateral, 0]))
         turn = solved(clamp, shear, zero)
         square = product(turn, turn)
         cubic = [c / 6 for c in product(square, turn)]

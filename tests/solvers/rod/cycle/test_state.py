@@ -15,7 +15,7 @@ ROD = 2.0
 
 
 def exact(q, l, compliance):
-    """psi' at the clamp, its derivative over m, and psi' at the head per unit stroke, by 50 digits."""
+    """psi' at the clamp, its derivative over m, and psi' at the head per unit lateral displacement, by 50 digits."""
     with mp.workdps(50):
         q, l, g = mp.mpf(q), mp.mpf(l), mp.mpf(compliance)
         e, m = mp.mpf(ROD) - l, 1 + g * q

@@ -118,11 +118,11 @@ def test_compiled_envelope_equals_the_closed_form():
     rng = np.random.default_rng(6)
     for _ in range(60):
         length, b, h, modulus = L * rng.uniform(0.1, 1.0), 9e-3, 10 ** rng.uniform(-4, -2.7), 210e9
-        force, stroke = random_load(rng, length, b, h, modulus)
+        force, lateral = random_load(rng, length, b, h, modulus)
         high, low = np.empty((2, 25)), np.empty((2, 25))
-        assert rod_stress_envelope.stress_envelope(force, stroke, modulus, b, h, length, L, high, low)
+        assert rod_stress_envelope.stress_envelope(force, lateral, modulus, b, h, length, L, high, low)
         constants = rod_beam_column.solve(12 * force / (modulus * b * h**3), length, L)
-        bending = 0.5 * modulus * h * rod_beam_column.curvature(constants, np.linspace(0, length, 25)) * stroke
+        bending = 0.5 * modulus * h * rod_beam_column.curvature(constants, np.linspace(0, length, 25)) * lateral
         direct = force / (b * h)
         scale = np.abs(bending).max() + np.abs(direct).max()
         for fibre, sign in enumerate((1, -1)):

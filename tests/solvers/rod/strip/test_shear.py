@@ -13,7 +13,7 @@ from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP, bent
 
 STUBBY = rod.Dimensions(b=9e-3, h=3e-3, l=8e-3)
-STROKE = 1e-4
+LATERAL = 1e-4
 
 
 def timoshenko(force, coupled=1.0):
@@ -26,7 +26,7 @@ def timoshenko(force, coupled=1.0):
         return np.vstack([y[1], (P * slope + p[0]) / stiffness, slope])
 
     def ends(a, b, p):
-        return np.array([a[0], a[2], b[2] + e * b[0] - STROKE, stiffness * b[1] + e * (P * b[0] + p[0])])
+        return np.array([a[0], a[2], b[2] + e * b[0] - LATERAL, stiffness * b[1] + e * (P * b[0] + p[0])])
 
     mesh = np.linspace(0.0, STUBBY.l, 41)
     return solve_bvp(equations, ends, mesh, np.zeros((3, 41)), p=[-1.0], tol=1e-11, max_nodes=50_000)
@@ -36,7 +36,7 @@ def timoshenko(force, coupled=1.0):
 @pytest.mark.parametrize("couples", [True, False])
 def test_bends_as_timoshenkos_equations_say(force, couples):
     reference = timoshenko(force, float(couples))
-    shape = bent(PAPER, STUBBY, np.array([force]), np.array([STROKE]), couples, shears=True)
+    shape = bent(PAPER, STUBBY, np.array([force]), np.array([LATERAL]), couples, shears=True)
     z = np.linspace(0.0, STUBBY.l, 7)
     assert reference.success
     assert shape.curvature(z)[:, 0] == pytest.approx(reference.sol(z)[1], rel=1e-7)
@@ -46,9 +46,9 @@ def test_bends_as_timoshenkos_equations_say(force, couples):
 
 def test_a_thin_strip_bends_as_if_rigid_in_shear():
     thin = rod.Dimensions(b=9e-3, h=1e-6, l=23e-3)
-    force, stroke = np.array([1e-9, -1e-9]), np.array([1e-3, 1e-3])
-    sheared = bent(PAPER, thin, force, stroke, shears=True).curvature([0.0, 0.01])
-    assert sheared == pytest.approx(bent(PAPER, thin, force, stroke).curvature([0.0, 0.01]), rel=1e-7)
+    force, lateral = np.array([1e-9, -1e-9]), np.array([1e-3, 1e-3])
+    sheared = bent(PAPER, thin, force, lateral, shears=True).curvature([0.0, 0.01])
+    assert sheared == pytest.approx(bent(PAPER, thin, force, lateral).curvature([0.0, 0.01]), rel=1e-7)
 
 
 def test_shear_lowers_the_critical_load_by_its_share():

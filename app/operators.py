@@ -51,7 +51,7 @@ def create(
     """Create a key. It is shown once, on standard output; the store keeps only its digest."""
     from app.access.keys import new_key
     from app.access.scopes import Scope
-    from app.designs.names import cleaned
+    from app.names import cleaned
     from app.store.keys import CreateKey
 
     try:

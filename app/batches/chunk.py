@@ -29,6 +29,7 @@ from app.designs.refusals import REPEATED, json_pointer, repetitions
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import DesignSettings, entry, finite
 from app.jobs.budget import budget
+from app.names import cleaned
 from app.store.batch_inputs import RepeatedNames, Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import encoded, joined, packed, parts_json, sealed, unpacked
 from app.store.batch_records import Item
@@ -265,7 +266,9 @@ def parts_of(slug: str, mode: Mode, found: Answer) -> dict[str, Any]:
 
 
 def _storable_spec(body: Any) -> bytes | None:
-    """A refused body as the spec of its run; None if it cannot be stored."""
+    """A refused body as the spec of its run, its name cleaned; None if it cannot be stored."""
+    if isinstance(body, dict) and isinstance(name := body.get("name"), str):
+        body = {**body, "name": cleaned(name)}
     try:
         text = canonical_json(body)
         return text if len(text) < _MAX_REFUSED_BYTES else None

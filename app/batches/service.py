@@ -21,7 +21,6 @@ from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Mode
-from app.designs.names import cleaned
 from app.designs.problems import INVALID
 from app.designs.refusals import with_suggestion
 from app.designs.registry import KINDS, modes_of
@@ -29,6 +28,7 @@ from app.designs.schema import entry
 from app.errors import Problem
 from app.jobs.errors import ShareUsed
 from app.jobs.executor import Executor
+from app.names import cleaned
 from app.store.batch_inputs import Row, Source
 from app.store.batch_operations import Acknowledge, Cancel, Drop, Open, find_answer
 from app.store.batch_reads import BatchFilter, active_batches_of, get_batch, list_batches

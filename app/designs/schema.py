@@ -16,10 +16,10 @@ from pydantic import BaseModel, BeforeValidator, ConfigDict, Discriminator, Fiel
 from pydantic_core import PydanticKnownError
 
 from app.designs.kind import REFUSED, Answer
-from app.designs.names import Cleaned
 from app.designs.problems import INVALID, OUT_OF_TIME, problem_details
 from app.designs.progress import Report
 from app.designs.units import figures, in_si
+from app.names import Cleaned
 from solvers.effects import ALL, AUTO, EffectSelection
 from solvers.errors import EffectConflict, InvalidInput
 from solvers.outcome import Accuracy, Certificate, Outcome, Status

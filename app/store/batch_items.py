@@ -12,6 +12,7 @@ from typing import Any
 
 from pydantic_core import to_json
 
+from app.names import cleaned
 from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
 from app.store.hashing import canonical_json, canonical_spec, spec_hash
 from app.store.record import RunRecord, RunStatus
@@ -147,6 +148,7 @@ def _run(batch: BatchRecord, index: int, **own: Any) -> RunRecord:
 
 
 def name_of(spec: Any) -> str | None:
-    """The name in a request, at most 200 characters; None if absent or not text."""
+    """The name in a request, also in one that is not valid: cleaned, at most 200 characters; None if absent or not
+    text."""
     name = spec.get("name") if isinstance(spec, dict) else None
-    return name[:200] if isinstance(name, str) and name else None
+    return cleaned(name)[:200] or None if isinstance(name, str) else None

@@ -13,8 +13,8 @@ import pytest
 from pypdf import PdfReader
 
 from app.designs.kind import Mode
-from app.designs.names import cleaned
 from app.designs.registry import KINDS
+from app.names import cleaned
 from app.reports.build import report_of
 from app.reports.html import html
 from app.reports.pdf import pdf

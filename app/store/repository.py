@@ -17,11 +17,12 @@ from typing import Any, Self, TypeVar
 
 from sqlalchemy import ColumnElement, Connection, Select, select, tuple_
 
-from app.store.batch_reads import find_batch, get_item_run, list_item_runs
+from app.store.batch_reads import find_batch
 from app.store.batch_records import BatchRecord
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, InvalidCursor, UnknownRun
 from app.store.faults import FaultKind, FileWatch, StoreFault, raising_faults
+from app.store.item_runs import Place, get_item_run, list_item_runs
 from app.store.maintenance import ExpireKeys, Probe
 from app.store.models import runs
 from app.store.operations import Advance, Put, PutOnce, find_response
@@ -306,7 +307,7 @@ _KEYS = {
 def _list(
     connection: Connection,
     wanted: RunFilter,
-    after: tuple[str | float, str] | None,
+    after: Place | None,
     size: int,
     order: RunOrder,
     who: Viewer,
@@ -340,20 +341,16 @@ def _list_batch(
     connection: Connection,
     batch: BatchRecord,
     wanted: RunFilter,
-    after: tuple[str | float, str] | None,
+    after: Place | None,
     size: int,
     order: RunOrder,
 ) -> RunPage:
-    found, more = list_item_runs(connection, batch, wanted, after, size, order)
+    found, last = list_item_runs(connection, batch, wanted, after, size, order)
     items = tuple(RunSummary(**{name: getattr(run, name) for name in SUMMARY_FIELDS}) for run in found)
-    if not more:
-        return RunPage(items, None)
-    last = items[-1]
-    keys = {RunOrder.NAME: last.name or "", RunOrder.LEAST: last.figure, RunOrder.GREATEST: last.figure}
-    return RunPage(items, _encode_cursor(keys.get(order, last.id), last.id))
+    return RunPage(items, None if last is None else _encode_cursor(*last))
 
 
-def _beyond(column: ColumnElement, descending: bool, after: tuple[str | float, str]) -> ColumnElement[bool]:
+def _beyond(column: ColumnElement, descending: bool, after: Place) -> ColumnElement[bool]:
     if column is runs.c.id:
         return column < after[1] if descending else column > after[1]
     here = tuple_(column, runs.c.id)
@@ -379,7 +376,7 @@ def _encode_cursor(key: str | float, run_id: str) -> str:
     return base64.urlsafe_b64encode(text.encode()).decode().rstrip("=")
 
 
-def _decode_cursor(cursor: str, order: RunOrder) -> tuple[str | float, str]:
+def _decode_cursor(cursor: str, order: RunOrder) -> Place:
     """Sort key and id of the last run of the previous page. Raises InvalidCursor, also for a cursor of another
     order."""
     kept = {RunOrder.NAME: str, RunOrder.LEAST: float, RunOrder.GREATEST: float}.get(order)

@@ -18,12 +18,16 @@ from app.designs.registry import KINDS, plots_for, plots_of
 from app.designs.schema import entry
 from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
-from app.store.record import RunFilter, RunOrder, RunStatus
+from app.store.record import ITEM_ORDERS, RunFilter, RunOrder, RunStatus
 from app.submission import Service
 from app.words.languages import Language
 
 router = APIRouter(prefix="/api/v1/runs", tags=["runs"], dependencies=[Depends(check_query_names)])
 _ANIMATION = re.compile(r"<animate [^>]*/>")
+_ORDERS = (
+    "name lists only runs that have a name, and is no order of the items of a batch; least and greatest list only runs "
+    "that have a main figure, in the order of its values"
+)
 _MISSING: dict[int | str, dict[str, str]] = {404: {"description": "there is no such run"}}
 
 
@@ -68,17 +72,19 @@ async def list_runs(
     created_before: Annotated[
         datetime | None, Query(description="exclusive; a date and time with its time zone")
     ] = None,
-    order: Annotated[
-        RunOrder, Query(description="least and greatest order by the runs' main figure")
-    ] = RunOrder.NEWEST,
+    order: Annotated[RunOrder, Query(description=_ORDERS)] = RunOrder.NEWEST,
     cursor: Annotated[str | None, Query(max_length=2000, description="next_cursor of the previous page")] = None,
     limit: Annotated[int, Query(ge=1, le=200, description="runs per page")] = 50,
 ) -> dict[str, object]:
-    """Runs matching all filters; ``next_cursor`` requests the next page."""
+    """Runs matching all filters; ``next_cursor`` requests the next page and is null on the last one. A search for a
+    name among the items of a large batch takes many pages, some of which may have no item."""
     for field, value in (("created_after", created_after), ("created_before", created_before)):
         if value is not None:
             _check_time(field, value)
     check_kind(kind)
+    if batch_id is not None and order not in ITEM_ORDERS:
+        found = entry("/order", "is no order of the items of a batch", ", ".join(ITEM_ORDERS))
+        raise Problem(422, INVALID, "items of a batch have no order by name", [found])
     service: Service = request.app.state.service
     wanted = RunFilter(kind, mode, status, name, batch_id, created_after, holds, text, created_before)
     page = await service.store.list_runs(wanted, cursor, limit, order)

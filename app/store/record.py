@@ -124,6 +124,10 @@ class RunOrder(StrEnum):
     GREATEST = "greatest"
 
 
+ITEM_ORDERS = (RunOrder.NEWEST, RunOrder.OLDEST, RunOrder.LEAST, RunOrder.GREATEST)
+"""Orders of the items of a batch, whose names have no index."""
+
+
 @dataclass(frozen=True)
 class RunPage:
     """A page of runs; ``next_cursor`` is None on the last page, ``damaged`` the ids of runs of this page whose rows do

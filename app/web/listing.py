@@ -9,7 +9,7 @@ from urllib.parse import urlencode
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.store.record import RunFilter, RunOrder, RunStatus
+from app.store.record import ITEM_ORDERS, RunFilter, RunOrder, RunStatus
 from app.words.languages import gettext as _
 
 FIELDS = ("kind", "mode", "status", "holds", "text", "since", "until", "order", "batch_id")
@@ -42,7 +42,11 @@ class Listing:
 
     @property
     def choices(self) -> Mapping[str, Mapping[str, str]]:
-        return {field: {value: _(words) for value, words in found.items()} for field, found in CHOICES.items()}
+        """Values and labels of the fields that are selected."""
+        choices = {field: {value: _(words) for value, words in found.items()} for field, found in CHOICES.items()}
+        if "batch_id" in self.given:
+            choices["order"] = {str(order): choices["order"][order] for order in ITEM_ORDERS}
+        return choices
 
     @property
     def filtered(self) -> bool:
@@ -72,6 +76,8 @@ def asked_of(query: Mapping[str, str]) -> Listing:
                 errors[name] = _("is no date such as 2026-01-31")
     if len(given.get("text", "")) > _MAX_TEXT_LENGTH or "\0" in given.get("text", ""):
         errors["text"] = _("is at most %(most)s characters") % {"most": _MAX_TEXT_LENGTH}
+    if "batch_id" in given and given.get("order") == RunOrder.NAME:
+        errors["order"] = _("is no order of the items of a batch")
     sound = {name: value for name, value in given.items() if name not in errors}
     # The filter bounds are exclusive, so a day begins just before midnight.
     wanted = RunFilter(

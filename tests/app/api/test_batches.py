@@ -82,6 +82,34 @@ def test_lines_of_json_become_items_and_items_are_runs(client: TestClient) -> No
     assert [run["id"] for run in listed] == [row["run_id"] for row in rows]
 
 
+def test_filters_and_orders_of_items_go_together(client: TestClient) -> None:
+    bores = [10.0 + 0.01 * k for k in range(300)]
+    named = ({**PIN, "bore_mm": bore, "name": "" if k % 10 else "needle"} for k, bore in enumerate(bores))
+    batch = ended(client, submit(client, "\n".join(map(json.dumps, named))))
+    for order in ("newest", "oldest", "least", "greatest"):
+        for wanted in ({"name": "needle"}, {"text": "need", "status": "succeeded"}):
+            asked = {"batch_id": batch["id"], "order": order, "limit": 20, **wanted}
+            first = client.get("/api/v1/runs", params=asked).json()
+            rest = client.get("/api/v1/runs", params={**asked, "cursor": first["next_cursor"]}).json()
+            items = [*first["items"], *rest["items"]]
+            assert ({run["name"] for run in items}, len(items), rest["next_cursor"]) == ({"needle"}, 30, None)
+
+
+def test_items_have_no_order_by_name(client: TestClient) -> None:
+    batch = ended(client, submit(client, json.dumps(pin(4321.0)).encode()))
+    asked = {"batch_id": batch["id"], "order": "name"}
+    answer = client.get("/api/v1/runs", params=asked)
+    assert (answer.status_code, [error["pointer"] for error in answer.json()["errors"]]) == (422, ["/order"])
+    assert client.get("/runs", params=asked).text.count("is no order of the items of a batch") == 1
+
+
+def test_names_of_refused_rows_are_cleaned(client: TestClient) -> None:
+    body = {**PIN, "bore_mm": 30.0, "name": "a\u202egnp\x1b[31m\0"}
+    batch = ended(client, submit(client, json.dumps(body).encode()))
+    [run] = client.get("/api/v1/runs", params={"batch_id": batch["id"]}).json()["items"]
+    assert run["name"] == client.get(f"/api/v1/runs/{run['id']}").json()["spec"]["name"] == "agnp[31m"
+
+
 HOSTILE = [
     (b'{"load": {"force_n": NaN}}', "NaN"),
     (b'{"load": 1e400}', "/load"),

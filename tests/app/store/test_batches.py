@@ -231,6 +231,73 @@ def test_items_of_any_state_are_listed_as_runs(database_url: str) -> None:
     run(database_url, story)
 
 
+async def walked(store: RunStore, order: RunOrder, limit: int, **wanted: Any) -> list[int]:
+    """The indices of the items on all pages."""
+    found, cursor = [], None
+    while True:
+        page = await store.list_runs(RunFilter(**wanted), cursor, limit, order)
+        found += [split_item_id(run.id)[1] for run in page.items]  # type: ignore[index]
+        cursor = page.next_cursor
+        if cursor is None:
+            return found
+
+
+@pytest.mark.parametrize("longest_s", [0.0, 60.0])
+def test_a_search_for_names_finds_every_item(
+    database_url: str, monkeypatch: pytest.MonkeyPatch, longest_s: float
+) -> None:
+    """Also if pages end early, and where the database is asked for a few rows at a time."""
+    monkeypatch.setattr("app.store.item_runs._LONGEST_SEARCH_S", longest_s)
+    monkeypatch.setattr("app.store.item_runs._ROWS", 3)
+    monkeypatch.setattr("app.store.item_runs._PLACES", 7)
+    needles = [0, 4, 15, 16, 29]
+
+    def item(batch: BatchRecord, k: int) -> Item:
+        spec = canonical_json({**SPEC, "name": "Needle" if k in needles else f"row {k}"})
+        content = packed(encoded(spec, {}), batch.dictionary)
+        return Item(k, k + 1, "succeeded" if k % 2 else "infeasible", True, float(k // 4), content)
+
+    async def story(store: RunStore) -> None:
+        batch = await received(store, 30)
+        for chunk in await store.write(Claim(batch.number, "a", 30.0, 30, 100)):
+            answers = sealed(batch.number, (item(batch, k) for k in range(chunk.first, chunk.end)))
+            await store.write(Finish(chunk, "a", answers))
+        for order in (RunOrder.OLDEST, RunOrder.LEAST, RunOrder.NEWEST, RunOrder.GREATEST):
+            expected = needles if order in (RunOrder.OLDEST, RunOrder.LEAST) else needles[::-1]
+            odd = [k for k in expected if k % 2]
+            for limit in (1, 2, 50):
+                for wanted in ({"name": "Needle"}, {"text": "eEDL"}, {"name": "Needle", "holds": True}):
+                    assert await walked(store, order, limit, batch_id=batch.id, **wanted) == expected
+                assert await walked(store, order, limit, batch_id=batch.id, name="Needle", status="succeeded") == odd
+                everything = await walked(store, order, limit, batch_id=batch.id)
+                assert sorted(everything) == list(range(30))
+
+    run(database_url, story)
+
+
+@pytest.mark.parametrize("name", ["Шток Ä İ", "шток ä i"])
+def test_text_is_found_in_a_name_in_either_case(database_url: str, name: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store, 1, blocks=1)
+        [chunk] = await store.write(Claim(batch.number, "a", 30.0, 1, 1))
+        content = packed(encoded(canonical_json({"name": name}), {}), batch.dictionary)
+        await store.write(Finish(chunk, "a", sealed(batch.number, [Item(0, 1, "succeeded", None, None, content)])))
+        for text in ("ШТОК Ä", "шток", "Шток ä"):
+            assert await walked(store, RunOrder.NEWEST, 1, batch_id=batch.id, text=text) == [0]
+        assert await walked(store, RunOrder.NEWEST, 1, batch_id=batch.id, text="шток a") == []
+
+    run(database_url, story)
+
+
+def test_a_verdict_is_no_filter_of_open_items(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await received(store)
+        assert await walked(store, RunOrder.NEWEST, 50, batch_id=batch.id, status="queued", holds=True) == []
+        assert len(await walked(store, RunOrder.NEWEST, 50, batch_id=batch.id, status="queued")) == 10
+
+    run(database_url, story)
+
+
 def test_verify_detects_loss_and_corruption(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         for _ in range(3):

@@ -192,6 +192,22 @@ def test_every_filter_restricts(store: RunStore) -> None:
     assert nothing.items == () and nothing.next_cursor is None
 
 
+@pytest.mark.parametrize("text", ["ШТОК", "шток Ä", "50%", "_"])
+def test_text_is_found_in_names_in_either_case(database_url: str, text: str) -> None:
+    if text.upper() != text.lower() and database_url.startswith("postgresql"):
+        pytest.skip("the server of the tests has the locale C")
+    records = [make_record(name=name) for name in ("Шток Ä İ 50%_", "шток ä i 50%_", "other", None)]
+
+    async def look():
+        with RunStore(database_url) as store:
+            for each in records:
+                await store.put(each)
+            return await store.list_runs(RunFilter(text=text))
+
+    found = asyncio.run(look())
+    assert {item.id for item in found.items} == {record.id for record in records[:2]}
+
+
 def test_paging_is_stable_while_runs_are_added(store: RunStore) -> None:
     records = [make_record(k) for k in range(25)]
 

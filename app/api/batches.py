@@ -14,15 +14,17 @@ from fastapi.responses import StreamingResponse
 
 from app.api.bodies import parse_in_turn, read_body
 from app.api.queries import check_kind, check_query_names
+from app.batches.columns import OWN_TYPES, column
 from app.batches.fields import names as field_names
-from app.batches.fields import no_columns, result_columns
-from app.batches.results import MEDIA_TYPES, OWN_COLUMNS, Format, Wanted
+from app.batches.fields import result_columns
+from app.batches.results import MEDIA_TYPES, Format, Wanted
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Detail, Mode
 from app.designs.problems import INVALID
 from app.designs.refusals import MAX_ENTRIES, with_suggestion
+from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
@@ -146,12 +148,17 @@ def _wanted(batch: BatchRecord, status: str | None, fields: str | None) -> Wante
         for each in statuses
         if each not in known
     ]
-    columns = (*OWN_COLUMNS, *result_columns(batch.kind, batch.mode), *field_names(batch.kind, batch.mode))
-    for each in no_columns(batch.kind, batch.mode, (name for name in names if name not in OWN_COLUMNS)):
-        said = with_suggestion(f"has {each[:100]}, which is no column", each, columns)
-        found.append(
-            entry("/fields", said, "dotted names of the request and the result, and " + ", ".join(OWN_COLUMNS))
-        )
+    known = (*OWN_TYPES, *result_columns(batch.kind, batch.mode), *field_names(batch.kind, batch.mode))
+    allowed = "dotted names of the request and the result, and " + ", ".join(OWN_TYPES)
+    left_out = () if batch.detail == Detail.FULL else job_of(KINDS[batch.kind], Mode(batch.mode)).tables
+    for each in names:
+        chosen = column(batch.kind, batch.mode, each)
+        if chosen is None:
+            said = with_suggestion(f"has {each[:100]}, which is no column", each, known)
+            found.append(entry("/fields", said, allowed))
+        elif chosen.part == "result" and chosen.path.partition(".")[0] in left_out:
+            said = f"has {each[:100]}, which is stored only with detail=full"
+            found.append(entry("/fields", said, "scalars of the result, or a batch submitted with detail=full"))
     if found:
         raise Problem(422, INVALID, "the table cannot be made", found[:MAX_ENTRIES])
     return Wanted(statuses, names)
@@ -170,10 +177,17 @@ async def batch_results(
         str | None, Query(max_length=100, description="status of the items; several separated by commas")
     ] = None,
     fields: Annotated[
-        str | None, Query(max_length=8000, description="dotted names of the columns, separated by commas; default: all")
+        str | None,
+        Query(
+            max_length=8000,
+            description="dotted names of the columns, separated by commas; objects and arrays are JSON text; default: "
+            "what every item has, the fields in which the requests differ, and all scalars of the result",
+        ),
     ] = None,
 ) -> Response:
-    """Results of the items finished so far, in order, as a stream."""
+    """Results of the items finished so far, in order, as a stream. A field that the request and the result have both
+    is the result's by its name, and the request's as ``spec.`` and its name: ``spec.impact_speed_m_s`` was asked for,
+    ``impact_speed_m_s`` is reached."""
     service = _service(request)
     batch = await service.get(batch_id)
     wanted = _wanted(batch, status, fields)

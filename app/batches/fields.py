@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any
@@ -10,6 +11,7 @@ from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of
 
 MOST_COLUMNS = 500
+_INDEX = re.compile(r"[0-9]{1,9}")
 
 
 @cache
@@ -35,7 +37,7 @@ def _inner(root: dict[str, Any], node: dict[str, Any], step: str) -> Iterator[di
         yield from _forms(root, node["properties"][step])
     elif isinstance(node.get("additionalProperties"), dict):
         yield from _forms(root, node["additionalProperties"])
-    elif step.isdigit() and node.get("type") == "array":
+    elif _INDEX.fullmatch(step) and node.get("type") == "array":
         members = node.get("prefixItems", [])
         item = members[int(step)] if int(step) < len(members) else node.get("items")
         if isinstance(item, dict):
@@ -73,9 +75,9 @@ def _result_schema(kind: str, mode: str) -> dict[str, Any]:
     return job_of(KINDS[kind], Mode(mode)).result.model_json_schema(mode="serialization")
 
 
-def no_columns(kind: str, mode: str, names: Iterable[str]) -> list[str]:
-    """The names that are fields neither of the request nor of the result."""
-    return [name for name in unknown(kind, mode, names) if not _at(_result_schema(kind, mode), name)]
+def result_forms(kind: str, mode: str, name: str) -> list[dict[str, Any]]:
+    """The subschemas of a field of the result; empty if there is no such field."""
+    return _at(_result_schema(kind, mode), name)
 
 
 @cache
@@ -98,13 +100,21 @@ def result_columns(kind: str, mode: str) -> dict[str, type]:
     return found
 
 
-@cache
-def request_type(kind: str, mode: str, name: str) -> type | None:
-    """The type of the scalars that a field of the request may have; None if there is no such field or scalar."""
+def request_type(kind: str, mode: str, name: str) -> type:
+    """The type of the scalars that a field of the request may have; text if it has none."""
+    return _scalar_type(forms_of(kind, mode, name))
+
+
+def result_type(kind: str, mode: str, name: str) -> type:
+    """The type of the scalars that a field of the result may have; text if it has none."""
+    return _scalar_type(result_forms(kind, mode, name))
+
+
+def _scalar_type(forms: Iterable[dict[str, Any]]) -> type:
     found: type = type(None)
-    for form in forms_of(kind, mode, name):
+    for form in forms:
         found = wider(found, _TYPES.get(form.get("type", ""), type(None)))
-    return None if found is type(None) else found
+    return str if found is type(None) else found
 
 
 _TYPES: dict[str, type] = {"number": float, "integer": int, "boolean": bool, "string": str}

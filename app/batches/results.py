@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from app.batches.fields import request_type, result_columns, wider
+from app.batches.columns import OWN, OWN_TYPES, Column, column, requested
+from app.batches.fields import result_columns, wider
 from app.designs.units import figures
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
@@ -24,12 +25,11 @@ _PAGE = 500
 _SAMPLE_SIZE = 2000
 _PARQUET_ROWS = 20_000
 _INT64 = 2**63
-_HEAD_TYPES: dict[str, type] = {"index": int, "line": int, "run_id": str, "status": str, "holds": bool}
-HEAD = tuple(_HEAD_TYPES)
-_REASONS = ("diagnosis", "problem")
-"""Columns that say why an item has no answer."""
-OWN_COLUMNS = (*HEAD, "governed_by", *_REASONS)
-"""Columns of every batch."""
+HEAD = ("index", "line", "run_id", "status", "holds")
+_LAST = ("accuracy.estimated", "accuracy.met", "diagnosis", "problem")
+_OF_HEAD, [_GOVERNED_BY], _OF_END = (
+    [Column(name, OWN, name, OWN_TYPES[name]) for name in names] for names in (HEAD, ("governed_by",), _LAST)
+)
 MOST_POINTS = 4000
 _POINT_FIELDS = ("index", "run_id", "status", "holds", "governed_by")
 _FORMULA_PREFIXES = ("=", "+", "-", "@", "\t", "\r")
@@ -65,38 +65,34 @@ def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, An
         yield prefix, value
 
 
-def row_of(batch: BatchRecord, varied: Sequence[str], item: Item) -> dict[str, Any]:
-    """One item as a row: identity, varied fields, scalars of the result; why there is none: diagnosis or problem."""
+def parts_of(batch: BatchRecord, item: Item) -> dict[str, Any]:
+    """The parts of an item by name, with those of every item: identity, verdict, accuracy, why there is no result."""
     parts = unpacked(item.content, batch.dictionary)
-    row: dict[str, Any] = {
+    verdict, accuracy = parts.get("verdict") or {}, parts.get("accuracy") or {}
+    own = {
         "index": item.index,
         "line": item.line,
         "run_id": item_id(batch.id, item.index),
         "status": item.status,
         "holds": item.holds,
+        "governed_by": verdict.get("governed_by"),
+        "accuracy": accuracy,
+        "diagnosis": _diagnosis(parts.get("result")),
+        "problem": _problem(parts.get("problem")),
     }
-    spec = parts.get("spec")
-    for name in varied:
-        if name not in row and (value := _at(spec, name)) is not None:
-            row[name] = value
-    verdict = parts.get("verdict") or {}
-    row["governed_by"] = verdict.get("governed_by")
-    result = parts.get("result")
-    if isinstance(result, dict):
-        row |= {name: value for name, value in flat(result) if name not in row}
-    row |= {name: None for name in varied if name not in row}
-    row["diagnosis"] = _diagnosis(result)
-    row["problem"] = _problem(parts.get("problem"))
-    return row
+    return {**parts, OWN: own}
 
 
-def _at(value: Any, name: str) -> Any:
-    for step in name.split("."):
-        if isinstance(value, list):
-            value = value[int(step)] if step.isdigit() and int(step) < len(value) else None
-        else:
-            value = value.get(step) if isinstance(value, dict) else None
-    return value if not isinstance(value, (dict, list)) else json.dumps(value)
+def row_of(columns: Sequence[Column], parts: Mapping[str, Any]) -> dict[str, Any]:
+    """A row of the given columns."""
+    return {each.name: each.value(parts) for each in columns}
+
+
+def whole_row_of(varied: Sequence[Column], parts: Mapping[str, Any]) -> dict[str, Any]:
+    """A row of what every item has, the varied fields and all scalars of the result."""
+    row = row_of((*_OF_HEAD, *varied, _GOVERNED_BY), parts)
+    row |= {name: value for name, value in flat(parts.get("result") or {}) if name not in row}
+    return row | row_of(_OF_END, parts)
 
 
 def _diagnosis(result: Any) -> str | None:
@@ -121,26 +117,36 @@ def _problem(problem: Any) -> str | None:
 
 async def rows(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[list[dict[str, Any]]]:
     """The rows of finished items in item order, a page at a time."""
-    varied = wanted.fields or await varied_of(store, batch)
+    chosen = _chosen(batch, wanted)
+    varied = () if chosen else await varied_of(store, batch)
     after = -1
     while True:
 
         def page(connection: Any, after: int = after) -> tuple[list[dict[str, Any]], int]:
             items = items_after(connection, batch.number, after, _PAGE, wanted.statuses)
-            return [row_of(batch, varied, item) for item in items], items[-1].index if items else -1
+            found = (parts_of(batch, item) for item in items)
+            made = [row_of(chosen, parts) if chosen else whole_row_of(varied, parts) for parts in found]
+            return made, items[-1].index if items else -1
 
         found, last = await store.query(page)
         if not found:
             return
-        yield [_selected(row, wanted.fields) for row in found] if wanted.fields else found
+        yield found
         after = last
 
 
-def _selected(row: dict[str, Any], names: Sequence[str]) -> dict[str, Any]:
-    return {name: row.get(name) for name in names}
+def _chosen(batch: BatchRecord, wanted: Wanted) -> list[Column]:
+    """The columns asked for; none if all are."""
+    found = (column(batch.kind, batch.mode, name) for name in wanted.fields)
+    return [each for each in found if each is not None]
 
 
-async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
+async def varied_of(store: RunStore, batch: BatchRecord) -> tuple[Column, ...]:
+    """The columns of the fields in which the requests differ."""
+    return tuple(requested(batch.kind, batch.mode, field) for field in await _varied_fields(store, batch))
+
+
+async def _varied_fields(store: RunStore, batch: BatchRecord) -> tuple[str, ...]:
     """The fields in which the requests differ: as declared by the source, else found in the first items."""
     source = Source.from_json(batch.source)
     if source.form != "ndjson":
@@ -169,21 +175,23 @@ async def points(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dict[st
     all alike come last.
     """
     step = max(1, -(-batch.total // MOST_POINTS))
-    varied = await varied_of(store, batch)
+    varied, chosen = await varied_of(store, batch), _chosen(batch, wanted)
 
     def look(connection: Any) -> dict[str, Any]:
         found: list[list[Any]] = []
         names: dict[str, None] = {}
-        values: dict[str, set[Any]] = {name: set() for name in varied}
+        values: dict[str, set[Any]] = {each.name: set() for each in varied}
         for item in items_spread(connection, batch.number, step, MOST_POINTS):
-            row = row_of(batch, (*varied, *wanted.fields), item)
+            parts = parts_of(batch, item)
+            row = whole_row_of(varied, parts)
             for name, known in values.items():
                 if len(known) < 2:
                     known.add(row[name])
             if item.status == ItemStatus.SUCCEEDED and not names:
                 names = {name: None for name, value in row.items() if _is_number(value) and name not in HEAD}
+            row |= row_of(chosen, parts)
             found.append([*(row[name] for name in _POINT_FIELDS), *(row.get(name) for name in wanted.fields)])
-        given = [name for name in varied if name in names]
+        given = [name for name in values if name in names]
         first = [name for name in given if len(values[name]) > 1] or given
         rest = [name for name in names if name not in given] + [name for name in given if name not in first]
         return {"fields": [*_POINT_FIELDS, *wanted.fields], "points": found, "varied": first, "results": rest}
@@ -241,34 +249,22 @@ async def columns_of(store: RunStore, batch: BatchRecord, wanted: Wanted) -> dic
     value is lost, and no second pass over the items is needed. Types are those of the schemas, not of the sample, for
     a refused row may have anything anywhere.
     """
+    if chosen := _chosen(batch, wanted):
+        return {each.name: each.type for each in chosen}
     known = result_columns(batch.kind, batch.mode)
     step = max(1, batch.total // _SAMPLE_SIZE)
-    varied = wanted.fields or await varied_of(store, batch)
+    varied = await varied_of(store, batch)
 
     def look(connection: Any) -> dict[str, type]:
-        found: dict[str, type] = dict.fromkeys(wanted.fields, type(None))
+        found: dict[str, type] = dict.fromkeys(whole_row_of(varied, {}), type(None))
         for item in items_spread(connection, batch.number, step, 2 * _SAMPLE_SIZE):
-            row = row_of(batch, varied, item)
-            for name in wanted.fields or row:
-                value = row.get(name)
-                if value is not None or name not in found:
-                    found[name] = wider(found.get(name, type(None)), type(value))
+            for name, value in whole_row_of(varied, parts_of(batch, item)).items():
+                found[name] = wider(found.get(name, type(None)), type(value))
         return found
 
-    found = await store.query(look)
-    for name in found:
-        of_request = request_type(batch.kind, batch.mode, name) if name in varied else None
-        found[name] = of_request or known.get(name, found[name])
-    if not wanted.fields:
-        found = {
-            **dict.fromkeys(HEAD, str),
-            **found,
-            **{name: kind for name, kind in known.items() if name not in found},
-        }
-        for name in _REASONS:
-            found.pop(name, None)
-            found[name] = str
-    return {**found, **{name: kind for name, kind in _HEAD_TYPES.items() if name in found}}
+    found = {**await store.query(look), **known}
+    found |= {each.name: each.type for each in (*_OF_HEAD, *varied, _GOVERNED_BY)}
+    return {**{name: kind for name, kind in found.items() if name not in _LAST}, **{n: OWN_TYPES[n] for n in _LAST}}
 
 
 def _safe(value: Any) -> Any:

@@ -14,6 +14,7 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.access.scopes import Scope
+from app.batches.columns import column
 from app.batches.fields import numbers
 from app.batches.offline import form_of
 from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
@@ -262,12 +263,12 @@ async def map_points(
     batch = await service.get(batch_id)
     wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MAX_PARALLEL_AXES])))))
     told = await points(service.store, batch, wanted)
-    return {**told, "words": _map_words(KINDS[batch.kind], told)}
+    return {**told, "words": _map_words(KINDS[batch.kind], batch.mode, told)}
 
 
-def _map_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
+def _map_words(kind: Kind, mode: str, told: dict[str, Any]) -> dict[str, str]:
     """Labels of axes and colours in the page's language: varied fields as in the form, others by name."""
-    words = {name: _named(gettext(kind.form.label(_without_index(name))), name) for name in told["varied"]}
+    words = {name: _of_request(kind, mode, name) for name in told["varied"]}
     words |= {name: _named(named(name.rpartition(".")[2])[0], name) for name in told["results"]}
     values = {value for point in told["points"] for value in point[2:] if isinstance(value, (str, bool))}
     return {
@@ -275,7 +276,16 @@ def _map_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
         **{str(value).lower() if isinstance(value, bool) else value: _value(value) for value in values},
         **{name: gettext(label) for name, label in kind.labels.items() if name in values},
         **{name: plain(name) for name in ("governed_by", "status", "holds")},
+        "accuracy.estimated": gettext("estimated error"),
     }
+
+
+def _of_request(kind: Kind, mode: str, name: str) -> str:
+    """The label of a varied field, told from the result of the same name if there is one."""
+    found = column(kind.slug, mode, name)
+    field = name if found is None else found.path
+    label = gettext(kind.form.label(_without_index(field)))
+    return _named(label if field == name else gettext("%(label)s (requested)") % {"label": label}, name)
 
 
 def _without_index(name: str) -> str:

@@ -202,6 +202,8 @@ def test_csv_in_and_out(client: TestClient) -> None:
         ("fields=mass", "/fields", "has mass, which is no column; did you mean mass_g?"),
         ("fields=result.mass_g", "/fields", "has result.mass_g, which is no column; did you mean mass_g?"),
         ("fields=mass_g,verdict.summary", "/fields", "has verdict.summary, which is no column"),
+        ("fields=profile." + 5000 * "9", "/fields", "has profile." + 92 * "9" + ", which is no column"),
+        ("fields=profile.²", "/fields", "has profile.², which is no column; did you mean profile?"),
         ("status=suceeded", "/status", "has suceeded, which is no status; did you mean succeeded?"),
         ("field=mass_g", "/field", "is no parameter of this address; did you mean fields?"),
     ],
@@ -211,6 +213,55 @@ def test_a_column_that_no_batch_has_is_refused(client: TestClient, query: str, p
     answer = client.get(f"{batch['links']['results']}?{query}")
     assert answer.status_code == 422
     assert [(error["pointer"], error["detail"]) for error in answer.json()["errors"]] == [(pointer, detail)]
+
+
+LINKAGE = "lengths_mm.base,lengths_mm.crank,lengths_mm.coupler,lengths_mm.rocker,restitution,blow_frequency_hz,impact_speed_m_s"
+
+
+def test_what_was_asked_for_and_what_is_reached_are_columns_of_their_own(client: TestClient) -> None:
+    body = f"{LINKAGE}\n60,20,50,30,0.2,25,8\n".encode()
+    batch = ended(client, submit(client, body, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
+    [row] = rows_of(client, batch)
+    run = client.get(f"/api/v1/runs/{row['run_id']}").json()
+    reached = run["result"]["impact_speed_m_s"]
+    assert reached == pytest.approx(3.8124, rel=1e-4)
+    both = {"impact_speed_m_s": reached, "spec.impact_speed_m_s": 8}
+    assert both.items() <= row.items() and row["restitution"] == 0.2 and "spec.restitution" not in row
+    assert (row["lengths_mm.base"], row["spec.lengths_mm.base"]) == (run["result"]["lengths_mm"]["base"], 60)
+    assert rows_of(client, batch, "?fields=impact_speed_m_s,spec.impact_speed_m_s,spec.restitution") == [
+        {**both, "spec.restitution": 0.2}
+    ]
+    place = batch["links"]["results"] + "?format="
+    [of_csv] = csv.DictReader(io.StringIO(client.get(place + "csv").text))
+    [of_parquet] = pyarrow.parquet.read_table(io.BytesIO(client.get(place + "parquet").content)).to_pylist()
+    assert {name: float(of_csv[name]) for name in both} == {name: of_parquet[name] for name in both} == both
+    told = client.get(f"{batch['links']['page']}/map?x=spec.impact_speed_m_s&y=impact_speed_m_s").json()
+    assert told["points"][0][-2:] == [8, reached]
+    assert "spec.impact_speed_m_s" in told["varied"] and "impact_speed_m_s" in told["results"]
+
+
+def test_objects_and_arrays_of_a_result_are_json_text(client: TestClient) -> None:
+    body = f"{LINKAGE}\n60,20,50,30,0.2,25,8\n".encode()
+    batch = ended(client, submit(client, body, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
+    [row] = rows_of(client, batch, "?fields=run_id,warnings,lengths_mm,ratios.lambda0")
+    result = client.get(f"/api/v1/runs/{row['run_id']}").json()["result"]
+    assert result["warnings"] and json.loads(row["warnings"]) == result["warnings"]
+    assert json.loads(row["lengths_mm"]) == result["lengths_mm"]
+    answer = client.get(batch["links"]["results"] + "?fields=transfer")
+    assert answer.status_code == 422
+    assert answer.json()["errors"][0]["detail"] == "has transfer, which is stored only with detail=full"
+
+
+def test_a_table_shows_whether_the_accuracy_was_met(client: TestClient) -> None:
+    bad = {**PIN, "bore_mm": -1.0}
+    batch = ended(client, submit(client, "\n".join(map(json.dumps, (pin(4321.0), bad)))))
+    good, refused = rows_of(client, batch)
+    accuracy = client.get(f"/api/v1/runs/{good['run_id']}").json()["accuracy"]
+    told = {"accuracy.met": accuracy["met"], "accuracy.estimated": accuracy["estimated"]}
+    assert told.items() <= good.items() and refused["accuracy.met"] is None
+    assert rows_of(client, batch, "?status=succeeded&fields=accuracy.met,accuracy.estimated,accuracy") == [
+        {**told, "accuracy": accuracy["requested"]}
+    ]
 
 
 def test_every_column_can_be_asked_for(client: TestClient) -> None:

@@ -194,13 +194,21 @@ def test_every_kind_has_variable_fields() -> None:
             assert len(numbers(kind.slug, mode)) > 2, (kind.slug, mode)
 
 
+def test_an_axis_tells_what_was_asked_for_from_what_is_reached() -> None:
+    told = {"varied": ["spec.impact_speed_m_s"], "results": ["impact_speed_m_s", "accuracy.estimated"], "points": []}
+    words = _map_words(KINDS["impact-linkage"], "check", told)
+    assert words["spec.impact_speed_m_s"] == "Impact speed (requested), m/s"
+    assert (words["impact_speed_m_s"], words["accuracy.estimated"]) == ("impact speed, m/s", "estimated error")
+
+
 def test_axes_of_the_map_are_named_as_in_the_form_and_in_its_language():
     point = [0, "id", "succeeded", True, "min_wall_mm"]
     told = {"varied": ["load.force_n"], "results": ["mass_g"], "points": [point]}
     linkage = {"varied": [], "results": [], "points": [[*point[:4], "transmission_angle_deg.1"]]}
-    assert _map_words(KINDS["impact-linkage"], linkage)["transmission_angle_deg.1"] == "greatest transmission angle"
+    words = _map_words(KINDS["impact-linkage"], "check", linkage)
+    assert words["transmission_angle_deg.1"] == "greatest transmission angle"
     with speaking("ru"):
-        words = _map_words(KINDS["pin-profile"], told)
+        words = _map_words(KINDS["pin-profile"], "check", told)
     assert (words["governed_by"], words["min_wall_mm"]) == ("что определяет", "наименьшая толщина стенки")
     assert words["load.force_n"] == "Наибольшая сила на поршне, N"
     assert (words["mass_g"], words["true"]) == ("масса, g", "да")

@@ -17,6 +17,7 @@ from app.batches.engine import BatchEngine
 from app.batches.fields import MOST_COLUMNS, texts, unknown
 from app.batches.fields import names as field_names
 from app.batches.intake import Lines, Receiver, aside, header_of, in_slices
+from app.batches.parquet import ParquetTable
 from app.batches.results import Format, Wanted, streamed
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
@@ -111,26 +112,9 @@ class BatchService:
     async def take_parquet(self, ask: Asked, file: Path | IO[bytes], key: str | None, digest: Any) -> bytes:
         """Accept a batch from a Parquet file. Raises Problem if it cannot be read as one."""
         digest.update(ask.told())
-        try:
-            import pyarrow.parquet
-        except ImportError:
-            detail = "this service was installed without the extra [parquet]; send NDJSON or CSV"
-            raise Problem(501, "No Parquet here", detail) from None
-        try:
-            table = await asyncio.to_thread(pyarrow.parquet.ParquetFile, file)
-            names = tuple(table.schema_arrow.names)
-        except (pyarrow.ArrowException, OSError):
-            raise Problem(400, "No Parquet", "the body cannot be read as a Parquet file") from None
-        source = table_source(ask, names)
-
-        def rows() -> Any:
-            line = 0
-            for batch in table.iter_batches(batch_size=1000):
-                for cells in zip(*(column.to_pylist() for column in batch.columns), strict=True):
-                    line += 1
-                    yield _cells(line, cells)
-
-        return await self._take(ask, source, in_slices(rows()), key, digest)
+        table = await asyncio.to_thread(ParquetTable, file)
+        source = table_source(ask, table.names)
+        return await self._take(ask, source, in_slices(table.rows()), key, digest)
 
     async def _take(
         self, ask: Asked, source: Source, rows: AsyncIterator[list[Row]], key: str | None, digest: Any
@@ -276,6 +260,11 @@ def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
     elif len(set(names)) < len(names):
         twice = sorted({name for name in names if names.count(name) > 1})[:20]
         found = [entry(f"{at}/{name[:200]}", "appears more than once", "each column once") for name in twice]
+    elif within := [(name, whole) for name in names for whole in _wholes(name) if whole in names][:20]:
+        found = [
+            entry(f"{at}/{name[:200]}", f"is a part of the column {whole[:200]}", "a field, or its parts, each once")
+            for name, whole in within
+        ]
     else:
         strange = unknown(ask.kind, ask.mode, names)[:20]
         allowed = "a dotted field of the request, such as geometry.outer_diameter_mm"
@@ -284,6 +273,11 @@ def _check_columns(ask: Asked, names: tuple[str, ...], at: str) -> None:
         found = [entry(f"{at}/{name[:200]}", with_suggestion(why, name, known), allowed) for name in strange]
     if found:
         raise Problem(422, INVALID, "the columns do not fit", found)
+
+
+def _wholes(name: str) -> list[str]:
+    """The fields that contain the one with a dotted name."""
+    return [name[:k] for k, letter in enumerate(name) if letter == "."]
 
 
 def _header(row: Row | None) -> tuple[tuple[str, ...], str]:
@@ -313,13 +307,6 @@ async def _hashed(stream: AsyncIterator[bytes], digest: Any) -> AsyncIterator[by
         # Bounded pieces: a large part must not block the event loop for other requests.
         for start in range(0, len(part), 65_536):
             yield part[start : start + 65_536]
-
-
-def _cells(line: int, cells: tuple[Any, ...]) -> Row:
-    try:
-        return Row(line, canonical_json(list(cells)))
-    except (ValueError, TypeError):
-        return Row(line, b"", "has a cell that JSON cannot carry")
 
 
 def _acknowledged(record: BatchRecord, total: int) -> BatchRecord:

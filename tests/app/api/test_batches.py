@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import asyncio
 import csv
+import datetime
+import decimal
 import io
 import json
 import math
@@ -215,12 +217,14 @@ def test_a_column_that_no_batch_has_is_refused(client: TestClient, query: str, p
     assert [(error["pointer"], error["detail"]) for error in answer.json()["errors"]] == [(pointer, detail)]
 
 
-LINKAGE = "lengths_mm.base,lengths_mm.crank,lengths_mm.coupler,lengths_mm.rocker,restitution,blow_frequency_hz,impact_speed_m_s"
+LINKAGE = b"""\
+lengths_mm.base,lengths_mm.crank,lengths_mm.coupler,lengths_mm.rocker,restitution,blow_frequency_hz,impact_speed_m_s
+60,20,50,30,0.2,25,8
+"""
 
 
 def test_what_was_asked_for_and_what_is_reached_are_columns_of_their_own(client: TestClient) -> None:
-    body = f"{LINKAGE}\n60,20,50,30,0.2,25,8\n".encode()
-    batch = ended(client, submit(client, body, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
+    batch = ended(client, submit(client, LINKAGE, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
     [row] = rows_of(client, batch)
     run = client.get(f"/api/v1/runs/{row['run_id']}").json()
     reached = run["result"]["impact_speed_m_s"]
@@ -241,8 +245,7 @@ def test_what_was_asked_for_and_what_is_reached_are_columns_of_their_own(client:
 
 
 def test_objects_and_arrays_of_a_result_are_json_text(client: TestClient) -> None:
-    body = f"{LINKAGE}\n60,20,50,30,0.2,25,8\n".encode()
-    batch = ended(client, submit(client, body, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
+    batch = ended(client, submit(client, LINKAGE, "text/csv", f"{AT}?kind=impact-linkage&mode=check"))
     [row] = rows_of(client, batch, "?fields=run_id,warnings,lengths_mm,ratios.lambda0")
     result = client.get(f"/api/v1/runs/{row['run_id']}").json()["result"]
     assert result["warnings"] and json.loads(row["warnings"]) == result["warnings"]
@@ -364,6 +367,48 @@ def test_parquet_in_and_out(client: TestClient) -> None:
     assert submit(client, b"PAR1 no", "application/vnd.apache.parquet").status_code == 400
 
 
+def as_parquet(**columns: Any) -> bytes:
+    """A file of two equal rows of the example, with the given columns."""
+    flat = {name: [cell, cell] for name, cell in _dotted(PIN).items() if name not in columns}
+    file = io.BytesIO()
+    pyarrow.parquet.write_table(pyarrow.table({**flat, **columns}), file)
+    return file.getvalue()
+
+
+@pytest.mark.parametrize("place", [30, 60, 200, 400, 800])
+def test_a_damaged_parquet_file_is_refused(client: TestClient, place: int) -> None:
+    content = bytearray(as_parquet(**{"load.force_n": [4000.0, 6000.0]}))
+    content[place : place + 20] = bytes(each ^ 0xFF for each in content[place : place + 20])
+    answer = submit(client, bytes(content), "application/vnd.apache.parquet")
+    assert (answer.status_code, answer.json()["title"]) == (400, "No Parquet")
+
+
+@pytest.mark.parametrize(
+    ("cell", "detail"),
+    [
+        (math.nan, "/load/force_n"),
+        (-math.inf, "/load/force_n"),
+        (datetime.date(2026, 1, 31), "/load/force_n"),
+        (datetime.timedelta(1), "/load/force_n"),
+        (b"\xff\xfe", "/load/force_n"),
+    ],
+)
+def test_a_cell_of_parquet_that_is_no_number_is_refused_at_its_field(
+    client: TestClient, cell: Any, detail: str
+) -> None:
+    body = as_parquet(**{"load.force_n": [cell, cell]})
+    rows = rows_of(client, ended(client, submit(client, body, "application/vnd.apache.parquet")))
+    assert [row["status"] for row in rows] == 2 * ["refused"]
+    assert all(detail in row["problem"] for row in rows)
+
+
+def test_a_decimal_of_parquet_is_a_number(client: TestClient) -> None:
+    forces = [decimal.Decimal("4000.5"), decimal.Decimal("6000.0")]
+    body = as_parquet(**{"load.force_n": forces, "name": [b"a", "ä".encode()]})
+    rows = rows_of(client, ended(client, submit(client, body, "application/vnd.apache.parquet")))
+    assert [(row["load.force_n"], row["name"]) for row in rows] == [(4000.5, "a"), (6000.0, "ä")]
+
+
 def sweep(**changes: Any) -> dict[str, Any]:
     vary = {
         "load.force_n": {"from": 2000.0, "to": 8000.0, "steps": 3},
@@ -405,6 +450,7 @@ def test_samples_fill_the_space_and_repeat() -> None:
         ({"vary": {"load.force_n": {"from": 0.0, "to": 2.0, "steps": 3, "scale": "log"}}}, "/vary/load.force_n"),
         ({"combine": "sobol"}, "/samples"),
         ({"vary": {"load.force_n": {"from": 0.0, "to": 1.0}}}, "/vary/load.force_n/steps"),
+        ({"vary": {"load.force_n": {"values": [1]}, "load": {"values": [{"force_n": 2}]}}}, "/vary/load.force_n"),
         ({"kind": "pin"}, "/kind"),
         ({"mode": "analysis"}, "/mode"),
         ({"combine": "zip"}, "/vary"),
@@ -422,6 +468,8 @@ def test_an_invalid_body_is_refused(client: TestClient) -> None:
     assert submit(client, b"\n\n").status_code == 422
     assert submit(client, b"nonsense\n1", "text/csv").json()["errors"][0]["pointer"] == "/nonsense"
     assert submit(client, b"name,name\n1,2", "text/csv").status_code == 422
+    overlapping = submit(client, b"load.force_n,load\n1,{}", "text/csv").json()["errors"][0]
+    assert (overlapping["pointer"], overlapping["detail"]) == ("/load.force_n", "is a part of the column load")
     big = sweep(vary={"load.force_n": {"from": 1.0, "to": 2.0, "steps": 1_000_000}, "x": {"values": [1] * 100}})
     assert submit(client, big, "application/json", AT).status_code in (413, 422)
     assert client.get(f"{AT}/nothing").status_code == 404

@@ -21,6 +21,7 @@ from sqlalchemy import Connection, Dialect, delete, func, insert, select, update
 from app.store.batch_items import DIGEST_BYTES, ITEM_COLUMNS, unsealed
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, ItemStatus
 from app.store.errors import IdempotencyConflict
+from app.store.idempotency import lock_key
 from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
@@ -74,7 +75,8 @@ def _chunk_row(chunk: Chunk) -> dict[str, Any]:
 class Acknowledge:
     """Publish a fully received batch together with the answer to its sender.
 
-    Returns None, or the answer first given under the same idempotency key, in which case this batch is dropped.
+    Returns None, or the answer first given under the same idempotency key, in which case this batch is dropped. Raises
+    IdempotencyConflict if the key belongs to another request, also to that of a run.
     """
 
     number: int
@@ -84,10 +86,12 @@ class Acknowledge:
     answer: bytes
 
     def __call__(self, connection: Connection) -> bytes | None:
-        first = find_answer(connection, self.key, self.request_hash) if self.key else None
-        if first is not None:
-            _drop(connection, self.number)
-            return first
+        if self.key:
+            lock_key(connection, self.key)
+            first = find_answer(connection, self.key, self.request_hash)
+            if first is not None:
+                _drop(connection, self.number)
+                return first
         ended = {"status": BatchStatus.ENDED, "ended_at": utc_now()} if self.total == 0 else {}
         values = {
             "status": BatchStatus.QUEUED,

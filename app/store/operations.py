@@ -9,9 +9,10 @@ from datetime import datetime
 from sqlalchemy import Connection, delete, select, update
 
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
+from app.store.idempotency import lock_key
 from app.store.insertion import Insertion
 from app.store.maintenance import lowest_id_at
-from app.store.models import idempotency_keys, promises, runs
+from app.store.models import batches, idempotency_keys, promises, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
 from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
 
@@ -38,7 +39,7 @@ class PutOnce:
     """Insert a run and the response stored under its idempotency key.
 
     Returns None after inserting; if the key was used before by the same request, inserts nothing and returns the stored
-    response. Raises IdempotencyConflict if it was used by another request.
+    response. Raises IdempotencyConflict if it was used by another request, also by that of a batch.
     """
 
     record: RunRecord
@@ -46,6 +47,7 @@ class PutOnce:
     since: datetime | None = None
 
     def __call__(self, connection: Connection) -> StoredResponse | None:
+        lock_key(connection, self.response.key)
         first = find_response(connection, self.response.key, self.response.request_hash, self.since)
         if first is not None:
             return first
@@ -84,9 +86,14 @@ class Advance:
 def find_response(
     connection: Connection, key: str, request_hash: str, since: datetime | None = None
 ) -> StoredResponse | None:
-    """The response stored under a key for a run made after ``since``. Raises IdempotencyConflict, DamagedRecord."""
+    """The response stored under a key for a run made after ``since``.
+
+    Raises IdempotencyConflict if the key belongs to another request or to a batch, and DamagedRecord.
+    """
     row = connection.execute(select(idempotency_keys).where(idempotency_keys.c.key == key)).mappings().first()
     if row is None or (since is not None and row["run_id"] < lowest_id_at(since)):
+        if connection.execute(select(batches.c.number).where(batches.c.idempotency_key == key)).first():
+            raise IdempotencyConflict(key)
         return None
     check(idempotency_keys.name, "key", row)
     if row["request_hash"] != request_hash:

@@ -492,6 +492,16 @@ def test_an_idempotency_key_is_honoured(client: TestClient) -> None:
     ended(client, first)
 
 
+@pytest.mark.parametrize("more", [{}, {"Prefer": "respond-async"}], ids=["now", "later"])
+def test_a_batchs_idempotency_key_is_refused_to_a_single_request(client: TestClient, more: dict) -> None:
+    keyed = {"Idempotency-Key": "batch-first"}
+    first = submit(client, json.dumps(pin(7100.0)), **keyed)
+    single = client.post("/api/v1/checks/pin-profile", json=pin(7101.0), headers={**keyed, **more})
+    assert (single.status_code, single.json()["title"]) == (409, "The idempotency key is taken")
+    assert submit(client, json.dumps(pin(7100.0)), **keyed).content == first.content
+    ended(client, first)
+
+
 def test_events_report_progress_and_the_end(client: TestClient) -> None:
     many = sweep(vary={"load.force_n": {"from": 2000.0, "to": 8000.0, "steps": 300}})
     batch = submit(client, many, "application/json", AT).json()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 from solvers.errors import InvalidInput
@@ -37,7 +37,8 @@ _SHORTEST_LINK = Objective(
 class _Group:
     """Limits that are met or missed together, the objective that minimises their violation, and a remedy.
 
-    ``attained`` is the value of a limit that the objective's optimum stands for, from the limit and the optimum.
+    ``advice`` is for a limit that is out of reach even alone. ``attained`` is the value of a limit that the objective's
+    optimum stands for, from the limit and the optimum.
     """
 
     names: tuple[str, ...]
@@ -52,18 +53,35 @@ class _Group:
 def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
     pads, room = 2.0 * problem.limits.joint_radius, problem.room
     misfit = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
-    shorter = "a higher blow frequency or a lower impact speed would shorten it"
-    lower = "a higher blow frequency or a lower impact speed would lower it"
-    smaller = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
-    higher = "a lower blow frequency, a higher impact speed or restitution would raise it"
-    weaker = "more room, a lower impact energy or a lower blow frequency would lower it"
+    shorter, smaller = _smaller(problem)
+    # Least links and pin forces are out of reach alone only if speed and frequency fix the size.
+    longer = "a lower blow frequency or a higher impact speed would raise it"
+    weaker = "a lower impact energy, a lower blow frequency or a higher impact speed would lower it"
     return (
-        _Group(("min_link",), _SHORTEST_LINK, higher),
+        _Group(("min_link",), _SHORTEST_LINK, longer),
         _Group(("longest_link",), LONGEST_LINK, shorter),
-        _Group(("enclosing_radius",), ENCLOSING_RADIUS, lower),
+        _Group(("enclosing_radius",), ENCLOSING_RADIUS, smaller),
         _Group(("max_pin_force",), PIN_FORCE, weaker),
         _Group(("width", "height"), misfit, smaller, lambda side, factor: factor * (side - pads) + pads),
     )
+
+
+def _smaller(problem: LinkageProblem) -> tuple[str, str]:
+    """What shortens the links, and what shrinks all they sweep: speed and frequency if they fix the size, else the
+    minimum link, which then determines it."""
+    joints = problem.limits.joint_radius > 0.0
+    if problem.fixed_scale is not None:
+        shorter = "a higher blow frequency or a lower impact speed would shorten it"
+        lower = "a higher blow frequency or a lower impact speed would lower it"
+        smaller = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
+        return shorter, smaller if joints else lower
+    shorter = "a smaller least link would shorten it"
+    lower = "a smaller least link or smaller joints would lower it" if joints else "a smaller least link would lower it"
+    if problem.fixed_u31_end is None:
+        return shorter, lower
+    # They choose the member, whose size may be greater or less.
+    other = "another tool radius, blow frequency or impact speed may, too"
+    return f"{shorter}; {other}", f"{lower}; {other}"
 
 
 def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
@@ -94,40 +112,63 @@ def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:
 
 def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of limits each of which can be met without the others."""
-    return _shortfalls(
-        problem, limits, lambda group: group.without(limits), "can be met alone, but not with the others"
-    )
+    why = "can be met alone, but not with the others"
+    missed = _missed(problem, limits, lambda group: group.without(limits))
+    named = {name for each in missed for name in each.limits}
+    remedies = ["looser other limits would help"]
+    if problem.limits.joint_radius > 0.0 and named & {"enclosing_radius", "width", "height"}:
+        remedies.append("smaller joints would help, too")
+    if "max_pin_force" in named:
+        remedies.append("a lower impact energy would help, too")
+    return tuple(entry for each in missed for entry in each.shortfalls(why, "; ".join(remedies)))
 
 
 def _out_of_reach(problem: LinkageProblem, others: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of the limits that cannot be met beside ``others``."""
-    return _shortfalls(problem, problem.limits, lambda _: others, "out of reach even alone")
+    missed = _missed(problem, problem.limits, lambda _: others)
+    return tuple(entry for each in missed for entry in each.shortfalls("out of reach even alone", each.group.advice))
 
 
-def _shortfalls(
-    problem: LinkageProblem, asked: Limits, others: Callable[[_Group], Limits], why: str
-) -> tuple[Shortfall, ...]:
-    """Shortfalls of the limits ``asked`` that cannot be met together with the others."""
+@dataclass(frozen=True)
+class _Missed:
+    """Limits of a group that cannot be met: what was asked, what is attainable at best, and with which type; None if
+    there is no mechanism at all."""
+
+    group: _Group
+    limits: dict[str, float]
+    best: tuple[float, str] | None
+
+    def shortfalls(self, why: str, advice: str) -> Iterator[Shortfall]:
+        for name, limit in self.limits.items():
+            if self.best is None:
+                yield Shortfall(name, limit, None, f"the other limits leave no mechanism at all; {advice}")
+            else:
+                value, closest = self.group.attained(limit, self.best[0]), self.best[1].replace("_", " ")
+                yield Shortfall(name, limit, value, f"{why}, closest with the {closest}; {advice}")
+
+
+def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], Limits]) -> list[_Missed]:
+    """The limits ``asked`` that cannot be met together with the others."""
     out = []
     for group in _groups(problem):
         required = {name: getattr(asked, name) for name in group.names if getattr(asked, name)}
         if not required:
             continue
         try:
-            found = _best(problem, group.objective, others(group))
+            best = _best(problem, group.objective, others(group))
         except InvalidInput:
             # The size is free, and nothing bounds it on the side that this limit favours.
             continue
-        for name, limit in required.items():
-            if found is None:
-                advice = f"the other limits leave no mechanism at all; {group.advice}"
-                out.append(Shortfall(name, limit, None, advice))
-                continue
-            attained, excess = group.attained(limit, found[0]), 1e-9 * group.objective.sign
-            if group.objective.sign * (attained - limit * (1.0 + excess)) > 0.0:
-                closest = found[1].replace("_", " ")
-                out.append(Shortfall(name, limit, attained, f"{why}, closest with the {closest}; {group.advice}"))
-    return tuple(out)
+        sign = group.objective.sign
+        if best is not None:
+            required = {
+                name: limit
+                for name, limit in required.items()
+                if sign * (group.attained(limit, best[0]) - limit * (1.0 + 1e-9 * sign)) > 0.0
+            }
+        if required:
+            out.append(_Missed(group, required, best))
+    return out
 
 
 def _best(problem: LinkageProblem, objective: Objective, limits: Limits) -> tuple[float, str] | None:

@@ -209,6 +209,62 @@ def test_an_impossible_limit_is_diagnosed_by_its_best_value(limits, requirement)
         assert feasible == there, (requirement, asked)
 
 
+TOOLED = replace(BREAKER, tool_radius=0.2)
+PADDED = Limits(min_link=8e-3, joint_radius=6e-3)
+REMEDIES = {
+    "higher blow frequency": lambda p: of_scene(p, blow_frequency=1.1 * p.scene.blow_frequency),
+    "lower blow frequency": lambda p: of_scene(p, blow_frequency=p.scene.blow_frequency / 1.1),
+    "higher impact speed": lambda p: of_scene(p, impact_speed=1.1 * p.scene.impact_speed),
+    "lower impact speed": lambda p: of_scene(p, impact_speed=p.scene.impact_speed / 1.1),
+    "lower impact energy": lambda p: of_scene(p, impact_energy=p.scene.impact_energy / 1.1),
+    "smaller least link": lambda p: of_limits(p, min_link=p.limits.min_link / 1.1),
+    "smaller joints": lambda p: of_limits(p, joint_radius=p.limits.joint_radius / 1.1),
+}
+"""What an advice may name, as a change by a tenth."""
+
+
+def of_scene(asked, **changes):
+    return replace(asked, scene=replace(asked.scene, **changes))
+
+
+def of_limits(asked, **changes):
+    return replace(asked, limits=replace(asked.limits, **changes))
+
+
+@pytest.mark.parametrize(
+    ("scene", "limits", "objective", "named"),
+    [
+        (BREAKER, replace(PADDED, longest_link=0.016), "box_area", {"higher blow frequency", "lower impact speed"}),
+        (BREAKER, replace(PADDED, enclosing_radius=0.02), "box_area",
+         {"higher blow frequency", "lower impact speed", "smaller joints"}),
+        (BREAKER, Limits(min_link=0.2), "box_area", {"lower blow frequency", "higher impact speed"}),
+        (BREAKER, Limits(max_pin_force=100.0), "longest_link",
+         {"lower blow frequency", "higher impact speed", "lower impact energy"}),
+        # Where speed or frequency is the objective, neither fixes the size.
+        (BREAKER, replace(PADDED, enclosing_radius=0.02), "impact_speed", {"smaller least link", "smaller joints"}),
+        (BREAKER, replace(PADDED, enclosing_radius=0.02), "blow_frequency", {"smaller least link", "smaller joints"}),
+        (BREAKER, replace(PADDED, longest_link=0.01), "impact_speed", {"smaller least link"}),
+        (BREAKER, Limits(min_link=8e-3, width=0.02, height=0.02), "impact_speed", {"smaller least link"}),
+        (TOOLED, replace(PADDED, enclosing_radius=0.02), "box_area", {"smaller least link", "smaller joints"}),
+        (BREAKER, replace(PADDED, enclosing_radius=0.04, max_pin_force=100.0), "impact_speed",
+         {"smaller joints", "lower impact energy"}),
+        (BREAKER, Limits(min_link=8e-3, longest_link=0.05, max_pin_force=1000.0), "longest_link",
+         {"lower impact energy"}),
+    ],
+)  # fmt: skip
+def test_what_an_advice_names_brings_the_limit_closer(scene, limits, objective, named):
+    asked = problem(scene, limits, objective)
+    diagnosis = linkage.design(asked).diagnosis
+    for entry in diagnosis:
+        assert {remedy for remedy in REMEDIES if remedy in entry.advice} == named
+        assert ("looser other limits" in entry.advice) == (len(diagnosis) > 2)
+        sign = -1 if entry.requirement == "min_link" else 1
+        for remedy in named:
+            later = {each.requirement: each for each in linkage.design(REMEDIES[remedy](asked)).diagnosis}
+            if entry.attainable is not None and entry.requirement in later:
+                assert sign * later[entry.requirement].attainable < sign * entry.attainable * (1.0 - sign * 1e-3)
+
+
 def test_a_limit_out_of_reach_beside_others_that_clash_is_named_with_them():
     limits = Limits(min_link=8e-3, longest_link=0.05, max_pin_force=1000.0, enclosing_radius=5e-3)
     entries = {e.requirement: e for e in designed(BREAKER, limits, "longest_link").diagnosis}

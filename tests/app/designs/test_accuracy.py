@@ -207,3 +207,15 @@ def test_what_is_studied_stays_what_it_is_when_every_field_is_written_down(kind,
     asked = request.model_validate({"spec": kind.example(mode) | changes})
     assert isinstance(asked.spec, job_of(kind, mode).request)
     assert request.model_validate_json(asked.model_dump_json()) == asked
+
+
+def test_an_infeasible_case_is_answered_with_the_accuracy_asked_for():
+    kind = KINDS["flexible-rod"]
+    example = kind.example(Mode.DESIGN)
+    hard = {"requirements": {**example["requirements"], "min_fatigue_safety": 9.0}, "effects": CORE}
+    answer = studied("flexible-rod", Mode.DESIGN, **hard)
+    job = job_of(kind, Mode.DESIGN)
+    alone = job.solve(job.request.model_validate({**example, **hard}))
+    assert answer.status == alone.status == "infeasible"
+    assert (answer.accuracy, answer.result) == (alone.accuracy, alone.result)
+    assert answer.accuracy["requested"] == 1e-6 and answer.accuracy["met"] and not answer.result["warnings"]

@@ -91,16 +91,16 @@ def _text(value: Any) -> str:
 
 
 def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
-    """Margins of the criteria of both runs, by label."""
-    sides = [{c["label"]: c for c in (run["verdict"] or {"criteria": []})["criteria"]} for run in (a, b)]
+    """Margins of the criteria of both runs."""
+    sides = [{c["name"]: c for c in (run["verdict"] or {"criteria": []})["criteria"]} for run in (a, b)]
     rows = []
-    for words in [*sides[0], *(n for n in sides[1] if n not in sides[0])]:
-        left, right = (side.get(words) for side in sides)
-        unit = (left or right)["unit"]
+    for name in {**sides[0], **sides[1]}:
+        left, right = (side.get(name) for side in sides)
+        label, unit = ((left or right)[key] for key in ("label", "unit"))
         values = [
             None if not side or side["reached"] is None else told(side["reached"], unit) for side in (left, right)
         ]
-        rows.append(Row(_(words), "", *(_criterion(side) for side in (left, right)), difference(*values)))
+        rows.append(Row(_(label), "", *(_criterion(side) for side in (left, right)), difference(*values)))
     return rows
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 import re
 import time
@@ -107,6 +108,36 @@ def test_two_runs_are_compared(client, pins):
     assert "(-40 %)" in page
     assert page.count('class="verdict holds"') == 2
     assert "None: both were asked the same" in client.get(f"/runs/compare?run={pins[0]['id']}&run={pins[0]['id']}").text
+
+
+def rows(page: str) -> dict[str, list[str]]:
+    """The rows of the page's tables by their heading: the texts of their cells."""
+    found = re.findall(r'<th scope="row"[^>]*>([^<]*)</th>((?:<td[^>]*>[^<]*</td>)+)', page)
+    return {heading: re.findall(r"<td[^>]*>([^<]*)</td>", cells) for heading, cells in found}
+
+
+def compared(client, path: str, a: dict, b: dict) -> str:
+    ids = [made(client, path, each)["id"] for each in (a, b)]
+    return client.get(f"/runs/compare?a={ids[0]}&b={ids[1]}").text
+
+
+def test_a_comparison_names_the_points_of_a_table_that_differ(client):
+    title = "one cylinder of two strokes, pressures from a table"
+    spec = copy.deepcopy(KINDS["crank-dynamics"].others(Mode.ANALYSIS)[title])
+    other = copy.deepcopy(spec)
+    pressures = other["pressure"]["pressure_mpa"]
+    middle = len(pressures) // 2
+    pressures[middle] *= 1.5
+    page = compared(client, "analyses/crank-dynamics", spec, other)
+    told = [f"value {middle + 1}: {each['pressure']['pressure_mpa'][middle]:.10g} MPa" for each in (spec, other)]
+    assert rows(page)["pressure"] == told
+
+
+def test_a_comparison_has_criteria_of_one_label_apart(client):
+    spec = KINDS["impact-linkage"].others(Mode.CHECK)["four lengths"]
+    page = compared(client, "checks/impact-linkage", spec, {**spec, "impact_speed_m_s": 4.0})
+    criteria = page[page.index("<h2>Criteria") :]
+    assert criteria.count(">speed of the blow<") == 2 and "(4 m/s), does not hold" in criteria
 
 
 def test_choices_are_worded_in_a_comparison_as_on_the_page_of_a_run(client):

@@ -20,12 +20,16 @@ SAYS = {
     "is out of range": "is out of range",
     "is missing": "is missing",
     "is text": "is not a number; 1.5, 1,5 and 1 500 are",
+    "is text with a decimal comma": "has a comma that may separate thousands or decimals; 1500 and 1.5 are clear",
     "is not a number": "is not a number; 1.5, 1,5 and 1 500 are",
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
 }
 _REPLACED_BY_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
-_REDUNDANT_LIMITS = {"a number", "a number, without quotes", REQUIRED, "a whole number", "a finite number"}
+_REDUNDANT_LIMITS = {
+    "a number", "a number, without quotes", "a number with a decimal point and without quotes", REQUIRED,
+    "a whole number", "a finite number",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -107,7 +111,7 @@ def placed(form: Group, texts: Texts, problem: Problem) -> Faults:
         if part is None:
             elsewhere.append(f"{entry['pointer'].strip('/')} {said(entry, named)}".strip())
             continue
-        words = part.fault(entry["pointer"], said(entry, named, getattr(part, "unit", "")))
+        words = part.fault(entry["pointer"], said(entry, named, getattr(part, "unit", "")), texts)
         if words not in at.get(part.name, ""):
             at[part.name] = f"{at[part.name]}; {words}" if part.name in at else words
         labels[part.name] = part.label

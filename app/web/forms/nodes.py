@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from app.web.forms.numbers import ambiguous, number, shown
+from app.web.forms.numbers import number, shown
 
 Texts = Mapping[str, str]
 NO_VALUE = object()
@@ -95,7 +95,7 @@ class Node:
         if self.toggled:
             yield self.box
 
-    def fault(self, pointer: str, words: str) -> str:
+    def fault(self, pointer: str, words: str, texts: Texts) -> str:
         """The message of a fault at or below this node's pointer."""
         return words
 
@@ -124,7 +124,7 @@ class Number(Node):
         if not text:
             # An enabled field is required; a field with a default falls back to it.
             return None if self.nullable and not self.toggled else NO_VALUE
-        found = text if ambiguous(text) else number(text, self.unit)
+        found = number(text, self.unit)
         return int(found) if self.whole and isinstance(found, float) and found.is_integer() else found
 
     def put(self, into: dict[str, Any], texts: Texts) -> None:

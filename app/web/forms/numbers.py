@@ -53,8 +53,11 @@ def others(unit: str) -> str:
 
 
 def number(text: str, unit: str = "") -> float | str:
-    """The number in ``unit``; the text itself if it is not a finite number with a known unit."""
+    """The number in ``unit``; the text itself if it is not a finite number with a known unit, or if its comma may
+    separate thousands."""
     typed = text.strip().replace("\u2212", "-").replace("–", "-")
+    if _may_be_thousands(typed):
+        return text
     typed = _GROUPS.sub(lambda found: re.sub(r"[\s'’]", "", found[0]), typed)
     matched = _NUMBER.fullmatch(typed)
     if matched is None:
@@ -75,9 +78,9 @@ def _latin(unit: str) -> str:
     return re.sub("[а-яі]+", lambda word: _CYRILLIC.get(word[0], word[0]), unit).replace("\u03bc", "µ")
 
 
-def ambiguous(text: str) -> bool:
+def _may_be_thousands(typed: str) -> bool:
     """Whether an English reader could mean thousands by the comma: 7,850."""
-    return language() == Language.EN and re.match(r"\s*[+-]?[1-9]\d{0,2},\d{3}(?!\d)", text) is not None
+    return language() == Language.EN and re.match(r"[+-]?[1-9]\d{0,2},\d{3}(?!\d)", typed) is not None
 
 
 def shown(value: Any, unit: str = "") -> str:

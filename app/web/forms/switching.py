@@ -7,7 +7,7 @@ from functools import partial
 
 from app.web.forms.groups import Group, Range
 from app.web.forms.nodes import Node, Number, Texts
-from app.web.forms.numbers import ambiguous, number, shown
+from app.web.forms.numbers import number, shown
 from app.web.forms.tables import Numbers, Table, cells_of
 from app.words.languages import Language
 from app.words.units import System, measuring
@@ -62,12 +62,11 @@ def _line(line: str, units: list[str], separator: str, figure: Figure, columns: 
 
 
 def _with_point(text: str, unit: str) -> str:
-    is_figure = not ambiguous(text) and isinstance(number(text, unit), float)
-    return text.replace(",", ".") if is_figure else text
+    return text.replace(",", ".") if isinstance(number(text, unit), float) else text
 
 
 def _in_units(text: str, unit: str, chosen: System) -> str:
-    value = text if ambiguous(text) else number(text, unit)
+    value = number(text, unit)
     if isinstance(value, str):
         return text
     with measuring(chosen):

@@ -23,7 +23,7 @@ class Numbers(Node):
     nullable: bool = False
 
     def value(self, texts: Texts) -> Any:
-        cells = cells_of(texts.get(self.name, ""))
+        cells = [cell for cell in cells_of(texts.get(self.name, "")) if cell]
         return [number(cell, self.unit) for cell in cells] if cells or not self.nullable else None
 
     def show(self, value: Any, texts: dict[str, str]) -> None:
@@ -33,16 +33,16 @@ class Numbers(Node):
 def cells_of(line: str, columns: int = 0) -> list[str]:
     """Split a line at tabs or semicolons, else at spaces; at commas only if there is no other separator.
 
-    A single comma is a decimal one where the language writes it so and no number of columns says otherwise.
+    Cells between two separators, or before the first or behind the last one, may be empty. A single comma is a decimal
+    one where the language writes it so and no number of columns says otherwise; units stay with the numbers of a list.
     """
-    line = line.strip()
-    separators = r"[\t;]" if re.search(r"[\t;]", line) else r"\s+"
-    cells = [cell.strip().rstrip(",") for cell in re.split(separators, line) if cell.strip(" ,")]
+    if re.search(r"[\t;]", line):
+        return [cell.strip() for cell in re.split(r"[\t;]", line)]
+    gap = r"\s+" if columns else r"\s+(?![^\W\d])"
+    cells = [cell.rstrip(",") for cell in re.split(gap, line.strip()) if cell.strip(" ,")]
     commas = line.count(",")
     listed = columns == commas + 1 if columns else commas > 1 or language() == Language.EN
-    if len(cells) == 1 and commas and listed:
-        return [cell.strip() for cell in line.split(",") if cell.strip()]
-    return cells
+    return [cell.strip() for cell in line.split(",")] if len(cells) == 1 and commas and listed else cells
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,8 @@ class Table(Node):
 
     def rows(self, texts: Texts) -> list[list[str]]:
         wide = len(self.headings)
-        return [cells_of(line, wide) for line in texts.get(self.name, "").splitlines() if line.strip()]
+        rows = [cells_of(line, wide) for line in texts.get(self.name, "").splitlines()]
+        return [row for row in rows if any(row)]
 
     def put(self, into: dict[str, Any], texts: Texts) -> None:
         if not applies(self.when, texts):
@@ -84,8 +85,11 @@ class Table(Node):
             into.update(self._by_column(rows))
         elif self.shape == "rows":
             into[self.key] = [
-                {c.key: number(cell, c.unit) for c, cell in zip(self.columns, row, strict=False)} for row in rows
+                {c.key: number(cell, c.unit) for c, cell in zip(self.columns, row, strict=False) if cell}
+                for row in rows
             ]
+        elif self._without_group(rows):
+            into[self.key] = None
         else:
             groups: dict[str, list[list[str]]] = {}
             for row in rows:
@@ -93,7 +97,12 @@ class Table(Node):
             into[self.key] = [self._by_column(group) for group in groups.values()]
 
     def _by_column(self, rows: list[list[str]]) -> dict[str, list[float | str]]:
-        return {c.key: [number(row[i], c.unit) for row in rows if i < len(row)] for i, c in enumerate(self.columns)}
+        filled = [row + [""] * (len(self.columns) - len(row)) for row in rows]
+        return {c.key: [number(row[i], c.unit) for row in filled] for i, c in enumerate(self.columns)}
+
+    def _without_group(self, rows: list[list[str]]) -> list[int]:
+        """The rows, from 1, that do not say which group they belong to."""
+        return [place for place, row in enumerate(rows, start=1) if not row[0]] if self.shape == "groups" else []
 
     def take(self, source: Mapping[str, Any], texts: dict[str, str]) -> None:
         lines: list[list[str]] = []
@@ -110,7 +119,9 @@ class Table(Node):
         lists = [[shown(cell, c.unit) for cell in source.get(c.key) or ()] for c in self.columns]
         return [list(line) for line in zip(*lists, strict=False)]
 
-    def fault(self, pointer: str, words: str) -> str:
+    def fault(self, pointer: str, words: str, texts: Texts) -> str:
+        if alone := self._without_group(self.rows(texts)):
+            return _("row %(row)s") % {"row": alone[0]} + f", {self.first}: " + _("is missing")
         indices = [part for part in pointer.split("/") if part.isdigit()]
         row = _("row %(row)s") % {"row": int(indices[-1]) + 1} + ", " if indices else ""
         if self.shape == "groups" and len(indices) == 2:

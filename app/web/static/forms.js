@@ -25,7 +25,16 @@
 
   // -- tables: cells over a text of lines, which is what is sent ---------------------------------------------------
   const MOST_ROWS = 400;
-  const cellsOf = (line) => line.trim().split(/[\t;]/.test(line.trim()) ? /[\t;]/ : /\s+/).filter((cell) => cell.trim() !== "");
+  // As the service splits lines: at tabs or semicolons, else at spaces; at commas where that gives as many as columns.
+  function cellsOf(line, columns) {
+    if (/[\t;]/.test(line)) return line.split(/[\t;]/).map((cell) => cell.trim());
+    const cells = line.trim().split(/\s+/).map((cell) => cell.replace(/,$/, ""));
+    const listed = line.split(",").map((cell) => cell.trim());
+    return cells.length === 1 && listed.length === columns ? listed : cells;
+  }
+  // The rows of pasted or dropped text, without headings on top of the figures.
+  const rowsOf = (text, columns) => text.replace(/\r/g, "").split("\n").map((line) => cellsOf(line, columns))
+    .filter((row) => /^[-+\u2212.,]?\d/.test(row.find((cell) => cell !== "") ?? ""));
   const tables = [];
 
   function make(tag, attributes = {}, text = "") {
@@ -55,7 +64,7 @@
 
     const inputs = (row) => [...row.querySelectorAll("input")];
     function write() {
-      area.value = [...body.rows].map((row) => inputs(row).map((input) => input.value.trim().replace(/\s+/g, "") || (0, "")).join("\t"))
+      area.value = [...body.rows].map((row) => inputs(row).map((input) => input.value.trim().replace(/\s+/g, "")).join("\t"))
         .filter((line) => line.trim() !== "").join("\n");
     }
     function number() {
@@ -84,7 +93,7 @@
       const lines = area.value.split("\n").filter((line) => line.trim() !== "");
       const large = lines.length > MOST_ROWS;
       body.replaceChildren();
-      if (!large) lines.forEach((line) => newRow(cellsOf(line)));
+      if (!large) lines.forEach((line) => newRow(cellsOf(line, headings.length)));
       number();
       const plain = large || text.getAttribute("aria-pressed") === "true";
       area.hidden = !plain;
@@ -123,11 +132,12 @@
       event.preventDefault();
       let row = event.target.closest("tr");
       const first = inputs(row).indexOf(event.target);
-      // Headings on top of the figures are not figures.
-      const figures = lines.map((line) => line.split(/[\t;]/).length > 1 ? line.split(/[\t;]/) : cellsOf(line)).filter((cells) => /\d/.test(cells[0]));
-      figures.forEach((values, i) => {
+      const columns = headings.length - first;
+      // Where commas are decimal ones, "0,5" is rather one number than two.
+      const atCommas = columns > 2 || document.documentElement.lang === "en";
+      rowsOf(pasted, atCommas ? columns : 1).forEach((values, i) => {
         if (i) row = row.nextElementSibling ?? newRow([], row);
-        values.slice(0, headings.length - first).forEach((value, j) => { inputs(row)[first + j].value = value.trim(); });
+        values.slice(0, columns).forEach((value, j) => { inputs(row)[first + j].value = value; });
       });
       number();
       write();
@@ -147,9 +157,7 @@
         const [file] = event.dataTransfer.files;
         if (!file) return;
         event.preventDefault();
-        const lines = (await file.text()).replace(/\r/g, "").split("\n").filter((line) => /\d/.test(line.trim()[0] === "-" ? line.trim().slice(1, 2) : line.trim()[0] ?? ""));
-        const commas = lines.every((line) => !/[\t;]/.test(line)) && lines.every((line) => line.split(",").length === headings.length);
-        area.value = lines.map((line) => commas ? line.split(",").join("\t") : line).join("\n");
+        area.value = rowsOf(await file.text(), headings.length).map((row) => row.join("\t")).join("\n");
         read();
         changed();
       });

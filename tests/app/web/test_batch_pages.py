@@ -172,7 +172,9 @@ def test_the_csv_template_is_accepted(client: TestClient) -> None:
         assert batch.json()["name"] == "night.csv"
 
 
-@pytest.mark.parametrize("change", [{"field0": "nonsense"}, {"steps0": "many"}, {"to0": "nan"}, {"kind": "x"}])
+@pytest.mark.parametrize(
+    "change", [{"field0": "nonsense"}, {"steps0": "many"}, {"from0": "1,500"}, {"to0": "nan"}, {"kind": "x"}]
+)
 def test_an_invalid_form_reports_the_reason(client: TestClient, change: dict[str, str]) -> None:
     answer = client.post("/batches/sweep", data={**SWEEP, **change}, follow_redirects=False)
     if change == {"kind": "x"}:  # the first kind there is takes its place

@@ -123,10 +123,50 @@ def test_a_comma_that_may_mean_thousands_is_refused_in_english_only(code):
     with speaking(code):
         assert density.value({"d": "7,850"}) == ("7,850" if code == "en" else 7.85)
         assert density.value({"d": "0,850"}) == 0.85
+        assert number("\u22121,500 N", "N") == ("\u22121,500 N" if code == "en" else -1.5)
         assert cells_of("1,5") == (["1", "5"] if code == "en" else ["1,5"])
 
 
+def refused(slug: str, mode: Mode, texts: dict[str, str]) -> dict[str, str]:
+    """The messages at the inputs of a form that is not accepted."""
+    form = form_of(KINDS[slug], mode)
+    with pytest.raises(Problem) as problem:
+        parse(KINDS[slug].jobs[mode].request, json.dumps(form.value(texts)).encode())
+    return dict(placed(form, texts, problem.value).at)
+
+
+THOUSANDS = "has a comma that may separate thousands or decimals; 1500 and 1.5 are clear"
+
+
+def test_thousands_are_refused_in_lists_and_tables_too():
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table"}
+    table = {"load.table.points": "0\t1.2\n90\t2,300\n180\t1.1"}
+    assert refused("flexible-rod", Mode.CHECK, texts | table) == {"load.table.points": f"row 2, pressure: {THOUSANDS}"}
+    engine = texts_of("crank-dynamics", Mode.ANALYSIS) | {"engine.positions_mm": "0; 1,100; 2,200; 3,300"}
+    assert refused("crank-dynamics", Mode.ANALYSIS, engine) == {"engine.positions_mm": THOUSANDS}
+    with speaking("ru"):
+        assert form_of(KINDS["flexible-rod"], Mode.CHECK).value(texts | table)["load"]["pressure_mpa"][1] == 2.3
+
+
+@pytest.mark.parametrize(("row", "column"), [("\t2", "crank angle"), ("90\t", "pressure"), ("90", "pressure")])
+def test_an_empty_cell_is_a_fault_of_its_own_row_and_column(row, column):
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table", "load.table.points": f"0\t1\n{row}\n180;1"}
+    (fault,) = refused("flexible-rod", Mode.CHECK, texts).values()
+    assert fault.startswith(f"row 2, {column}: is not a number")
+
+
+def test_a_point_without_its_stroke_is_a_fault():
+    texts = texts_of("crank-dynamics", Mode.ANALYSIS)
+    (name,) = [name for name, text in texts.items() if text.startswith("1\t") and name.endswith("strokes")]
+    first, second, *others = texts[name].split("\n")
+    texts[name] = "\n".join([first, second[1:], *others])
+    assert refused("crank-dynamics", Mode.ANALYSIS, texts)[name] == "row 2, stroke: is missing"
+
+
 def test_rows_of_any_spreadsheet_locale_are_parsed():
+    assert cells_of("\t1,5") == cells_of(";1,5") == ["", "1,5"]
+    assert cells_of("0.5 mm") == ["0.5 mm"] and cells_of("0,4 mm, 0.5 mm 0.6") == ["0,4 mm", "0.5 mm", "0.6"]
+    assert cells_of("") == cells_of(" ", 2) == []
     assert cells_of("10\t1,5") == cells_of("10;1,5") == cells_of("10 1,5") == ["10", "1,5"]
     assert cells_of("10\t1 500") == cells_of("10;1 500") == ["10", "1 500"]
     assert cells_of("10,1.5", 2) == cells_of("10, 1.5") == ["10", "1.5"]

@@ -11,11 +11,14 @@ from fastapi.responses import RedirectResponse
 from app.api.bodies import parse
 from app.designs.kind import Mode
 from app.designs.registry import KINDS, job_of, modes_of
+from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.submission import Service
-from app.web.run_pages import run_of
-from app.web.stock import rounded, stock_offer
+from app.web.forms.faults import placed
+from app.web.run_pages import run_of, shown
+from app.web.stock import FORM, rounded, stock_offer
 from app.words.effects import switched
+from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
 
@@ -61,16 +64,34 @@ async def switch_effect(
 async def to_stock(
     request: Request,
     run_id: str,
-    sizes: Annotated[str, Form(max_length=5000)],
+    sizes: Annotated[str, Form(max_length=5000)] = "",
     width: Annotated[str, Form(max_length=40)] = "",
     length: Annotated[str, Form(max_length=40)] = "",
 ) -> Response:
-    """Redesign the strip from stock sizes and redirect to the comparison with the unrestricted design."""
+    """Redesign the strip from stock sizes and redirect to the comparison with the unrestricted design, or show the
+    run's page again with messages at the faulty fields."""
     run = await run_of(request, run_id)
     if stock_offer(run) is None:
         raise Problem(409, "Nothing to round", "only a found strip without a stock of its own is rounded")
-    begun = await _submitted(request, run, Mode.DESIGN, rounded(run, sizes, width, length))
+    service: Service = request.app.state.service
+    kind, texts = KINDS[run["kind"]], {"sizes": sizes, "width": width, "length": length}
+    with measuring(System.METRIC):
+        spec = rounded(run, texts)
+    try:
+        asked = parse(job_of(kind, Mode.DESIGN).request, json.dumps(spec).encode())
+        work = service.submit_within(kind, Mode.DESIGN, asked, request.app.state.settings.form_patience_s)
+        begun = await cancel_on_disconnect(request.receive, work)
+    except Problem as problem:
+        with measuring(System.METRIC):
+            faults = placed(FORM, texts, problem)
+        return shown(request, run, 422, texts, faults)
     return _redirect(f"/runs/compare?a={run_id}&b={begun}")
+
+
+@router.get("/runs/{run_id}/stock")
+async def back_to_run(run_id: str) -> Response:
+    """The run's page: here it is shown with messages, from where language and units can be changed."""
+    return _redirect(f"/runs/{run_id}")
 
 
 @router.post("/runs/{run_id}/cancel")

@@ -17,7 +17,8 @@ from app.store.record import OPEN_STATUSES, RunFilter, RunStatus
 from app.submission import Service
 from app.web.comparison import compare
 from app.web.downloads import downloads_of
-from app.web.forms.faults import faults_of
+from app.web.forms.faults import Faults, faults_of
+from app.web.forms.nodes import Texts
 from app.web.listing import Listing, asked_of
 from app.web.rendering import page
 from app.web.stock import stock_offer
@@ -75,7 +76,8 @@ async def comparison(
     ids = [each for each in (a, b, *(run or ())) if each]
     found = [await run_of(request, each) for each in ids[:2]]
     if len(ids) == 2 and found[0]["kind"] == found[1]["kind"]:
-        return page(request, "compare.html", a=found[0], b=found[1], compared=compare(*found))
+        faults = [faults_of(each["problem"]) for each in found]
+        return page(request, "compare.html", a=found[0], b=found[1], compared=compare(*found), faults=faults)
     kind = found[0]["kind"] if found else None
     others = await service.store.list_runs(RunFilter(kind=kind), None, _PAGE_SIZE)
     chosen = found[0] if found else None
@@ -106,7 +108,17 @@ def _numbers(kind: Kind, mode: str, result: dict[str, Any]) -> dict[str, Any]:
 @router.get("/runs/{run_id}")
 async def run_page(request: Request, run_id: str) -> HTMLResponse:
     """Page of one run: verdict, results, what shaped them, figures and actions."""
-    run = await run_of(request, run_id)
+    return shown(request, await run_of(request, run_id))
+
+
+def shown(
+    request: Request,
+    run: dict[str, Any],
+    status: int = 200,
+    stock_texts: Texts | None = None,
+    stock_faults: Faults | None = None,
+) -> HTMLResponse:
+    """A run's page; with what was entered as stock sizes and what is wrong with it."""
     kind, result = KINDS[run["kind"]], run["result"] or {}
     numbers = _numbers(kind, run["mode"], result)
     succeeded = run["status"] == RunStatus.SUCCEEDED
@@ -114,6 +126,7 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
     return page(
         request,
         "run.html",
+        status,
         run=run,
         kind=kind,
         result=result,
@@ -130,7 +143,8 @@ async def run_page(request: Request, run_id: str) -> HTMLResponse:
         worth=bool(loosened(run)),
         effects=effect_rows(kind, run),
         switchable=own and run["status"] not in OPEN_STATUSES,
-        stock=stock_offer(run),
+        stock=stock_texts or stock_offer(run),
+        stock_faults=stock_faults or Faults(),
         drawn=part_of(kind, run) if own else None,
         downloads=downloads_of(run),
     )

@@ -180,7 +180,28 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     assert rounded["result"]["mass_g"] > run["result"]["mass_g"]
     more = 100.0 * (rounded["result"]["mass_g"] / run["result"]["mass_g"] - 1.0)
     assert f"{more:+.3g} %" in client.get(answer.headers["location"]).text
-    assert client.post(f"/runs/{run['id']}/stock", data=sent | {"sizes": "thick"}).status_code == 422
+    # What is wrong is told at its field, with everything as entered.
+    wrong = {"sizes": ["thick", "5", "", "1,400 0.5"], "width": ["1 furlong", "5000"]}
+    for field, text in [(field, text) for field in wrong for text in wrong[field]]:
+        again = client.post(f"/runs/{run['id']}/stock", data=sent | {field: text}, headers=HTML)
+        assert again.status_code == 422 and f'id="stock-{field}-error">' in again.text, text
+        assert f">{text}</textarea>" in again.text or f'value="{text}" aria-invalid="true"' in again.text
+    again = client.post(f"/runs/{run['id']}/stock", data=sent | {"sizes": "0.4, 0.5 mm"}, follow_redirects=False)
+    rounded = ended(client, f"/runs/{again.headers['location'].rpartition('b=')[2]}")
+    assert rounded["spec"]["stock_h_mm"] == [0.4, 0.5]
+    # The address of the page with messages is that of the run, for changes of language.
+    assert client.get(f"/runs/{run['id']}/stock", follow_redirects=False).headers["location"] == f"/runs/{run['id']}"
+
+
+def test_a_comparison_says_why_a_run_failed(client):
+    spec = example("flexible-rod", Mode.DESIGN)
+    ids = [made(client, "checks/flexible-rod", example("flexible-rod", Mode.CHECK))["id"]]
+    answer = client.post(
+        "/api/v1/designs/flexible-rod", json={**spec, "stock_h_mm": [5.0]}, headers={"prefer": "respond-async"}
+    )
+    ids.append(ended(client, answer.headers["location"].removeprefix("/api/v1"))["id"])
+    page = client.get(f"/runs/compare?a={ids[0]}&b={ids[1]}").text
+    assert "<code>stock_h_mm</code> <span>has no thickness within the bounds" in page
 
 
 def test_an_effect_is_switched_into_a_new_run(client, pins):

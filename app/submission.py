@@ -27,7 +27,7 @@ from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
-from app.jobs.errors import Busy, ExecutorClosed, JobError, ShareUsed
+from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, ShareUsed
 from app.jobs.executor import Executor
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
 from app.json_comparison import equal_json
@@ -49,6 +49,7 @@ logger = get_logger(__name__)
 _RETRY_S, _MAX_RETRY_S = 0.2, 10.0
 _SHORT_MODES = (Mode.CHECK, Mode.ANALYSIS)  # usually less than a second
 _MAX_FULL_RESULTS = 64
+_DRAW_AGAIN = {"Retry-After": "5"}
 
 
 @dataclass(frozen=True)
@@ -198,10 +199,19 @@ class Service:
         return replace(run, result=self.full_results[run_id])
 
     async def plot(self, run: RunRecord, name: str, run_json: bytes, language: str) -> str:
-        """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw."""
+        """Draw a plot of a succeeded run given as JSON. Runs in a worker, since some plots compute what they draw.
+
+        Raises Problem if it reaches the limit of time or memory.
+        """
         payload = b'{"language":"%s","run":%s}' % (language.encode(), run_json)
         call = partial(self.executor.run, run.kind, f"{PICTURE}{name}", payload)
-        return await self.admission.run(call, self.solve_budget_s, short=True)
+        try:
+            return await self.admission.run(call, self.solve_budget_s, short=True)
+        except BudgetExceeded as error:
+            detail = f"drawing was stopped after {error.budget_s:g} s, as may happen while the service is busy"
+            raise Problem(504, "The plot took too long to draw", detail, headers=_DRAW_AGAIN) from error
+        except MemoryExceeded as error:
+            raise Problem(507, "The memory bound was reached", str(error)) from error
 
     async def submit(
         self, kind: Kind, mode: Mode, request: BaseModel, key: str | None, request_hash: str

@@ -117,7 +117,12 @@ async def cancel(request: Request, run_id: str) -> Response:
     "/{run_id}/plots/{plot}",
     summary="A plot of a run, as SVG",
     response_class=SvgResponse,
-    responses={**NOT_MODIFIED, **_MISSING, 409: {"description": "the run has nothing to draw"}},
+    responses={
+        **NOT_MODIFIED,
+        **_MISSING,
+        409: {"description": "the run has nothing to draw"},
+        504: {"description": "the plot took longer to draw than the solve time limit of the service; see Retry-After"},
+    },
 )
 async def plot(
     request: Request,

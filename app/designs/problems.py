@@ -25,6 +25,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "No such batch": "No batch has this id.",
         "No such plot": "The kind has no plot of this name; every run lists its own under links.",
         "Nothing to draw": "The run has no result, or nothing in it for this plot.",
+        "The plot took too long to draw": "A plot reached the time that the service gives a solve.",
         "No such export": "The kind has no export of this name; every run lists its own under links.",
         "Nothing to export": "The run has no result, or nothing in it for this export.",
         "The file took too long to make": "An export reached the time that the service gives it.",

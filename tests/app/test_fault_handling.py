@@ -31,6 +31,7 @@ from tests.app.running import ROOT
 from tests.app.store.records import make_record
 
 MASSES = "/api/v1/analyses/crank-masses"
+LINKAGE = "/api/v1/checks/impact-linkage"
 BODY = KINDS["crank-masses"].example(Mode.ANALYSIS)
 
 
@@ -120,6 +121,22 @@ def test_metrics_cover_solves_queues_and_the_store(tmp_path):
     for length in ("short", "long"):
         assert f'crankwright_queue_waiting{{length="{length}"}} 0.0' in after
     assert "crankwright_solve_seconds_bucket" in after and "crankwright_runs_promised" in after
+
+
+@pytest.mark.parametrize(("error", "status"), [(BudgetExceeded(1.5), 504), (MemoryExceeded("too much"), 507)])
+def test_a_plot_beyond_its_limits_is_a_problem(tmp_path, error, status):
+    async def fail(*_):
+        raise error
+
+    with keyed(tmp_path) as service:
+        service.warm()
+        plots = service.client.post(LINKAGE, json=KINDS["impact-linkage"].example(Mode.CHECK)).json()["links"]["plots"]
+        service.client.app.state.service.executor.run = fail
+        answer = service.client.get(plots["loads"])
+        assert answer.status_code == status and answer.headers["content-type"] == "application/problem+json"
+        if status == 504:
+            assert answer.json()["title"] == "The plot took too long to draw" and "1.5 s" in answer.json()["detail"]
+            assert int(answer.headers["Retry-After"]) >= 1
 
 
 @pytest.mark.parametrize(

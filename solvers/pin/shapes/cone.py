@@ -54,13 +54,14 @@ class Cone:
         c_low, target_gap = 1e-3 if self.cylinder else 1.0, max(_GAP, _GAP_FRACTION * gap)
         grid = np.linspace(0.0, 1.0, _GRID), np.unique(np.linspace(c_low, 1.0, _GRID))
         bounds = dict.fromkeys((NARROWING, WIDENING), math.inf)
+        starts = dict.fromkeys(bounds, grid)
         boxes_left = dict.fromkeys(bounds, _MAX_BOXES[program.limit is not None])
         ends: tuple[float, ...] = ()
         for _ in range(_MAX_REFINEMENTS):
             corners = corner_table(program, _CORNER_ERROR * target_gap, ends) if self.cylinder else None
             bars = {NARROWING: half_bar(refined_program), WIDENING: half_bar(refined_program, corners)}
             found = {
-                direction: pattern_search(bar, direction, *grid, c_low, target_gap, workspace(bar))
+                direction: pattern_search(bar, direction, *starts[direction], c_low, target_gap, workspace(bar))
                 for direction, bar in bars.items()
             }
             for direction in sorted(found, key=found.get, reverse=True):
@@ -73,13 +74,15 @@ class Cone:
                     )  # fmt: skip
                     bounds[direction], boxes = min(bounds[direction], bound), boxes + examined
                     boxes_left[direction] -= examined
+            # The next round starts from the best shapes of this one.
+            starts = {direction: (np.array([r]), np.array([c])) for direction, (_, r, c) in found.items()}
             direction = max(found, key=found.get)
             gain, r, c = found[direction]
             # The bound ignores positions between stations, and interpolation ignores the corner where a cone ends.
             refined_program = _refined_at_contacts(refined_program, direction, r, c, 0.01 * target_gap)
             bar = half_bar(refined_program)
             size = size_of(bar, direction, r, c, 0.0, workspace(bar))
-            if size * size * unit_volume(direction, r, c) >= gain * (1.0 - 0.2 * target_gap):
+            if size * size * unit_volume(direction, r, c) >= gain - 0.2 * target_gap * (1.0 - gain):
                 break
             ends = (*ends, c)
         most = max(bounds.values())

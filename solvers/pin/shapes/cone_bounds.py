@@ -41,6 +41,8 @@ Slopes = tuple[float, float, float, float]
 """Ranges of d(ln size)/dr and d(ln size)/dc in a box."""
 _ROUNDING = 1e-14
 _MAX_CONSTRAINTS = 7
+_MAX_ASPECT = 16.0
+"""Ratio of a box's sides above which the longer one is halved."""
 _COARSE = 1e-4
 """Relative width of the size's bracket where it serves only to bound derivatives."""
 
@@ -220,7 +222,11 @@ def box_bound(
         for side in range(4):
             constraints[k, 1 + side] = 2.0 * constraints[k, 1 + side] + volume_slopes[side]
     best, by_r, by_c = _second_order(constraints[:count], half_r, half_c)
-    return min(first_order, math.exp(min(best, 700.0)) * (1.0 + _ROUNDING)), by_r >= by_c
+    halve_r = by_r >= by_c
+    if max(half_r, half_c) > _MAX_ASPECT * min(half_r, half_c):
+        # A constraint critical only at the best shape of a long box is missing from its bound.
+        halve_r = half_r > half_c
+    return min(first_order, math.exp(min(best, 700.0)) * (1.0 + _ROUNDING)), halve_r
 
 
 @kernel

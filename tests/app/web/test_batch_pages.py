@@ -199,7 +199,7 @@ def test_every_kind_has_variable_fields() -> None:
 def test_an_axis_tells_what_was_asked_for_from_what_is_reached() -> None:
     told = {"varied": ["spec.impact_speed_m_s"], "results": ["impact_speed_m_s", "accuracy.estimated"], "points": []}
     words = _map_words(KINDS["impact-linkage"], "check", told)
-    assert words["spec.impact_speed_m_s"] == "Impact speed (requested), m/s"
+    assert words["spec.impact_speed_m_s"] == "Speed of the tool at the blow (requested), m/s"
     assert (words["impact_speed_m_s"], words["accuracy.estimated"]) == ("impact speed, m/s", "estimated error")
 
 

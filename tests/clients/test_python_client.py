@@ -110,6 +110,51 @@ def test_retries_are_limited(last):
     assert len(asked) == 3
 
 
+def test_what_cannot_be_sent_is_not_retried():
+    transport, asked = answering(httpx.LocalProtocolError("Illegal header value"))
+    with Client(transport=transport, retries=QUICK) as client, pytest.raises(httpx.LocalProtocolError):
+        client.check("pin-profile", PIN)
+    assert len(asked) == 1
+
+
+def test_a_key_may_have_any_printable_characters(ours):
+    first, second = (ours.check("pin-profile", PIN, key="деталь 17") for _ in range(2))
+    assert first.id == second.id
+
+
+@pytest.mark.parametrize("key", [" part 17 ", "a\nb", "a\tb", "\ud800"])
+def test_a_key_that_no_header_can_carry_is_refused(key):
+    transport, asked = answering()
+    with Client(transport=transport, retries=QUICK) as client:
+        for send in (client.check, lambda kind, spec, key: client.batch(kind, "check", [spec], key=key)):
+            with pytest.raises(ValueError, match=r"^key: .* printable characters"):
+                send("pin-profile", PIN, key=key)
+    assert not asked
+
+
+def test_a_redirect_is_no_answer(ours):
+    with pytest.raises(Problem) as redirected:
+        ours.run("")
+    assert redirected.value.status == 307
+
+
+def test_a_single_request_is_no_batch(tmp_path):
+    transport, asked = answering()
+    with Client(transport=transport) as client:
+        with pytest.raises(TypeError, match="specs: is a single request"):
+            client.batch("pin-profile", "check", PIN)
+        with pytest.raises(ValueError, match=r"specs: .*\.csv"):
+            client.batch("pin-profile", "check", tmp_path / "cases.txt")
+    assert not asked
+
+
+def test_a_listing_begins_at_a_cursor(ours):
+    made = [ours.check("pin-profile", {**PIN, "name": "listed from a cursor"}).id for _ in range(3)]
+    at = ours._http.get("/api/v1/runs", params={"name": "listed from a cursor", "limit": 1}).json()["next_cursor"]
+    found = [line["id"] for line in ours.runs(name="listed from a cursor", limit=1, cursor=at)]
+    assert found == made[1::-1]
+
+
 def test_a_timed_out_solve_is_not_retried():
     problem = {"status": 504, "title": "Took too long", "detail": "more than 30 s"}
     answer = httpx.Response(504, json=problem, headers={"Content-Type": "application/problem+json"})

@@ -14,7 +14,7 @@ import httpx
 
 from crankwright_client import wire
 from crankwright_client.errors import NoAnswer
-from crankwright_client.retries import Retries, asked_wait_s, may_succeed
+from crankwright_client.retries import MAY_PASS, Retries, asked_wait_s, may_succeed
 from crankwright_client.run import OPEN, Run
 from crankwright_client.types import Batch
 
@@ -36,9 +36,10 @@ class _Settings:
 class Client:
     """Client of the service at ``url``, with an API ``key`` if required.
 
-    Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys. Error
-    responses are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as
-    ``NoAnswer``. An infeasible design is an answer: ``run.status`` is "infeasible" and ``run.result`` the diagnosis.
+    Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys. Responses
+    other than 2xx are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as
+    ``NoAnswer``; a request's own ``key`` that no header can carry as ValueError, other requests that cannot be sent as
+    httpx's errors. An infeasible design is an answer: ``run.status`` is "infeasible" and ``run.result`` the diagnosis.
     """
 
     def __init__(
@@ -106,7 +107,7 @@ class Client:
 
     def runs(self, **filters: Any) -> Iterator[dict[str, Any]]:
         """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
-        newest first, page after page."""
+        newest first, page after page; from a ``cursor`` on if one is given."""
         cursor: str | None = None
         while True:
             page = self._send(wire.listing(filters, cursor)).json()
@@ -126,7 +127,7 @@ class Client:
         key: str | None = None,
     ) -> Batch:
         """Start a batch of requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
-        a file (.csv, .ndjson, .parquet)."""
+        a file (.csv, .ndjson, .parquet). Raises TypeError for a single mapping, ValueError for another file."""
         return self._send(wire.rows(kind, mode, specs, name, detail, key)).json()
 
     def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
@@ -189,7 +190,7 @@ class Client:
                 response = self._http.request(
                     call.method, call.path, content=call.content, headers=call.headers, params=call.params or None
                 )
-            except httpx.TransportError as error:
+            except MAY_PASS as error:
                 why = str(error) or type(error).__name__
             if response is not None and not may_succeed(response):
                 return wire.checked(response)
@@ -266,7 +267,7 @@ class AsyncClient:
 
     async def runs(self, **filters: Any) -> AsyncIterator[dict[str, Any]]:
         """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
-        newest first, page after page."""
+        newest first, page after page; from a ``cursor`` on if one is given."""
         cursor: str | None = None
         while True:
             page = (await self._send(wire.listing(filters, cursor))).json()
@@ -287,7 +288,7 @@ class AsyncClient:
         key: str | None = None,
     ) -> Batch:
         """Start a batch of requests of one kind and mode ("design", "check", "analysis"): mappings, or the rows of
-        a file (.csv, .ndjson, .parquet)."""
+        a file (.csv, .ndjson, .parquet). Raises TypeError for a single mapping, ValueError for another file."""
         return (await self._send(wire.rows(kind, mode, specs, name, detail, key))).json()
 
     async def sweep(self, told: Mapping[str, Any], *, key: str | None = None) -> Batch:
@@ -350,7 +351,7 @@ class AsyncClient:
                 response = await self._http.request(
                     call.method, call.path, content=call.content, headers=call.headers, params=call.params or None
                 )
-            except httpx.TransportError as error:
+            except MAY_PASS as error:
                 why = str(error) or type(error).__name__
             if response is not None and not may_succeed(response):
                 return wire.checked(response)

@@ -13,6 +13,9 @@ import httpx
 AGAIN = frozenset({429, 502, 503, 504})
 """Statuses after which a retry may succeed."""
 
+MAY_PASS = (httpx.NetworkError, httpx.TimeoutException, httpx.RemoteProtocolError, httpx.ProxyError)
+"""Transport errors after which a retry may succeed; others, such as a header that cannot be sent, are the caller's."""
+
 
 @dataclass(frozen=True)
 class Retries:

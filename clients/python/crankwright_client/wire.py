@@ -26,19 +26,25 @@ class Call:
     method: str
     path: str
     content: bytes | None = None
-    headers: Mapping[str, str] = field(default_factory=dict)
+    headers: Mapping[str, str | bytes] = field(default_factory=dict)
     params: Mapping[str, str] = field(default_factory=dict)
 
 
 def submission(
     collection: str, kind: str, spec: Mapping[str, Any], key: str | None = None, later: bool = False
 ) -> Call:
-    """A POST with an idempotency key, generated unless given."""
-    headers = {"Content-Type": "application/json", "Idempotency-Key": key or uuid.uuid4().hex}
-    if later:
-        headers["Prefer"] = "respond-async"
+    """A POST with an idempotency key, generated unless given. Raises ValueError for a key that cannot be sent."""
+    prefer = {"Prefer": "respond-async"} if later else {}
     body = json.dumps(spec, allow_nan=False).encode()
-    return Call("POST", f"{PREFIX}/{collection}/{kind}", body, headers)
+    return Call("POST", f"{PREFIX}/{collection}/{kind}", body, {**_posted("application/json", key), **prefer})
+
+
+def _posted(form: str, key: str | None) -> dict[str, str | bytes]:
+    """Headers of a POST; the key as UTF-8, which httpx would only send of ASCII."""
+    key = key or uuid.uuid4().hex
+    if not key.isprintable() or key != key.strip():
+        raise ValueError("key: cannot be sent in a header (allowed: printable characters, without spaces at the ends)")
+    return {"Content-Type": form, "Idempotency-Key": key.encode()}
 
 
 ROWS = {
@@ -60,19 +66,23 @@ def rows(
 ) -> Call:
     """A POST of many requests: a file (.csv, .ndjson, .parquet), or mappings sent as NDJSON."""
     form, content = "application/x-ndjson", b""
+    if isinstance(specs, Mapping):
+        raise TypeError("specs: is a single request (allowed: several mappings, such as a list of them, or a file)")
     if isinstance(specs, str | PathLike):
         file = Path(specs)
+        if file.suffix.lower() not in ROWS:
+            raise ValueError(f"specs: is a file of an unknown form (allowed: {', '.join(ROWS)})")
         form, content = ROWS[file.suffix.lower()], file.read_bytes()
     else:
         content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)
-    headers = {"Content-Type": form, "Idempotency-Key": key or uuid.uuid4().hex}
-    return Call("POST", f"{PREFIX}/batches", content, headers, _given(kind=kind, mode=mode, name=name, detail=detail))
+    asked = _given(kind=kind, mode=mode, name=name, detail=detail)
+    return Call("POST", f"{PREFIX}/batches", content, _posted(form, key), asked)
 
 
 def sweep(told: Mapping[str, Any], key: str | None) -> Call:
     """A POST of a sweep."""
-    headers = {"Content-Type": "application/json", "Idempotency-Key": key or uuid.uuid4().hex}
-    return Call("POST", f"{PREFIX}/batches", json.dumps(told, allow_nan=False).encode(), headers)
+    body = json.dumps(told, allow_nan=False).encode()
+    return Call("POST", f"{PREFIX}/batches", body, _posted("application/json", key))
 
 
 def results(batch: Batch, form: str, status: str | None = None, fields: Iterable[str] = ()) -> Call:
@@ -85,8 +95,8 @@ def _given(**values: Any) -> dict[str, str]:
 
 
 def listing(filters: Mapping[str, Any], cursor: str | None) -> Call:
-    """A page of runs matching all filters."""
-    given = {**filters, "cursor": cursor}
+    """A page of runs matching all filters, which may have the cursor of the first one."""
+    given = filters if cursor is None else {**filters, "cursor": cursor}
     shown = {name: _shown(value) for name, value in given.items() if value is not None}
     return Call("GET", f"{PREFIX}/runs", params=shown)
 
@@ -98,8 +108,8 @@ def _shown(value: Any) -> str:
 
 
 def checked(response: httpx.Response) -> httpx.Response:
-    """The response; raises its problem if it is an error."""
-    if response.status_code < 400:
+    """The response; raises its problem if it is none of success: redirects are not followed."""
+    if response.is_success:
         return response
     try:
         body = response.json()

@@ -158,11 +158,14 @@ class RunExports:
 
     def _export(self, run: Run, name: str) -> Export:
         export = EXPORTS.get(name)
+        available = exports_for(run)
         if export is None:
-            raise Problem(404, "No such export", "there are " + ", ".join(EXPORTS))
+            raise Problem(
+                404, "No such export", "there are " + ", ".join(available) if available else "the run has none"
+            )
         if run["result"] is None:
             raise Problem(409, "Nothing to export", f"the run is {run['status']}: it has no result")
-        if name not in (available := exports_for(run)):
+        if name not in available:
             raise Problem(409, "Nothing to export", f"this run has no such file; it has {', '.join(available)}")
         if export.missing:
             raise Problem(

@@ -29,6 +29,7 @@ from app.designs.schema import entry
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
+from app.store.hashing import canonical_json
 
 router = APIRouter(prefix="/api/v1/batches", tags=["batches"], dependencies=[Depends(check_query_names)])
 
@@ -64,10 +65,15 @@ async def submit_batch(
     request: Request,
     kind: Annotated[str, Query(max_length=64, description="kind and mode of every row; a sweep names its own")] = "",
     mode: Annotated[str, Query(max_length=16, description="kind and mode of every row; a sweep names its own")] = "",
-    name: Annotated[str, Query(max_length=200, pattern=r"^[^\x00]*$")] = "",
-    detail: Annotated[Detail, Query(description="detail of the stored results: without curves and tables, or full")] = (
-        Detail.SCALARS
-    ),
+    name: Annotated[
+        str, Query(max_length=200, pattern=r"^[^\x00]*$", description="name of the batch, unless a sweep has its own")
+    ] = "",
+    detail: Annotated[
+        Detail,
+        Query(
+            description="detail of the stored results: without curves and tables, or full; unless a sweep has its own"
+        ),
+    ] = Detail.SCALARS,
     idempotency_key: Annotated[str | None, Header(max_length=_MAX_KEY_LENGTH)] = None,
 ) -> Response:
     """Rows as NDJSON, CSV or Parquet with kind and mode in the query, or a sweep as JSON. Responds once every item is
@@ -79,9 +85,14 @@ async def submit_batch(
     if media_type == "application/json":
         body = await read_body(request)
         digest.update(body)
+        if name or detail is not Detail.SCALARS:
+            digest.update(canonical_json([name, detail]))
 
         async def take() -> bytes:
-            return await service.take_sweep(await parse_in_turn(request, Sweep, body), idempotency_key, digest)
+            sweep = await parse_in_turn(request, Sweep, body)
+            asked = {"name": name, "detail": detail}
+            more = {field: value for field, value in asked.items() if field not in sweep.model_fields_set}
+            return await service.take_sweep(sweep.model_copy(update=more), idempotency_key, digest)
 
         return await _once(service, idempotency_key, digest, take)
     if media_type not in _LINES and media_type != _PARQUET:

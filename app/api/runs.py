@@ -136,7 +136,7 @@ async def plot(
     run = await service.complete(run_id)
     plots = plots_of(KINDS[run.kind], Mode(run.mode))
     if plot not in plots:
-        raise Problem(404, "No such plot", "there are " + ", ".join(plots))
+        raise Problem(404, "No such plot", "there are " + ", ".join(plots) if plots else "the run has none")
     if run.status != RunStatus.SUCCEEDED:
         raise Problem(409, "Nothing to draw", f"the run is {run.status}")
     shown = runs.run_json(run)

@@ -83,12 +83,22 @@ class Solves:
 
 async def _answer(request: Request, route: APIRoute) -> StoredResponse:
     await check_csrf(request)
-    key, prefer = header(request.scope, b"idempotency-key"), header(request.scope, b"prefer")
+    key, prefer = header(request.scope, b"idempotency-key"), _joined(request.scope, b"prefer")
     if key is not None and len(key) > _MAX_KEY_LENGTH:
         found = entry("/idempotency-key", "has too many characters", f"at most {_MAX_KEY_LENGTH} long")
         raise Problem(422, INVALID, "1 field cannot be accepted", [found])
     given = [None if value is None else value.decode("latin-1") for value in (key, prefer)]
     return await route.endpoint(request, *given)
+
+
+def _joined(scope: Scope, name: bytes) -> bytes:
+    """The values of a header that is a list, which may be repeated."""
+    return b",".join(value for key, value in scope["headers"] if key == name)
+
+
+def _prefers_async(prefer: str) -> bool:
+    """Whether the preferences (RFC 7240: a list of names, in upper or lower case, with parameters) ask for a 202."""
+    return any(each.partition(";")[0].strip().lower() == "respond-async" for each in prefer.split(","))
 
 
 def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
@@ -108,7 +118,7 @@ def _route(app: FastAPI, kind: Kind, mode: Mode) -> None:
             if first is not None:
                 return first
         asked = await parse_in_turn(request, job.request, body)
-        if "respond-async" in (prefer or ""):
+        if _prefers_async(prefer or ""):
             return await service.submit_later(kind, mode, asked, idempotency_key, digest)
         work = service.submit(kind, mode, asked, idempotency_key, digest)
         return await cancel_on_disconnect(request.receive, work)

@@ -493,6 +493,36 @@ def test_an_idempotency_key_is_honoured(client: TestClient) -> None:
     ended(client, first)
 
 
+@pytest.mark.parametrize(
+    ("own", "name", "detail"), [({}, "night", "full"), ({"name": "own", "detail": "scalars"}, "own", "scalars")]
+)
+def test_a_sweep_takes_name_and_detail_from_the_query_unless_it_has_its_own(
+    client: TestClient, own: dict, name: str, detail: str
+) -> None:
+    body = {key: value for key, value in sweep().items() if key not in ("name", "detail")}
+    batch = submit(client, {**body, **own}, "application/json", AT + "?name=night&detail=full").json()
+    assert (batch["name"], batch["detail"]) == (name, detail)
+    client.delete(batch["links"]["self"])
+
+
+def test_a_sweeps_idempotency_key_stands_for_its_query_too(client: TestClient) -> None:
+    places = AT, AT, AT + "?detail=full"
+    answers = [submit(client, sweep(), "application/json", at, **{"Idempotency-Key": "swept"}) for at in places]
+    assert [answer.status_code for answer in answers] == [202, 202, 409]
+    client.delete(answers[0].json()["links"]["self"])
+
+
+def test_a_lone_surrogate_is_refused_in_plain_words(client: TestClient) -> None:
+    batch = ended(client, submit(client, json.dumps({**pin(7200.0), "name": "\ud800"})))
+    (row,) = rows_of(client, batch)
+    (entry,) = row["problem"]["errors"]
+    assert entry == {
+        "pointer": "/name",
+        "detail": "is not valid Unicode",
+        "allowed": "text of whole Unicode characters, without lone surrogates",
+    }
+
+
 @pytest.mark.parametrize("more", [{}, {"Prefer": "respond-async"}], ids=["now", "later"])
 def test_a_batchs_idempotency_key_is_refused_to_a_single_request(client: TestClient, more: dict) -> None:
     keyed = {"Idempotency-Key": "batch-first"}

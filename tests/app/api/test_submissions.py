@@ -127,6 +127,32 @@ def test_an_infeasible_design_is_an_answer_with_a_diagnosis(client, design_reque
     assert 2.65 < shortfall["attainable"] < 4.0
 
 
+@pytest.mark.parametrize(
+    ("prefer", "status"),
+    [
+        ("Respond-Async", 202),
+        ("wait=10, respond-async; foo=bar", 202),
+        ("handling=lenient", 201),
+        ('handling="respond-async"', 201),
+    ],
+)
+def test_preferences_are_a_list_of_names_in_any_case(client, check_request, prefer, status):
+    answer = client.post(CHECKS, json={**check_request, "effects": CORE}, headers={"Prefer": prefer})
+    assert answer.status_code == status
+
+
+def test_a_preference_may_be_in_a_header_of_its_own(client, check_request):
+    headers = [("Prefer", "wait=10"), ("Prefer", "respond-async"), ("Content-Type", "application/json")]
+    assert client.post(CHECKS, content=json.dumps(check_request), headers=headers).status_code == 202
+
+
+def test_a_diagnosis_names_requirements_as_the_request_does(client, design_request):
+    design_request["requirements"]["max_contact_pressure_mpa"] = 0.034
+    diagnosis = client.post(DESIGNS, json={**design_request, "effects": CORE}).json()["result"]["diagnosis"]
+    advice = {entry["requirement"]: entry["advice"] for entry in diagnosis}
+    assert "not while max_contact_pressure_mpa holds" in advice["min_fatigue_safety"]
+
+
 def test_a_design_can_be_solved_asynchronously(client, design_request):
     request = {**design_request, "effects": CORE, "name": "later"}
     answer = client.post(DESIGNS, json=request, headers={"Prefer": "respond-async"})

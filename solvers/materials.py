@@ -58,7 +58,9 @@ class Material:
         ultimate = self.ultimate_strength
         if ultimate is not None and not (math.isfinite(ultimate) and ultimate >= self.yield_strength):
             raise InvalidInput(
-                "material.ultimate_strength", "must be finite and not below the yield strength", "[yield_strength, inf)"
+                "material.ultimate_strength",
+                "must be finite and not below the yield strength",
+                "a strength not below the yield strength",
             )
 
     @property

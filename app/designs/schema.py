@@ -266,6 +266,9 @@ def certificate_json(certificate: Certificate | None, unit: float) -> dict[str, 
     }
 
 
+_NAME = re.compile(r"\b[a-z]+(?:_[a-z]+)+\b")
+
+
 def diagnosis_json(outcome: Outcome, limits: Mapping[str, str]) -> list[dict[str, Any]]:
     """Unattainable requirements as JSON; ``limits`` has the API names of those that differ, and thereby their units."""
     found = []
@@ -277,7 +280,7 @@ def diagnosis_json(outcome: Outcome, limits: Mapping[str, str]) -> list[dict[str
                 "requirement": name,
                 "required": shortfall.required / unit,
                 "attainable": scaled(shortfall.attainable, unit),
-                "advice": shortfall.advice,
+                "advice": _NAME.sub(lambda word: limits.get(word[0], word[0]), shortfall.advice),
             }
         )
     return found
@@ -333,12 +336,12 @@ def _effect_json(name: str, state: str, influence: float, why: str) -> dict[str,
     return {"name": name, "state": state, "influence": influence, "why": why}
 
 
-_NEEDED_BY = re.compile(r"(?<=^needed by )\w+\.\w+$")
+_FIELD = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 
 
-def _as_sent(request: BaseModel | None, why: str) -> str:
-    """Why an effect is active; a limit that needs it has the name that was sent: limits.width → limits.width_mm."""
-    return _NEEDED_BY.sub(lambda field: _dotted(request, field[0]), why)
+def _as_sent(request: BaseModel | None, text: str) -> str:
+    """A solver's sentence with the names that were sent: needed by limits.width → needed by limits.width_mm."""
+    return _FIELD.sub(lambda field: _dotted(request, field[0]), text)
 
 
 def _dotted(request: BaseModel | None, field: str) -> str:
@@ -388,12 +391,11 @@ def refused(request: BaseModel, refusal: InvalidInput) -> Answer:
     """
     places = [pointer(request, refusal.field)]
     if isinstance(refusal, EffectConflict):
-        # "requirements.max_friction_power", or "objective friction_power": the request's field has a unit in its name.
-        field, space, choice = refusal.needed_by.partition(" ")
-        places.append(pointer(request, field))
-        refusal = EffectConflict(refusal.effect, _dotted(request, field) + space + choice)
-    errors = [entry(place, refusal.reason, refusal.allowed) for place in places]
-    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, refusal.reason, errors))
+        # "requirements.max_friction_power", or "objective friction_power"
+        places.append(pointer(request, refusal.needed_by.partition(" ")[0]))
+    reason, allowed = _as_sent(request, refusal.reason), _as_sent(request, refusal.allowed)
+    errors = [entry(place, reason, allowed) for place in places]
+    return Answer(REFUSED, None, [], None, {}, problem_details(INVALID, 422, reason, errors))
 
 
 def refusing(run: Callable[..., Answer]) -> Callable[..., Answer]:

@@ -39,7 +39,7 @@ class Mechanism:
             math.isfinite(self.offset) and abs(self.offset) < self.rod_length - self.crank_radius,
             "mechanism.offset",
             "the offset keeps the mechanism from turning",
-            "less than mechanism.rod_length - mechanism.crank_radius, on either side",
+            "less than the rod length less the crank radius, on either side",
         )
 
     @property

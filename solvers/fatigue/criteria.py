@@ -130,5 +130,9 @@ CRITERIA = {"serensen": serensen, "goodman": goodman, "gerber": gerber, "soderbe
 
 def _ultimate(material: Material) -> float:
     if material.ultimate_strength is None:
-        raise InvalidInput("material.ultimate_strength", "is needed by this fatigue criterion", "a strength in Pa")
+        raise InvalidInput(
+            "material.ultimate_strength",
+            "is needed by this fatigue criterion",
+            "a strength not below the yield strength",
+        )
     return material.ultimate_strength

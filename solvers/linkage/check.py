@@ -47,7 +47,7 @@ def _member(kind: ChangePoint, restitution: float, parameter: float) -> FourBar:
     field, pole = f"ratios.{kind.parameter}", kind.pole(Gain(restitution))
     require(math.isfinite(parameter) and parameter > 1e-6, field, "must be positive", "(0, inf)")
     if not parameter > pole:
-        raise InvalidInput(field, "gives no mechanism of this type", f"above g² = {pole:.6g}")
+        raise InvalidInput(field, "gives no mechanism of this type", f"more than {pole:.6g} at this restitution")
     return of_family(kind, restitution, parameter)
 
 

@@ -150,7 +150,7 @@ class RodProblem:
             if not self.stock_h or not all(math.isfinite(h) and h > 0 for h in self.stock_h):
                 raise InvalidInput("stock_h", "must list positive thicknesses", "at least one, each above 0")
             if not any(self.bounds.h[0] <= h <= self.bounds.h[1] for h in self.stock_h):
-                raise InvalidInput("stock_h", "has no thickness within the bounds", "one within bounds.h")
+                raise InvalidInput("stock_h", "has no thickness within the bounds", "one within the bounds of h")
         for name, step, (low, high) in (("b", self.step_b, self.bounds.b), ("l", self.step_l, self.bounds.l)):
             if step is None:
                 continue

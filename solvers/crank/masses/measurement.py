@@ -203,11 +203,11 @@ def swing(pendulum: Pendulum) -> RodMasses:
             condition = f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
         statement = "is not determined at all"
         if math.isfinite(cg_uncertainty):
-            statement = f"is uncertain by {cg_uncertainty:.3g} m{condition}"
+            statement = f"is uncertain by {100.0 * cg_uncertainty / length:.3g} % of the rod's length{condition}"
         raise InvalidInput(
             "period_big_end",
-            f"the periods fit almost every centre of mass: its distance from the wrist pin {statement}, the rod being "
-            f"{length:.3g} m long (A_C + A_D is too near 2L)",
+            f"the periods fit almost every centre of mass: its distance from the wrist pin {statement} (the two "
+            "pendulum lengths of these periods add up to almost twice the pivot distance)",
             "periods of a rod further from the two-mass model, or more certain ones, or the method weighing",
         )
     require(
@@ -240,7 +240,7 @@ def weigh(weighing: Weighing) -> RodMasses:
             abs(difference) <= _MAX_SUM_ERROR,
             "rod_mass",
             f"differs by {abs(difference) * 100:.1f} % from the sum of the two readings",
-            "within 2 % of small_end_reading + big_end_reading",
+            "within 2 % of their sum",
         )
         if abs(difference) > _NOTABLE_SUM_ERROR:
             warnings.append(f"the readings' sum differs from the rod's mass by {difference * 100:+.3f} %")

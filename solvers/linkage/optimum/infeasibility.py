@@ -75,8 +75,12 @@ def _smaller(problem: LinkageProblem) -> tuple[str, str]:
         lower = "a higher blow frequency or a lower impact speed would lower it"
         smaller = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
         return shorter, smaller if joints else lower
-    shorter = "a smaller least link would shorten it"
-    lower = "a smaller least link or smaller joints would lower it" if joints else "a smaller least link would lower it"
+    shorter = "a smaller minimum link length would shorten it"
+    lower = (
+        "a smaller minimum link length or smaller joints would lower it"
+        if joints
+        else "a smaller minimum link length would lower it"
+    )
     if problem.fixed_u31_end is None:
         return shorter, lower
     # They choose the member, whose size may be greater or less.

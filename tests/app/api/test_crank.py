@@ -137,6 +137,19 @@ def test_refusals_name_the_field(client, dynamics_request, path, value, pointer)
     assert [e["pointer"] for e in refused.json()["errors"]] == [pointer]
 
 
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("offset_mm", 100.0, "less than the rod length less the crank radius, on either side"),
+        ("crank_radius_mm", 140.0, "less than mechanism.rod_length_mm"),
+    ],
+)
+def test_refusals_tell_what_is_allowed_in_the_contracts_names(client, dynamics_request, name, value, allowed):
+    dynamics_request["mechanism"][name] = value
+    refused = client.post(DYNAMICS, json=dynamics_request)
+    assert [e["allowed"] for e in refused.json()["errors"]] == [allowed]
+
+
 def test_masses_by_every_method(client):
     example = KINDS["crank-masses"].example(Mode.ANALYSIS)
     swung = client.post(MASSES, json=example).json()["result"]
@@ -167,7 +180,29 @@ def test_a_singular_pendulum_is_refused_with_its_uncertainty(client):
     refused = client.post(MASSES, json=body)
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["pointer"] == "/period_big_end_s"
-    assert "uncertain by" in refused.json()["detail"]
+    # In the rod's lengths: figures in metres would be foreign to a request in millimetres.
+    assert "is uncertain by 27.3 % of the rod's length (the two pendulum lengths" in refused.json()["detail"]
+
+
+def test_readings_that_do_not_add_up_are_refused(client):
+    readings = {"length_mm": 160.0, "small_end_reading_kg": 0.174375, "big_end_reading_kg": 0.445625}
+    refused = client.post(MASSES, json={"method": "weighing", **readings, "rod_mass_kg": 0.7})
+    (entry,) = refused.json()["errors"]
+    assert (entry["pointer"], entry["allowed"]) == ("/rod_mass_kg", "within 2 % of their sum")
+
+
+def test_masses_offer_only_the_files_they_have(client):
+    run = client.post(MASSES, json=KINDS["crank-masses"].example(Mode.ANALYSIS)).json()
+    plot, file = (client.get(f"/api/v1/runs/{run['id']}/{what}/none") for what in ("plots", "exports"))
+    assert (plot.status_code, plot.json()["detail"]) == (404, "the run has none")
+    assert (file.status_code, file.json()["detail"]) == (404, "there are " + ", ".join(run["links"]["exports"]))
+
+
+def test_too_many_digits_are_refused_in_plain_words(client, dynamics_request):
+    body = json.dumps(dynamics_request).replace('"strokes": 4', '"strokes": 1' + 400 * "0", 1)
+    refused = client.post(DYNAMICS, content=body, headers={"Content-Type": "application/json"})
+    (entry,) = refused.json()["errors"]
+    assert (entry["detail"], entry["allowed"]) == ("has too many digits", "a whole number of fewer digits")
 
 
 def test_an_unknown_method_is_refused(client):

@@ -88,6 +88,20 @@ def test_a_refusal_states_error_allowed_values_and_suggestion_once(
     assert allowed is None or entries[0]["allowed"] == allowed
 
 
+@pytest.mark.parametrize("criterion", ["goodman", "gerber"])
+def test_a_missing_strength_is_asked_for_without_a_unit_of_the_solvers(client, check_request, criterion):
+    (entry,) = client.post(CHECKS, json={**check_request, "fatigue_criterion": criterion}).json()["errors"]
+    assert entry["pointer"] == "/material/ultimate_strength_mpa"
+    assert entry["allowed"] == "a strength not below the yield strength"
+
+
+def test_a_stock_outside_the_bounds_is_refused(client, design_request):
+    (entry,) = client.post("/api/v1/designs/flexible-rod", json={**design_request, "stock_h_mm": [9.0]}).json()[
+        "errors"
+    ]
+    assert (entry["pointer"], entry["allowed"]) == ("/stock_h_mm", "one within the bounds of h")
+
+
 BODIES = {
     "empty": b"",
     "no JSON": b"hello",

@@ -217,7 +217,7 @@ REMEDIES = {
     "higher impact speed": lambda p: of_scene(p, impact_speed=1.1 * p.scene.impact_speed),
     "lower impact speed": lambda p: of_scene(p, impact_speed=p.scene.impact_speed / 1.1),
     "lower impact energy": lambda p: of_scene(p, impact_energy=p.scene.impact_energy / 1.1),
-    "smaller least link": lambda p: of_limits(p, min_link=p.limits.min_link / 1.1),
+    "minimum link length": lambda p: of_limits(p, min_link=p.limits.min_link / 1.1),
     "smaller joints": lambda p: of_limits(p, joint_radius=p.limits.joint_radius / 1.1),
 }
 """What an advice may name, as a change by a tenth."""
@@ -241,11 +241,11 @@ def of_limits(asked, **changes):
         (BREAKER, Limits(max_pin_force=100.0), "longest_link",
          {"lower blow frequency", "higher impact speed", "lower impact energy"}),
         # Where speed or frequency is the objective, neither fixes the size.
-        (BREAKER, replace(PADDED, enclosing_radius=0.02), "impact_speed", {"smaller least link", "smaller joints"}),
-        (BREAKER, replace(PADDED, enclosing_radius=0.02), "blow_frequency", {"smaller least link", "smaller joints"}),
-        (BREAKER, replace(PADDED, longest_link=0.01), "impact_speed", {"smaller least link"}),
-        (BREAKER, Limits(min_link=8e-3, width=0.02, height=0.02), "impact_speed", {"smaller least link"}),
-        (TOOLED, replace(PADDED, enclosing_radius=0.02), "box_area", {"smaller least link", "smaller joints"}),
+        (BREAKER, replace(PADDED, enclosing_radius=0.02), "impact_speed", {"minimum link length", "smaller joints"}),
+        (BREAKER, replace(PADDED, enclosing_radius=0.02), "blow_frequency", {"minimum link length", "smaller joints"}),
+        (BREAKER, replace(PADDED, longest_link=0.01), "impact_speed", {"minimum link length"}),
+        (BREAKER, Limits(min_link=8e-3, width=0.02, height=0.02), "impact_speed", {"minimum link length"}),
+        (TOOLED, replace(PADDED, enclosing_radius=0.02), "box_area", {"minimum link length", "smaller joints"}),
         (BREAKER, replace(PADDED, enclosing_radius=0.04, max_pin_force=100.0), "impact_speed",
          {"smaller joints", "lower impact energy"}),
         (BREAKER, Limits(min_link=8e-3, longest_link=0.05, max_pin_force=1000.0), "longest_link",

@@ -97,16 +97,17 @@ _ELSEWHERE = (
 )
 """Texts on pages that come from frameworks and other parts of the service."""
 _EVIDENCE = (
-    "angles", "bound", "boxes", "cone share", "core", "core bound", "core gap", "core optimum",
+    "angles", "bound", "boxes", "closed", "cone share", "core", "core bound", "core gap", "core optimum",
     "deflection as constrained", "effects beyond the core", "free directions", "full model", "full model bound",
     "gain still promised", "kkt residual", "least curvature", "least violation", "local optima", "local searches",
-    "multiplier", "narrowing", "parts", "ranges largest base", "ranges largest coupler", "ranges largest rocker",
-    "rests on", "ripple", "rounds", "searched", "stations", "steps", "widening", "work",
+    "multiplier", "narrowing", "parts", "pieces", "ranges largest base", "ranges largest coupler",
+    "ranges largest rocker", "rests on", "ripple", "rounds", "searched", "sections", "stations", "steps",
+    "transfer points", "widening", "work",
 )  # fmt: skip
 """Names of a certificate's evidence and of numerical settings."""
 _FIELDS_DEEP = 5
-_WORD = re.compile(r"[^\W\d_]{3}")
-"""A text without three consecutive letters is a symbol, the same in every language."""
+_WORD = re.compile(r"[^\W\d_]{3}|\b(?:at|by)\b")
+"""A text without three consecutive letters is a symbol, the same in every language, unless a preposition is in it."""
 
 
 class Hearing(NullTranslations):

@@ -223,7 +223,7 @@ def _accuracy(run: Mapping[str, Any]) -> Iterator[Block]:
             "requested": figures(told["requested"], 2),
             "estimated": figures(told["estimated"], 2),
         }
-        settings = ", ".join(f"{plain(name)} {_number(value)}" for name, value in told["settings"].items())
+        settings = ", ".join(f"{plain(name)} {_setting(value)}" for name, value in told["settings"].items())
         met = _("met") if told["met"] else _("not met")
         yield Paragraph(f"{asked} {met}" + (f" ({settings})." if settings else "."))
 
@@ -276,6 +276,10 @@ def _path(run: Mapping[str, Any]) -> str:
 def _light(svg: str) -> str:
     """A figure in the light theme without animations."""
     return _ANIMATION.sub("", svg.replace(STYLE, _LIGHT_STYLE))
+
+
+def _setting(value: object) -> str:
+    return plain(value) if isinstance(value, str) else _number(value)
 
 
 def _number(value: object) -> str:

@@ -31,6 +31,8 @@ _INCH: dict[str, tuple[str, float]] = {
 """Displayed unit of a metric unit and its size in that metric unit. mil: 1e-3 in; Msi: 1e6 psi."""
 _DIGITS = 12
 """Significant digits of a converted input, to absorb rounding: 0.5 in is 12.7 mm."""
+_TABLE_DIGITS = 4
+"""Significant digits of a criterion in a table."""
 _current: ContextVar[System] = ContextVar("units", default=System.METRIC)
 
 
@@ -95,6 +97,7 @@ def _converted(found: re.Match[str]) -> str:
 
 
 def _figure(text: str, unit: str) -> str:
-    """A metric figure in the displayed unit, with a digit more, so that rounding adds no error of its own."""
+    """A metric figure in the displayed unit, with a digit more, so that rounding adds no error of its own, and at least
+    as many as tables have."""
     digits = sum(each.isdigit() for each in text.partition("e")[0].lstrip("-0."))
-    return figures(told(float(text), unit), digits + 1)
+    return figures(told(float(text), unit), max(digits + 1, _TABLE_DIGITS))

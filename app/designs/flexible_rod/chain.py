@@ -146,8 +146,8 @@ class _Rod:
         c, size = self.chain, self.result["dimensions"]
         c.title("Stability")
         ratio = min(size["l_mm"] / self.request.mechanism.rod_length_mm, 1.0)
-        words = "first root of tan x = x / (1 + L (L − l) x² / l²)"
-        c.given("x", words, float(critical_phase(ratio)), digits=9)
+        root = float(critical_phase(ratio))
+        c.given("x", "first root of tan x = x / (1 + L (L − l) x² / l²)", root, digits=9)
         c.step("x_left", "tan(x)", "left side")
         c.step("x_right", "x / (1 + L * (L - l) * x**2 / l**2)", "right side")
         inertia = "h * b**3" if self.result["buckles_sideways"] else "b * h**3"
@@ -183,16 +183,16 @@ class _Rod:
         c.step(f"u_{n}", f"k_{n} * l", "the same over the length", source=BEAM)
         u, push = f"u_{n}", c[f"P_{n}"] < 0.0
         if push:
+            words = "determinant of the boundary conditions, compression"
             d = f"l**3 * (({u} * (1 - cos({u})) - {u} + sin({u})) / {u}**3) + L * (L - l) * l * sin({u}) / {u}"
             head = f"l * sin({u}) / {u} + (L - l) * cos({u})"
             turn = f"cos({u}) - (L - l) * k_{n} * sin({u})"
         else:
+            words = "determinant of the boundary conditions, tension"
             d = f"l**3 * (({u} * (cosh({u}) - 1) - sinh({u}) + {u}) / {u}**3) + L * (L - l) * l * sinh({u}) / {u}"
             head = f"l * sinh({u}) / {u} + (L - l) * cosh({u})"
             turn = f"cosh({u}) + (L - l) * k_{n} * sinh({u})"
-        c.step(
-            f"d_{n}", d, f"determinant of the boundary conditions, {'compression' if push else 'tension'}", "mm³", BEAM
-        )
+        c.step(f"d_{n}", d, words, "mm³", BEAM)
         c.step(f"C_{n}", f"s_{n} / d_{n} * ({head})", "curvature at the clamp", "1/mm", BEAM)
         c.step(f"D_{n}", f"-s_{n} / d_{n} * ({turn})", "its change along the strip", "1/mm²", BEAM)
 
@@ -233,11 +233,14 @@ class _Rod:
         stress = self._fibre(cycle, section * MILLI, fibre)
         high = greatest_at(stress, 0.0, _TURN)
         low = greatest_at(lambda a: -stress(a), 0.0, _TURN)
-        for n, angle, what in (("1", high, "greatest"), ("2", low, "least")):
-            at = self._bending(_Instant(n, angle, f"the stress of this fibre is {what}"))
+        for n, angle, when, what in (
+            ("1", high, "the stress of this fibre is greatest", "greatest stress"),
+            ("2", low, "the stress of this fibre is least", "least stress"),
+        ):
+            at = self._bending(_Instant(n, angle, when))
             self._moment(f"M_{n}", at, "z")
             sign = "+" if fibre > 0 else "-"
-            c.step(f"sigma_{n}", f"P_{at} / (b * h) {sign} 6 * M_{n} / (b * h**2)", f"{what} stress", "MPa", SECTION)
+            c.step(f"sigma_{n}", f"P_{at} / (b * h) {sign} 6 * M_{n} / (b * h**2)", what, "MPa", SECTION)
         c.step("sigma_a", "(sigma_1 - sigma_2) / 2", "stress amplitude", "MPa", reported=r["stress_amplitude_mpa"])
         c.step("sigma_m", "(sigma_1 + sigma_2) / 2", "mean stress", "MPa", reported=r["stress_mean_mpa"])
         if r["fatigue_safety"] is not None:
@@ -301,7 +304,8 @@ class _Rod:
             0.0, length, 121,
         )  # fmt: skip
         angle = greatest_at(lambda a: np.abs(self._fibre(cycle, section, fibre)(a)), 0.0, _TURN)
-        c.title(f"The greatest stress of all ({'outer' if fibre > 0 else 'inner'} fibre)")
+        title = "The greatest stress of all (outer fibre)" if fibre > 0 else "The greatest stress of all (inner fibre)"
+        c.title(title)
         c.given("z_y", "its distance from the clamp", section / MILLI, "mm", digits=8)
         at = self._bending(_Instant("y", angle, "it is greatest"))
         self._moment("M_y", at, "z_y")

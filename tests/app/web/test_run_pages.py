@@ -182,7 +182,7 @@ def test_a_run_page_shows_inputs_and_active_constraints(client, design_request):
     assert f"{more:+.3g} %" in client.get(answer.headers["location"]).text
     # What is wrong is told at its field, with everything as entered.
     wrong = {"sizes": ["thick", "5", "", "1,400 0.5"], "width": ["1 furlong", "5000"]}
-    for field, text in [(name, entry) for name, entries in wrong.items() for entry in entries]:
+    for field, text in [(name, entry) for name in wrong for entry in wrong[name]]:
         again = client.post(f"/runs/{run['id']}/stock", data=sent | {field: text}, headers=HTML)
         assert again.status_code == 422 and f'id="stock-{field}-error">' in again.text, text
         assert f">{text}</textarea>" in again.text or f'value="{text}" aria-invalid="true"' in again.text

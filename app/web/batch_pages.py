@@ -6,6 +6,7 @@ import csv
 import hashlib
 import io
 import json
+from collections import Counter
 from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Annotated, Any
@@ -26,7 +27,7 @@ from app.designs.registry import KINDS
 from app.designs.units import split_unit
 from app.errors import Problem
 from app.store.batch_reads import BatchFilter
-from app.store.batch_records import ACTIVE
+from app.store.batch_records import ACTIVE, BatchStatus
 from app.store.errors import UnknownBatch
 from app.web.forms.faults import faults_of
 from app.web.forms.numbers import number
@@ -229,6 +230,7 @@ async def batch_page(request: Request, batch_id: str) -> HTMLResponse:
         "batch.html",
         batch=batch_json(batch),
         going=batch.status in ACTIVE,
+        states={state: spoken(state) for state in BatchStatus},
         words=_words(),
         reasons=_reasons(await unanswered(_service(request).store, batch, _MAX_UNANSWERED)),
     )
@@ -263,20 +265,33 @@ async def map_points(
     batch = await service.get(batch_id)
     wanted = Wanted(fields=tuple(filter(None, dict.fromkeys((x, y, colour, *beside.split(",")[:_MAX_PARALLEL_AXES])))))
     told = await points(service.store, batch, wanted)
-    return {**told, "words": _map_words(KINDS[batch.kind], batch.mode, told)}
+    kind = KINDS[batch.kind]
+    return {**told, "words": _field_words(kind, batch.mode, told), "values": _value_words(kind, told)}
 
 
-def _map_words(kind: Kind, mode: str, told: dict[str, Any]) -> dict[str, str]:
-    """Labels of axes and colours in the page's language: varied fields as in the form, others by name."""
-    words = {name: _of_request(kind, mode, name) for name in told["varied"]}
-    words |= {name: _named(named(name.rpartition(".")[2])[0], name) for name in told["results"]}
-    values = {value for point in told["points"] for value in point[2:] if isinstance(value, (str, bool))}
+def _field_words(kind: Kind, mode: str, told: dict[str, Any]) -> dict[str, str]:
+    """Labels of axes and colours in the page's language: varied fields as in the form, others by name, with the group
+    that a result is in where another one has the same name."""
+    last = Counter(name.rpartition(".")[2] for name in told["results"])
+    results = {}
+    for name in told["results"]:
+        group, _, own = name.rpartition(".")
+        words = named(own)[0]
+        results[name] = _named(f"{words} ({named(group)[0]})" if group and last[own] > 1 else words, name)
     return {
-        **words,
-        **{str(value).lower() if isinstance(value, bool) else value: _value(value) for value in values},
-        **{name: gettext(label) for name, label in kind.labels.items() if name in values},
+        **{name: _of_request(kind, mode, name) for name in told["varied"]},
+        **results,
         **{name: plain(name) for name in ("governed_by", "status", "holds")},
         "accuracy.estimated": gettext("estimated error"),
+    }
+
+
+def _value_words(kind: Kind, told: dict[str, Any]) -> dict[str, str]:
+    """Labels of the values that are no numbers, such as statuses and criteria."""
+    values = {value for point in told["points"] for value in point[2:] if isinstance(value, (str, bool))}
+    return {
+        **{str(value).lower() if isinstance(value, bool) else value: _value(value) for value in values},
+        **{name: gettext(label) for name, label in kind.labels.items() if name in values},
     }
 
 

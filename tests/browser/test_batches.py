@@ -30,3 +30,7 @@ def test_more_than_two_varied_fields_have_axes_side_by_side(address: str, page: 
     expect(axes.locator("line")).to_have_count(4)
     expect(axes).to_contain_text("Period, hung at the small end, s")
     expect(axes.locator("a").first).to_have_attribute("href", f"/runs/{batch['id'][:-8]}00000001")
+    # While a batch runs, its state is told with its counters.
+    items = {"done": 3, "total": 12, "succeeded": 3, "infeasible": 0, "failed": 0, "refused": 0, "cancelled": 0}
+    page.evaluate("batch => show(batch)", {"status": "running", "items": items})
+    expect(page.locator("#progress p").first).to_contain_text("running: 3 / 12")

@@ -104,6 +104,23 @@ def test_rod_check_with_a_table_from_a_spreadsheet(page, address):
     assert box(page, "pressure, MPa, row 4").input_value() == "0,7"
 
 
+def test_a_table_from_csv_and_an_emptied_cell(page, address):
+    page.goto(f"{address}/designs/flexible-rod?mode=check")
+    page.get_by_label("table over the crank angle").check()
+    box(page, "crank angle, °, row 1").focus()
+    page.evaluate(PASTE, "angle,p\n0,2\n60,3\n120,2\n180,1")
+    assert [box(page, f"{column}, row 2").input_value() for column in ("crank angle, °", "pressure, MPa")] == [
+        "60",
+        "3",
+    ]
+    fill(page, "crank angle, °, row 2", "")
+    error = page.locator('[id="load.table.points-error"]')
+    expect(error).to_contain_text("row 2, crank angle: is not a number")
+    page.get_by_role("button", name="Check", exact=True).click()
+    expect(page.locator("#the-faults")).to_be_visible()
+    assert [box(page, f"{column}, row 2").input_value() for column in ("crank angle, °", "pressure, MPa")] == ["", "3"]
+
+
 def test_rod_design_with_what_is_added_by_a_click(page, address):
     page.goto(f"{address}/designs/flexible-rod?mode=design")
     limit = page.get_by_role("checkbox", name="Pressure of the skirt on the cylinder, at most")

@@ -56,6 +56,17 @@ def no_wider_than(page: Page, width: int) -> bool:
     return page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
+def test_why_there_is_no_answer_fits_a_phone(browser, address):
+    rod = example("flexible-rod", Mode.DESIGN)
+    rod["requirements"] = {**rod["requirements"], "min_fatigue_safety": 5.0}
+    run = solved(address, "designs/flexible-rod", rod)
+    page = browser.new_page(viewport={"width": 390, "height": 844})
+    page.goto(f"{address}/runs/{run['id']}")
+    region = page.get_by_role("region", name="Why there is no answer")
+    assert region.evaluate("box => box.scrollWidth <= box.clientWidth && box.clientHeight < 250")
+    page.close()
+
+
 def test_runs_are_filtered_and_two_of_them_compared(sound, address):
     # Other tests of this service have pins of their own.
     pin = example("pin-profile", Mode.CHECK, name="a <script>bad</script> pin to compare")

@@ -20,8 +20,8 @@ function lasting(seconds) {
 
 function show(batch) {
   for (const place of progress.querySelectorAll("[data-count]")) {
-    const name = place.dataset.count;
-    if (name !== "status") place.textContent = batch.items[name];
+    const { count, words } = place.dataset;
+    place.textContent = count === "status" ? JSON.parse(words)[batch.status] : batch.items[count];
   }
   progress.querySelector("progress").value = batch.items.done;
   const pace = batch.rate_per_s ? `, ${batch.rate_per_s.toPrecision(3)} / s` : "";
@@ -32,8 +32,9 @@ function show(batch) {
 // What a person looks at first, of the results of every kind.
 const FIRST = ["mass_g", "fatigue_safety", "longest_link_mm", "mean_torque_nm", "rod_mass_kg"];
 
-// Names as the service words them, in the language of the page.
+// Names of fields, and values that are no numbers, as the service words them, in the language of the page.
 const worded = (told, name) => told.words[name] ?? name.replaceAll("_", " ");
+const valued = (told, value) => told.values[value] ?? value.replaceAll("_", " ");
 
 function fill(select, told, groups, chosen) {
   if (select.options.length) return;
@@ -68,7 +69,7 @@ function coloured(told, values) {
   }
   const words = [...new Set(values.map((value) => String(value ?? "")))].sort();
   const of = (value) => PALETTE[Math.min(words.indexOf(String(value ?? "")), PALETTE.length - 1)];
-  return { of, legend: words.slice(0, 12).map((word) => [worded(told, word), PALETTE[Math.min(words.indexOf(word), 6)]]) };
+  return { of, legend: words.slice(0, 12).map((word) => [valued(told, word), PALETTE[Math.min(words.indexOf(word), 6)]]) };
 }
 
 function draw(told, names) {
@@ -99,7 +100,7 @@ function draw(told, names) {
   for (const point of there) {
     const link = made("a", { href: `/runs/${point[1]}` });
     const dot = made("circle", { cx: across.at(point[x]), cy: up.at(point[y]), r: radius, ...painted(point, paint.of(shade(point))) });
-    dot.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
+    dot.append(made("title", {}, `${point[0] + 1}: ${valued(told, point[2])}`));
     link.append(dot);
     picture.append(link);
   }
@@ -135,7 +136,7 @@ function drawBeside(told, names, colour) {
     const link = made("a", { href: `/runs/${point[1]}` });
     const path = axes.map((axis, k) => `${at(k)},${axis.at(point[columns[k]]).toFixed(1)}`).join(" ");
     const line = made("polyline", { points: path, fill: "none", stroke: paint.of(point[painted]), "stroke-opacity": 0.5 });
-    line.append(made("title", {}, `${point[0] + 1}: ${worded(told, point[2])}`));
+    line.append(made("title", {}, `${point[0] + 1}: ${valued(told, point[2])}`));
     link.append(line);
     picture.append(link);
   }

@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from app.batches.fields import numbers
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.web.batch_pages import _map_words
+from app.web.batch_pages import _field_words, _value_words
 from app.words.languages import speaking
 
 SWEEP = {
@@ -39,6 +39,9 @@ def test_a_sweep_is_submitted_followed_and_mapped(client: TestClient) -> None:
     place = answer.headers["location"]
     text = settled(client, place)
     assert "a &lt;b&gt; sweep" in text and "8</span> / 8" in text
+    assert (
+        json.loads(html.unescape(re.search(r'data-count="status" data-words="([^"]+)"', text)[1]))["ended"] == "ended"
+    )
     told = client.get(f"{place}/map", params={"x": "load.force_n", "y": "mass_g", "colour": "holds"}).json()
     assert told["varied"] == ["load.force_n", "geometry.gap_mm"] and "deflection_um" in told["results"]
     assert [point[-3] for point in told["points"]] == [3000, 3000, 5000, 5000, 7000, 7000, 9000, 9000]
@@ -100,6 +103,7 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     assert [client.get(row[1]).status_code for row in rows] == [200, 200]
     assert "<li><code>load.force_n</code>" in client.get(rows[1][1]).text
     assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
+    assert re.search(r"required 1000000 N, attainable \d+ N\.", text)
     results = f"/api/v1{place}/results"
     told = [json.loads(line) for line in client.get(results).text.splitlines()]
     assert told[0]["diagnosis"].startswith("force_n: required 1000000, attainable ") and told[0]["problem"] is None
@@ -198,19 +202,29 @@ def test_every_kind_has_variable_fields() -> None:
 
 def test_an_axis_tells_what_was_asked_for_from_what_is_reached() -> None:
     told = {"varied": ["spec.impact_speed_m_s"], "results": ["impact_speed_m_s", "accuracy.estimated"], "points": []}
-    words = _map_words(KINDS["impact-linkage"], "check", told)
+    words = _field_words(KINDS["impact-linkage"], "check", told)
     assert words["spec.impact_speed_m_s"] == "Speed of the tool at the blow (requested), m/s"
     assert (words["impact_speed_m_s"], words["accuracy.estimated"]) == ("impact speed, m/s", "estimated error")
 
 
 def test_axes_of_the_map_are_named_as_in_the_form_and_in_its_language():
     point = [0, "id", "succeeded", True, "min_wall_mm"]
-    told = {"varied": ["load.force_n"], "results": ["mass_g"], "points": [point]}
+    told = {"varied": ["load.force_n"], "results": ["mass_g", "min_wall_mm"], "points": [point]}
     linkage = {"varied": [], "results": [], "points": [[*point[:4], "transmission_angle_deg.1"]]}
-    words = _map_words(KINDS["impact-linkage"], "check", linkage)
+    words = _value_words(KINDS["impact-linkage"], linkage)
     assert words["transmission_angle_deg.1"] == "greatest transmission angle"
     with speaking("ru"):
-        words = _map_words(KINDS["pin-profile"], "check", told)
-    assert (words["governed_by"], words["min_wall_mm"]) == ("что определяет", "наименьшая толщина стенки")
-    assert words["load.force_n"] == "Наибольшая сила на поршне, N"
-    assert (words["mass_g"], words["true"]) == ("масса, g", "да")
+        fields, values = _field_words(KINDS["pin-profile"], "check", told), _value_words(KINDS["pin-profile"], told)
+    assert (fields["governed_by"], values["min_wall_mm"]) == ("что определяет", "наименьшая толщина стенки")
+    assert fields["load.force_n"] == "Наибольшая сила на поршне, N"
+    assert (fields["mass_g"], values["true"]) == ("масса, g", "да")
+    # The criterion that governs may have the name of a result, whose axis has a unit.
+    assert fields["min_wall_mm"].endswith(", mm")
+
+
+def test_results_of_one_name_are_told_apart_on_the_map():
+    results = ["mean_torque_nm", "engine.mean_torque_nm", "engine.firing_interval_deg"]
+    words = _field_words(KINDS["crank-dynamics"], "analysis", {"varied": [], "results": results, "points": []})
+    assert words["mean_torque_nm"] == "mean torque, N·m"
+    assert words["engine.mean_torque_nm"] == "mean torque (engine), N·m"
+    assert "engine" not in words["engine.firing_interval_deg"]

@@ -83,7 +83,7 @@ class Goal(Protocol):
 
 @dataclass(frozen=True)
 class Meeting:
-    """The cheapest level that meets an accuracy."""
+    """The cheapest level that meets an accuracy; of several whose times cannot be told apart, the loosest."""
 
     accuracy: float
 
@@ -91,9 +91,13 @@ class Meeting:
         require_accuracy(self.accuracy)
 
     def pick(self, levels: Sequence[Level]) -> Level | None:
-        """The cheapest level with a sufficiently small error."""
+        """The cheapest level with a sufficiently small error. A level that was once as fast as the fastest is in the
+        median may well be the cheapest."""
         good = [level for level in levels if level.error is not None and level.error <= self.accuracy]
-        return min(good, key=lambda level: level.time_median, default=None)
+        fastest = min((level.time_median for level in good), default=math.inf)
+        return max(
+            (level for level in good if level.time_min <= fastest), key=lambda level: level.accuracy, default=None
+        )
 
 
 @dataclass(frozen=True)

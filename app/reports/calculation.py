@@ -22,9 +22,14 @@ _AGREEMENT_TOLERANCE = 1e-4
 """Relative tolerance for agreement of hand calculation and run; six digits are carried."""
 
 
+def is_calculated(run: Mapping[str, Any]) -> bool:
+    """Whether the report of a run has a hand calculation."""
+    return run["status"] == "succeeded" and run["mode"] != Mode.ACCURACY
+
+
 def chain_of(kind: Kind, run: Mapping[str, Any]) -> Chain | None:
     """The hand calculation of a succeeded run, truncated at a step without a value; None for a study."""
-    if run["status"] != "succeeded" or run["mode"] == Mode.ACCURACY:
+    if not is_calculated(run):
         return None
     chain = Chain()
     try:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from app.exports.export import Tool
 from app.exports.registry import EXPORTS
+from app.reports.calculation import is_calculated
 from app.words.languages import gettext as _
 from app.words.languages import language
 
@@ -33,6 +34,8 @@ def downloads_of(run: dict[str, Any]) -> list[Download]:
         head, words = (_(part) for part in EXPORTS[name].title.partition(": ")[::2])
         if name in ("html", "pdf") and language() != "en":
             href = f"{href}?language={language()}"
+        if name == "html" and not is_calculated(run):
+            words = _("the report")
         if name == "parameters":
             found += [Download(f"{href}?for={tool}", f"{head}: {shown}", words) for tool, shown in _TOOLS.items()]
         else:

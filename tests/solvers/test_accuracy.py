@@ -8,6 +8,7 @@ import pytest
 
 from solvers.accuracy import (
     Exact,
+    Level,
     Meeting,
     Plan,
     Reference,
@@ -59,6 +60,15 @@ def test_levels_go_from_loose_to_tight_with_their_true_errors():
 def test_the_cheapest_sufficient_level_is_recommended():
     assert run(Bench(), Meeting(1e-4), (1e-2, 1e-4, 1e-6)).recommended.accuracy == 1e-4
     assert run(Bench(), Meeting(1e-8), (1e-2, 1e-4)).recommended is None
+
+
+def test_of_levels_whose_times_cannot_be_told_apart_the_loosest_is_recommended():
+    def level(accuracy, least, median):
+        return Level(accuracy, {}, 1e-9, {}, False, None, least, median, 20)
+
+    noisy = [level(1e-2, 1.9, 3.0), level(1e-4, 2.9, 3.2), level(1e-6, 1.0, 2.0)]
+    assert Meeting(1e-4).pick(noisy).accuracy == 1e-2
+    assert Meeting(1e-4).pick(noisy[1:]).accuracy == 1e-6
 
 
 def test_the_best_within_a_time_is_recommended():

@@ -8,16 +8,28 @@ from __future__ import annotations
 
 import ast
 import math
+import sys
 from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Protocol
 
 from app.designs.calculation.printed import NotANumber, Printed
 
+
+def _zero_kept(function: Callable[[float], float]) -> Callable[[float], float]:
+    """A function of an angle in radians that is 0 where it would be but for the rounding of the angle: sin(180°)."""
+
+    def value(angle: float) -> float:
+        found = function(angle)
+        return 0.0 if abs(found) < sys.float_info.epsilon * abs(angle) else found
+
+    return value
+
+
 FUNCTIONS: Mapping[str, Callable[..., float]] = {
-    "sin": math.sin, "cos": math.cos, "tan": math.tan, "asin": math.asin, "acos": math.acos, "atan": math.atan,
-    "sinh": math.sinh, "cosh": math.cosh, "exp": math.exp, "log": math.log, "sqrt": math.sqrt, "abs": abs,
-    "max": max, "min": min,
+    "sin": _zero_kept(math.sin), "cos": _zero_kept(math.cos), "tan": math.tan,
+    "asin": math.asin, "acos": math.acos, "atan": math.atan, "sinh": math.sinh, "cosh": math.cosh,
+    "exp": math.exp, "log": math.log, "sqrt": math.sqrt, "abs": abs, "max": max, "min": min,
 }  # fmt: skip
 _NAMED = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln"}
 _ARITHMETIC: Mapping[type, Callable[[float, float], float]] = {

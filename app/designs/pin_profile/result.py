@@ -83,7 +83,7 @@ def _sections(x: Array, bore: Array, outer: Array, moment: Array, shear: Array, 
             "bore_mm": float(d) / MILLI,
             "outer_diameter_mm": float(D) / MILLI,
             "moment_nmm": float(bent) / MILLI,
-            "shear_n": float(sheared),
+            "shear_n": float(sheared) + 0.0,  # never -0
             "equivalent_stress_mpa": float(equivalent) / MEGA if np.isfinite(equivalent) else None,
         }
         for place, d, D, bent, sheared, equivalent in zip(x, bore, outer, moment, shear, stress, strict=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -299,3 +300,9 @@ def test_the_command_line_prints_a_table(tmp_path):
     )
     assert answer.exit_code == 0, answer.output
     assert "pin-profile · design · succeeded" in answer.output
+
+
+def test_no_shear_force_is_a_negative_zero(client):
+    profile = solved(client, CHECKS, PIN.example(Mode.CHECK))["result"]["profile"]
+    assert [math.copysign(1.0, row["shear_n"]) for row in profile if row["shear_n"] == 0.0].count(-1.0) == 0
+    assert any(row["shear_n"] == 0.0 for row in profile)

@@ -7,6 +7,7 @@ import math
 import pytest
 
 from app.designs.calculation.chain import Chain
+from app.designs.calculation.expression import calculated
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 from app.reports.build import report_of
@@ -24,6 +25,13 @@ def chain_of(run: dict) -> Chain:
     chain = Chain()
     KINDS[run["kind"]].calculation(run, chain)
     return chain
+
+
+def test_functions_of_angles_are_zero_where_only_rounding_is_left():
+    """As a pocket calculator has them."""
+    assert calculated("sin(2 * pi)", {}) == calculated("cos(pi / 2)", {}) == 0.0
+    assert calculated("sin(x)", {"x": 1e-20}) == 1e-20
+    assert calculated("sin(x)", {"x": math.pi * (1.0 + 1e-14)}) != 0.0
 
 
 @pytest.mark.parametrize(("slug", "mode", "title"), EXAMPLES + OTHERS)

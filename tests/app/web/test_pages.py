@@ -37,6 +37,9 @@ def test_a_study_is_one_button_away_from_a_run(client, check_request):
     assert "Accuracy and computing time" in page
     assert "smaller errors are not stated" in page
     assert "plots/error-against-time" in page
+    # A study switches no effects, and its report has no calculation.
+    assert "<h2>Effects" in page and "A button solves" not in page
+    assert "calculation by hand" not in page and "/exports/html" in page
     study_id = answer.headers["location"].rpartition("/")[2]
     plot = client.get(f"/api/v1/runs/{study_id}/plots/error-against-time")
     assert plot.headers["content-type"] == "image/svg+xml"

@@ -246,3 +246,18 @@ def test_a_batch_and_its_frame(ours, client, tmp_path):
     assert list(ours.frame(swept)["mass_g"]) == list(frame["mass_g"])
     with pytest.raises(Problem):
         ours.cancel_batch(swept)
+
+
+@pytest.mark.parametrize("make", [Client, AsyncClient])
+def test_a_key_may_have_white_space_around_and_is_never_shown(make):
+    assert make(key=" cw_secret\r\n")._http.headers["authorization"] == "Bearer cw_secret"
+    assert "authorization" not in make(key="\n")._http.headers
+    for key in ("cw_sec\nret", "cw_sécret"):
+        with pytest.raises(ValueError, match="allowed is printable ASCII") as refused:
+            make(key=key)
+        assert key not in str(refused.value)
+
+
+def test_a_file_of_another_type_is_no_batch(tmp_path):
+    with Client() as client, pytest.raises(ValueError, match=r"x\.txt is no batch: allowed are files in \.csv"):
+        client.batch("pin-profile", "check", tmp_path / "x.txt")

@@ -25,16 +25,19 @@ Progress = Callable[[Run], None]
 
 
 class _Settings:
-    """Address and credentials of the service."""
+    """Address and credentials of the service. Raises ValueError, without the key, for one that no header can carry."""
 
     def __init__(self, url: str, key: str | None, timeout_s: float, retries: Retries | None) -> None:
         self.retries = retries or Retries()
+        key = (key or "").strip()
+        if not (key.isascii() and key.isprintable()):
+            raise ValueError("the key has characters that no key has: allowed is printable ASCII")
         headers = {"Authorization": f"Bearer {key}"} if key else {}
         self.http: dict[str, Any] = {"base_url": url, "headers": headers, "timeout": timeout_s}
 
 
 class Client:
-    """Client of the service at ``url``, with an API ``key`` if required.
+    """Client of the service at ``url``, with an API ``key`` if required; white space around the key is ignored.
 
     Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys. Responses
     other than 2xx are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as

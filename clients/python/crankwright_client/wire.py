@@ -64,14 +64,15 @@ def rows(
     detail: str,
     key: str | None,
 ) -> Call:
-    """A POST of many requests: a file (.csv, .ndjson, .parquet), or mappings sent as NDJSON."""
+    """A POST of many requests: a file (.csv, .ndjson, .parquet), or mappings sent as NDJSON. Raises ValueError for any
+    other file."""
     form, content = "application/x-ndjson", b""
     if isinstance(specs, Mapping):
         raise TypeError("specs: is a single request (allowed: several mappings, such as a list of them, or a file)")
     if isinstance(specs, str | PathLike):
         file = Path(specs)
         if file.suffix.lower() not in ROWS:
-            raise ValueError(f"specs: is a file of an unknown form (allowed: {', '.join(ROWS)})")
+            raise ValueError(f"{file} is no batch: allowed are files in {', '.join(ROWS)}")
         form, content = ROWS[file.suffix.lower()], file.read_bytes()
     else:
         content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)

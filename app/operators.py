@@ -25,10 +25,12 @@ keys = typer.Typer(name="keys", help="Keys of the API and the pages.", no_args_i
 
 @contextmanager
 def opened(database_url: str) -> Iterator[RunStore]:
-    """Open the store, migrated."""
+    """Open an existing store, migrated. Raises MissingDatabase."""
+    from app.store.engine import check_exists
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
 
+    check_exists(database_url)
     upgrade(database_url)
     with RunStore(database_url) as store:
         yield store
@@ -53,13 +55,18 @@ def create(
     from app.access.scopes import Scope
     from app.names import cleaned
     from app.store.keys import CreateKey
+    from app.store.migrate import upgrade
 
     try:
         scopes = [Scope(each) for each in scope or ["design"]]
     except ValueError as error:
         typer.echo(f"{error}: there are {', '.join(Scope)}", err=True)
         raise typer.Exit(2) from None
-    shown, record = new_key(cleaned(name)[:200], scopes)
+    if not (owner := cleaned(name).strip()[:200]):
+        typer.echo("the name of the key is empty: allowed is whose key it is", err=True)
+        raise typer.Exit(2)
+    shown, record = new_key(owner, scopes)
+    upgrade(database_url)
     with opened(database_url) as store:
         store.write_and_wait(CreateKey(record, operator()))
     typer.echo(f"key {record.id} ({record.scopes}); it is shown only once:", err=True)

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from datetime import timedelta
+from typing import Any
 
-from pydantic import Field
+from pydantic import Field, ValidationError
 from pydantic_settings import BaseSettings, SettingsConfigDict
 
 from app.addresses import is_loopback
+from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.schema import MAX_TIME_S
+from app.invalid_settings import InvalidSettings
 from app.logging import LogFormat, LogLevel
 from app.store.leases import LEASE_S
 
@@ -16,10 +20,19 @@ REQUESTS_PER_MINUTE = 1200
 """Default quota where other machines can reach the service."""
 
 
-class Settings(BaseSettings):
-    """All settings with their defaults."""
+_PREFIX = "CRANKWRIGHT_"
 
-    model_config = SettingsConfigDict(env_prefix="CRANKWRIGHT_", extra="ignore")
+
+class Settings(BaseSettings):
+    """All settings with their defaults. Raises InvalidSettings."""
+
+    model_config = SettingsConfigDict(env_prefix=_PREFIX, extra="ignore")
+
+    def __init__(self, **given: Any) -> None:
+        try:
+            super().__init__(**given)
+        except ValidationError as error:
+            raise InvalidSettings("\n".join(map(_line, error.errors(include_url=False)))) from None
 
     host: str = Field(default="127.0.0.1", description="address to listen on")
     port: int = Field(default=8000, ge=0, le=65535, description="port to listen on")
@@ -141,3 +154,10 @@ class Settings(BaseSettings):
     def key_lifetime(self) -> timedelta | None:
         """Lifetime of idempotency keys; None: unlimited."""
         return timedelta(days=self.idempotency_days) if self.idempotency_days else None
+
+
+def _line(error: Mapping[str, Any]) -> str:
+    variable = f"{_PREFIX}{'_'.join(map(str, error['loc'])).upper()}"
+    limits = [text.format(error["ctx"][name]) for name, text in LIMITS.items() if name in error.get("ctx", {})]
+    allowed = ", ".join(limits) or ALLOWED_BY_TYPE.get(error["type"], error["msg"])
+    return f"{variable} is {str(error['input'])!r}: allowed is {allowed}"

@@ -7,7 +7,7 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-from app.store.engine import normalised_url
+from app.store.engine import check_exists, normalised_url
 from app.store.errors import StoreError
 from app.store.verify import Report, verify
 
@@ -18,11 +18,10 @@ class CannotCopy(StoreError):
 
 def backup(url: str, target: Path) -> Report:
     """Write a consistent copy of the store to a new file, and return the result of verifying the copy. Raises
-    CannotCopy."""
+    CannotCopy, MissingDatabase."""
     _check_new(target)
     source = _file(url)
-    if not source.exists():
-        raise CannotCopy(f"there is no database at {source}")
+    check_exists(url)
     return _copied(source, target)
 
 

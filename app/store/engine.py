@@ -10,7 +10,9 @@ from typing import Any
 
 from sqlalchemy import Connection, Engine, create_engine, event
 from sqlalchemy.engine import URL, make_url
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.exc import ArgumentError, OperationalError
+
+from app.store.errors import InvalidDatabaseUrl, MissingDatabase, StoreError
 
 BUSY_TIMEOUT_MS = 4_000
 """Timeout for locks, statements and connecting."""
@@ -24,16 +26,30 @@ BY_DRIVER = {"crankwright_by_driver": True}
 
 
 def normalised_url(url: str) -> URL:
-    """The URL with the bundled driver: ``postgresql://`` and ``postgres://`` mean psycopg 3. Raises ValueError for an
-    in-memory SQLite database."""
-    parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
+    """The URL with the bundled driver: ``postgresql://`` and ``postgres://`` mean psycopg 3. Raises InvalidDatabaseUrl,
+    also for an in-memory SQLite database."""
+    try:
+        parsed = make_url(url.replace("postgres://", "postgresql://", 1) if url.startswith("postgres://") else url)
+    except (ArgumentError, ValueError):
+        raise InvalidDatabaseUrl(url) from None
     if parsed.drivername == "postgresql":
         return _with_password(parsed.set(drivername="postgresql+psycopg"))
+    if parsed.drivername not in _DRIVERS:
+        raise InvalidDatabaseUrl(url, "a database or driver that is not supported")
     if parsed.get_backend_name() == "sqlite" and parsed.database in (None, "", ":memory:"):
-        raise ValueError("an in-memory database keeps nothing: give SQLite a file, sqlite:///path/to/file")
+        raise InvalidDatabaseUrl(url, "but names no file, and an in-memory database keeps nothing")
     return parsed
 
 
+def check_exists(url: str) -> None:
+    """For commands that only read: an engine would create the file. Raises MissingDatabase unless an SQLite database
+    has its file."""
+    target = normalised_url(url)
+    if target.get_backend_name() == "sqlite" and not Path(str(target.database)).exists():
+        raise MissingDatabase(Path(str(target.database)))
+
+
+_DRIVERS = ("sqlite", "sqlite+pysqlite", "postgresql+psycopg")
 PASSWORD_FILE = "CRANKWRIGHT_DATABASE_PASSWORD_FILE"
 """Variable that names a file with the server's password, which then appears in no URL and no environment variable."""
 
@@ -42,7 +58,10 @@ def _with_password(url: URL) -> URL:
     file = os.environ.get(PASSWORD_FILE)
     if file is None or url.password is not None:
         return url
-    return url.set(password=Path(file).read_text("utf-8").strip())
+    try:
+        return url.set(password=Path(file).read_text("utf-8").strip())
+    except (OSError, UnicodeDecodeError) as error:
+        raise StoreError(f"{PASSWORD_FILE}: {file} cannot be read ({error})") from None
 
 
 def make_engine(url: str, long_running: bool = False) -> Engine:

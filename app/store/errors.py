@@ -2,9 +2,29 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 
 class StoreError(Exception):
     """Base of all store errors."""
+
+
+class InvalidDatabaseUrl(StoreError):
+    """The URL names no database that can be used. The URL itself is not shown: it may contain a password."""
+
+    def __init__(self, url: str, reason: str = "which is none") -> None:
+        began = url.partition(":")[0]
+        allowed = "sqlite:///path/to/file or postgresql://user@host/name"
+        super().__init__(
+            f"CRANKWRIGHT_DATABASE_URL or --database-url begins with {began!r}, {reason}: allowed is {allowed}"
+        )
+
+
+class MissingDatabase(StoreError):
+    """The file of an SQLite database does not exist."""
+
+    def __init__(self, file: Path) -> None:
+        super().__init__(f"there is no database at {file}")
 
 
 class IdempotencyConflict(StoreError):

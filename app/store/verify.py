@@ -16,7 +16,7 @@ from sqlalchemy.exc import DBAPIError
 
 from app.store.batch_verify import batch_damages
 from app.store.damage import Damage
-from app.store.engine import make_engine
+from app.store.engine import check_exists, make_engine
 from app.store.hashing import spec_hash
 from app.store.migrate import latest_revision, revision
 from app.store.models import (
@@ -56,7 +56,9 @@ class Report:
 
 
 def verify(url: str) -> Report:
-    """Read the whole store once. Damage is reported, never raised, even if the database cannot be opened."""
+    """Read the whole store once. Damage is reported, never raised, even if the database cannot be opened. Raises
+    MissingDatabase."""
+    check_exists(url)
     engine = make_engine(url, long_running=True)
     counts = dict.fromkeys((table.name for table in _TABLES), 0)
     damages: list[Damage] = []

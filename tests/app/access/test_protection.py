@@ -52,6 +52,8 @@ def test_keys_on_the_command_line(url):
     listed = command("keys", "list", "--database-url", url).stdout
     assert "read batch  the[31m lab" in listed and "valid" in listed and made.stdout.strip() not in listed
     assert command("keys", "create", "x", "--scope", "all", "--database-url", url).exit_code == 2
+    for nobody in ("", " ", "\u200b"):
+        assert command("keys", "create", nobody, "--database-url", url).exit_code == 2
     key_id = listed.split()[0]
     assert "is revoked" in command("keys", "revoke", key_id, "--database-url", url).stdout
     assert "already" in command("keys", "revoke", key_id, "--database-url", url).stdout

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 import time
+from codecs import BOM_UTF8
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -70,6 +72,7 @@ def warm_up() -> None:
     from app.jobs.warming import KernelWarming
     from app.serving import WarmupPrinter
 
+    _configure_log()
     started = time.perf_counter()
     fork_server = ForkServer(_PRELOAD)
     warming = KernelWarming(fork_server, WarmupPrinter())
@@ -143,6 +146,7 @@ def worker(
     from app.jobs.cluster import run_worker
     from app.settings import Settings
 
+    _configure_log()
     try:
         asyncio.run(run_worker(cluster, chunk_workers(Settings(batch_workers=workers))))
     except ImportError:
@@ -164,6 +168,8 @@ def report(
     from app.designs.registry import KINDS
     from app.exports.export import ExportOptions
     from app.exports.report import HTML, PDF
+    from app.item_tables import lacks_tables
+    from app.store.engine import check_exists
     from app.store.errors import UnknownRun
     from app.store.migrate import upgrade
     from app.store.repository import RunStore
@@ -172,20 +178,45 @@ def report(
     exports = {".pdf": PDF, ".html": HTML}
     if file.suffix.lower() not in exports:
         _refuse({"title": "Unknown report format", "detail": "the file name must end in " + " or ".join(exports)})
+    check_exists(database_url)
     upgrade(database_url)
     with RunStore(database_url) as store:
         try:
-            run = json.loads(runs.run_json(asyncio.run(store.get(run_id))))
+            record = asyncio.run(store.get(run_id))
         except UnknownRun:
             _refuse({"title": "No such run", "detail": f"no run has the id {run_id}"})
-    if run["result"] is None or run["kind"] not in KINDS:
-        _refuse({"title": "Nothing to report", "detail": f"the run is {run['status']}: it has no result"})
+    if record.result is None or record.kind not in KINDS:
+        _refuse({"title": "Nothing to report", "detail": f"the run is {record.status}: it has no result"})
+    run = json.loads(runs.run_json(_with_tables(record) if lacks_tables(record) else record))
     made = exports[file.suffix.lower()].file(KINDS[run["kind"]], run, ExportOptions())
     try:
         file.write_bytes(made.content)
     except OSError as error:
         _refuse({"title": "The file cannot be written", "detail": str(error)})
     typer.echo(str(file))
+
+
+def _with_tables(record: Any) -> Any:
+    """A batch item with its curves and tables, which are solved again."""
+    from dataclasses import replace
+
+    from app.encoded_answer import EncodedAnswer
+    from app.item_tables import job_of_run, with_tables
+    from app.jobs.errors import BudgetExceeded
+    from app.printing import shown_progress
+
+    job = job_of_run(record)
+    request = job.request.model_validate_json(record.spec)
+    try:
+        with shown_progress() as progress:
+            answer = _answer(job, record, request, progress)
+    except BudgetExceeded as error:
+        _refuse({"title": "Nothing to report", "detail": f"the item was stored without its curves: {error}"})
+    result = with_tables(record, EncodedAnswer.of(record.kind, record.mode, answer).decoded())
+    if result is None:
+        why = "the item was stored without its curves, and solved again it has other numbers"
+        _refuse({"title": "Nothing to report", "detail": why})
+    return replace(record, result=result)
 
 
 @app.command()
@@ -205,18 +236,19 @@ def batch(
     """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). Repeating the command
     resumes an interrupted batch. Exit code 5 if any row was refused or failed."""
     import asyncio
+    from http.client import HTTPException
     from urllib.error import HTTPError
 
     from app.batches import offline
     from app.errors import Problem
     from app.printing import shown_batch
 
-    if offline.form_of(cases) is None:
-        _refuse({"title": "No cases", "detail": f"{cases} is not a .csv, .ndjson, .parquet or .json file"})
-    if output.suffix.lower() not in offline.FORMATS:
-        _refuse({"title": "No results", "detail": f"{output} is not a .csv, .ndjson or .parquet file"})
-    detail = "full" if full else "scalars"
+    _configure_log()
+    api_key, detail = api_key.strip(), "full" if full else "scalars"
     try:
+        offline.check_files(cases, output)
+        if url:
+            offline.check_service(url, api_key)
         with shown_batch() as told:
             if url:
                 ended = offline.remote(url, api_key or None, cases, kind, mode, detail, output, told)
@@ -226,10 +258,11 @@ def batch(
         _refuse(problem.body)
     except HTTPError as error:
         _refuse(_problem_of(error.code, error.read()))
-    except OSError as error:
-        _refuse({"title": "No batch", "detail": str(error)})
-    except ValueError as error:
-        _refuse({"title": "The sweep cannot be read", "detail": str(error)})
+    except (OSError, HTTPException) as error:
+        typer.echo(
+            f"The batch is not complete: {getattr(error, 'reason', error)}; repeat the command to resume", err=True
+        )
+        raise typer.Exit(1) from None
     except KeyboardInterrupt:
         typer.echo("stopped; repeat the command to resume", err=True)
         raise typer.Exit(130) from None
@@ -257,9 +290,19 @@ def demo(database_url: DatabaseUrl = DATABASE) -> None:
     _solve("flexible-rod", "design", body, database_url, as_json=False)
 
 
+def _configure_log() -> None:
+    """Log as the settings say, for commands that do more than solve in this process."""
+    from app.logging import configure
+    from app.settings import Settings
+
+    settings = Settings()
+    configure(settings.log_format, settings.log_level)
+
+
 def _read(file: Path) -> bytes:
+    """The content of a file, without the byte order mark that editors of Windows begin it with."""
     try:
-        return file.read_bytes()
+        return file.read_bytes().removeprefix(BOM_UTF8)
     except OSError as error:
         _refuse({"title": "The file cannot be read", "detail": str(error)})
 
@@ -336,6 +379,7 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
     from app.jobs.executor import PoolSettings, ProcessPool
 
+    _configure_log()
     pool = ProcessPool(PoolSettings(workers=1, kernels=False))
     pool.start()
     try:
@@ -346,11 +390,17 @@ def _answer(job: Any, run: Any, request: Any, report: Any) -> Any:
 
 def main() -> None:
     """Entry point of the ``crankwright`` command; errors an operator can fix are printed in one line."""
+    from app.invalid_settings import InvalidSettings
     from app.store.errors import StoreError
 
     try:
         app()
-    except StoreError as error:
+    except (StoreError, InvalidSettings) as error:
+        typer.echo(str(error), err=True)
+        sys.exit(1)
+    except OSError as error:
+        # What standard output still holds would fail again at the end of the process.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         typer.echo(str(error), err=True)
         sys.exit(1)
 

@@ -25,19 +25,18 @@ from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry, time_budget_of
 from app.encoded_answer import EncodedAnswer
 from app.errors import Problem
+from app.item_tables import lacks_tables, with_tables
 from app.jobs.budget import budget
 from app.jobs.calls import PICTURE
 from app.jobs.errors import BudgetExceeded, Busy, ExecutorClosed, JobError, MemoryExceeded, ShareUsed
 from app.jobs.executor import Executor
 from app.jobs.fair_queue import FairQueue, JobLength, QueueLimits
-from app.json_comparison import equal_json
 from app.logging import get_logger
 from app.run_references import resolve_references
 from app.single_flight import SingleFlight
 from app.solve_failures import FAILURES, log_failure, log_fields, problem_of
 from app.store.errors import DamagedRecord, StoreClosed, UnknownRun
 from app.store.faults import StoreFault
-from app.store.hashing import canonical_json
 from app.store.leases import LEASE_S
 from app.store.record import Finish, RunRecord, RunStatus, StoredResponse
 from app.store.repository import RunStore
@@ -179,10 +178,7 @@ class Service:
         Raises UnknownRun.
         """
         run = await self.store.get(run_id)
-        if run.batch_id is None or run.status != RunStatus.SUCCEEDED or run.result is None:
-            return run
-        job, kept = job_of(KINDS[run.kind], Mode(run.mode)), json.loads(run.result)
-        if not job.tables or not kept.keys().isdisjoint(job.tables):
+        if not lacks_tables(run):
             return run
         if run_id not in self.full_results:
             try:
@@ -190,10 +186,11 @@ class Service:
                 answer = (await self.admission.run(call, self.solve_budget_s, run.mode in _SHORT_MODES)).decoded()
             except JobError:
                 return run
-            if answer.result is None or not equal_json(kept, {name: answer.result.get(name) for name in kept}):
+            result = with_tables(run, answer)
+            if result is None:
                 logger.warning("batch_item_not_reproduced", **log_fields(run))
                 return run
-            self.full_results[run_id] = canonical_json({**answer.result, **kept})
+            self.full_results[run_id] = result
             while len(self.full_results) > _MAX_FULL_RESULTS:
                 self.full_results.pop(next(iter(self.full_results)))
         return replace(run, result=self.full_results[run_id])

@@ -26,8 +26,8 @@ _TOO_LONG = f"is longer than {LONGEST_ROW} bytes"
 _BOM = b"\xef\xbb\xbf"
 _DELIMITERS = (b",", b";", b"\t")
 _CELL = rb'(?:"[^"]*+(?:""[^"]*+)*+"|(?!"))[^%b]*+'
-"""A complete cell of a CSV. A quotation mark quotes only at its start, where a doubled one is text until the next
-single one; any other, such as that of 1/2", is part of the text."""
+"""A complete cell of a CSV. A quotation mark quotes only at its start, where doubled ones are text until a single one;
+any other, such as that of 1/2", is text."""
 _CELLS = {each: re.compile(_CELL % each + rb"(?:" + each + _CELL % each + rb")*+") for each in _DELIMITERS}
 _EMPTY_CELLS = {each: re.compile(rb'(?:\s|%b|""(?!"))*+' % each) for each in _DELIMITERS}
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import asyncio
 import hashlib
 import json
+import os
 import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import IO, Any
-from urllib.parse import urlencode
+from urllib.parse import urlencode, urlsplit
 from urllib.request import Request, urlopen
 
 from app.batches import chunk
@@ -18,6 +19,7 @@ from app.batches.results import Format, Wanted
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import Sweep
 from app.batches.view import batch_json
+from app.errors import Problem
 from app.jobs.executor import PoolSettings, ProcessPool
 from app.settings import Settings
 from app.store.migrate import upgrade
@@ -40,9 +42,50 @@ def form_of(file: Path) -> str | None:
     return _TYPES.get(file.suffix.lower())
 
 
+def check_files(cases: Path, output: Path) -> None:
+    """Check before solving that the cases are there and the results can be written. Raises Problem."""
+    if form_of(cases) is None:
+        raise _no_cases(f"{cases} is not a .csv, .ndjson, .parquet or .json file")
+    if not cases.is_file():
+        raise _no_cases(f"there is no file {cases}")
+    folder = output.parent
+    if output.suffix.lower() not in FORMATS:
+        raise _no_results(f"{output} is not a .csv, .ndjson or .parquet file")
+    if not folder.is_dir():
+        raise _no_results(f"there is no folder {folder}")
+    if not os.access(folder, os.W_OK):
+        raise _no_results(f"the folder {folder} cannot be written to")
+    if output.is_dir():
+        raise _no_results(f"{output} is a folder")
+    if output.exists() and output.samefile(cases):
+        raise _no_results(f"{output} has the cases and is not overwritten")
+
+
+def check_service(url: str, token: str) -> None:
+    """Check the address and the API key of a service. Raises Problem, which does not show the key."""
+    try:
+        parts = urlsplit(url)
+        known = parts.scheme in ("http", "https") and parts.hostname and parts.port != 0
+    except ValueError:
+        known = False
+    if not known or not url.isprintable() or " " in url:
+        raise Problem(400, "No service", f"{url!r} is no address: allowed is one such as https://host:8000")
+    if not (token.isascii() and token.isprintable()):
+        raise Problem(400, "No API key", "the key has characters that no key has: allowed is printable ASCII")
+
+
+def _no_cases(detail: str) -> Problem:
+    return Problem(400, "No cases", detail)
+
+
+def _no_results(detail: str) -> Problem:
+    return Problem(400, "No results", detail)
+
+
 def key_of(file: Path, *asked: str) -> str:
-    """The idempotency key of a command: a hash of the case file and the options."""
-    digest = hashlib.sha256("\0".join(asked).encode() + b"\0")
+    """The idempotency key of a command: a hash of all that it asks for, which are the case file, its name, which the
+    batch has too, and the options."""
+    digest = hashlib.sha256("\0".join((file.name, *asked)).encode() + b"\0")
     with file.open("rb") as source:
         while part := source.read(_READ_BYTES):
             digest.update(part)
@@ -50,11 +93,18 @@ def key_of(file: Path, *asked: str) -> str:
 
 
 def swept(file: Path, kind: str, mode: str, detail: str) -> bytes:
-    """The sweep in a file, with the kind and mode of the command. Raises ValueError."""
-    told = json.loads(file.read_bytes())
+    """The sweep in a file, with the kind and mode of the command. Raises Problem."""
+    try:
+        told = json.loads(file.read_bytes())
+    except (ValueError, RecursionError) as error:
+        raise _no_sweep(str(error)) from None
     if not isinstance(told, dict):
-        raise ValueError("a sweep is a JSON object")
+        raise _no_sweep("a sweep is a JSON object")
     return json.dumps({"detail": detail, **told, "kind": kind, "mode": mode}).encode()
+
+
+def _no_sweep(detail: str) -> Problem:
+    return Problem(422, "The sweep cannot be read", detail)
 
 
 async def here(
@@ -103,7 +153,8 @@ async def _parts(file: Path) -> AsyncIterator[bytes]:
 
 
 def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail: str, output: Path, told: Told) -> Any:
-    """As ``here``, on the service at ``url``. Raises OSError; an HTTPError carries the problem as its body."""
+    """As ``here``, on the service at ``url``. Raises Problem, HTTPException and OSError; an HTTPError carries the
+    problem as its body."""
     form = form_of(file)
     headers = {"Content-Type": str(form), "Idempotency-Key": key_of(file, kind, mode, detail)}
     authorization = {"Authorization": f"Bearer {token}"} if token else {}
@@ -116,11 +167,9 @@ def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail
             data = opened.enter_context(file.open("rb"))
             headers["Content-Length"] = str(file.stat().st_size)
             place += "?" + urlencode({"kind": kind, "mode": mode, "name": file.name, "detail": detail})
-        with urlopen(Request(place, data, {**headers, **authorization})) as response:
-            batch = json.loads(response.read())
+        batch = _batch_from(Request(place, data, {**headers, **authorization}))
     while True:
-        with urlopen(Request(base + batch["links"]["self"], headers=authorization)) as response:
-            batch = json.loads(response.read())
+        batch = _batch_from(Request(base + batch["links"]["self"], headers=authorization))
         told(batch)
         if batch["status"] not in ("queued", "running"):
             break
@@ -129,6 +178,17 @@ def remote(url: str, token: str | None, file: Path, kind: str, mode: str, detail
     with urlopen(Request(place, headers=authorization)) as response, _atomic(output) as sink:
         while part := response.read(_READ_BYTES):
             sink.write(part)
+    return batch
+
+
+def _batch_from(request: Request) -> dict[str, Any]:
+    with urlopen(request) as response:
+        content = response.read()
+    try:
+        batch = json.loads(content)
+        batch["links"]["results"]
+    except (ValueError, TypeError, KeyError):
+        raise Problem(502, "No service", f"{request.host} does not answer as Crankwright does") from None
     return batch
 
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import io
 import json
 import sqlite3
+import subprocess
+import sys
+from codecs import BOM_UTF8
 
 import pytest
 from rich.console import Console
 from typer.testing import CliRunner
 
 from app import printing
-from app.cli import app
+from app.cli import app, main
 from app.designs.kind import Mode
 from app.designs.progress import Progress
 from app.designs.registry import KINDS, example_of
@@ -97,6 +100,96 @@ def test_a_missing_file(tmp_path):
     answer = runner.invoke(app, ["check", "flexible-rod", str(tmp_path / "none.json")])
     assert answer.exit_code == 2
     assert "cannot be read" in answer.output
+
+
+def test_a_byte_order_mark_before_the_request_is_left_out(tmp_path, check_request):
+    file, database = tmp_path / "request.json", f"sqlite:///{tmp_path}/runs.sqlite3"
+    file.write_bytes(BOM_UTF8 + json.dumps(check_request).encode())
+    answer = runner.invoke(app, ["check", "flexible-rod", str(file), "--database-url", database])
+    assert answer.exit_code == 0, answer.output
+
+
+@pytest.fixture
+def error_line(monkeypatch, capsys):
+    """The only line that a failing command prints."""
+
+    def run(*words: str) -> str:
+        monkeypatch.setattr(sys, "argv", ["crankwright", *words])
+        with pytest.raises(SystemExit) as ended:
+            main()
+        assert ended.value.code == 1
+        printed = capsys.readouterr()
+        assert printed.out == ""
+        [line] = printed.err.splitlines()
+        return line
+
+    return run
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "allowed"),
+    [
+        ("WORKERS", "abc", "a whole number"),
+        ("WORKERS", "0", "at least 1"),
+        ("SOLVE_MEMORY_BYTES", "1", "at least 16777216"),
+        ("SOLVE_BUDGET_S", "long", "a number"),
+        ("LOG_FORMAT", "xml", "'console' or 'json'"),
+        ("OPEN", "perhaps", "true or false"),
+    ],
+)
+def test_a_setting_that_cannot_be_is_told_in_a_line(error_line, monkeypatch, tmp_path, name, value, allowed):
+    monkeypatch.setenv(f"CRANKWRIGHT_{name}", value)
+    cases = tmp_path / "cases.csv"
+    cases.write_text("name\na\n")
+    for command in (["serve"], ["batch", "pin-profile", "check", str(cases), "-o", str(tmp_path / "results.csv")]):
+        told = error_line(*command, "--database-url", f"sqlite:///{tmp_path}/runs.sqlite3")
+        assert told == f"CRANKWRIGHT_{name} is '{value}': allowed is {allowed}"
+
+
+@pytest.mark.parametrize(
+    ("url", "began"),
+    [
+        ("nonsense", "nonsense"),
+        ("mysql://me:secret@host/runs", "mysql"),
+        ("postgresql+asyncpg://me:secret@host/runs", "postgresql+asyncpg"),
+        ("postgresql://me:secret@host:port/runs", "postgresql"),
+        ("sqlite://", "sqlite"),
+    ],
+)
+@pytest.mark.parametrize("command", [["keys", "list"], ["verify"], ["migrate"], ["serve"]])
+def test_a_database_url_that_cannot_be_used_is_told_in_a_line(error_line, command, url, began):
+    told = error_line(*command, "--database-url", url)
+    assert f"CRANKWRIGHT_DATABASE_URL or --database-url begins with '{began}'" in told
+    assert "allowed is sqlite:///path/to/file or postgresql://" in told and "secret" not in told
+
+
+def test_a_password_file_that_cannot_be_read_is_told_in_a_line(error_line, monkeypatch, tmp_path):
+    monkeypatch.setenv("CRANKWRIGHT_DATABASE_PASSWORD_FILE", str(tmp_path / "none"))
+    told = error_line("verify", "--database-url", "postgresql://me@host/runs")
+    assert told.startswith(f"CRANKWRIGHT_DATABASE_PASSWORD_FILE: {tmp_path}/none cannot be read")
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ["verify"], ["keys", "list"], ["keys", "revoke", "none"], ["audit"], ["report", "none"], ["backup", "copy"],
+        ["prune", "--before", "2026-01-31"],
+    ],
+)  # fmt: skip
+def test_commands_that_need_a_database_make_none(error_line, monkeypatch, tmp_path, command):
+    monkeypatch.chdir(tmp_path)
+    assert error_line(*command, "--database-url", "sqlite:///none/runs.sqlite3") == (
+        "there is no database at none/runs.sqlite3"
+    )
+    assert not list(tmp_path.iterdir())
+
+
+def test_output_that_cannot_be_written_is_told_in_a_line():
+    with open("/dev/full", "w") as full:
+        ended = subprocess.run(
+            [sys.executable, "-m", "app.cli", "--help"], stdout=full, stderr=subprocess.PIPE, text=True, check=False
+        )
+    assert (ended.returncode, ended.stderr) == (1, "[Errno 28] No space left on device\n")
 
 
 def test_a_report_is_written_to_the_given_file(call, tmp_path):

@@ -4,17 +4,34 @@ from __future__ import annotations
 
 import csv
 import json
+import logging
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
+import pytest
 from typer.testing import CliRunner
 
+from app.batches import offline
 from app.cli import app
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.logging import get_logger
 from app.store.verify import verify
 
 runner = CliRunner()
 PIN = KINDS["pin-profile"].example(Mode.CHECK)
+
+
+@pytest.fixture(autouse=True)
+def log_as_before() -> Iterator[None]:
+    """The command logs to the standard error of its runner, which is closed at its end."""
+    root = logging.getLogger()
+    level, handlers = root.level, list(root.handlers)
+    yield
+    root.handlers[:] = handlers
+    root.setLevel(level)
 
 
 def call(folder: Path, cases: Path, output: Path, *options: str):
@@ -44,3 +61,88 @@ def test_invalid_input_is_reported(tmp_path: Path) -> None:
     for options in ((cases, tmp_path / "r.csv"), (cases, tmp_path / "r.txt"), (tmp_path / "x.doc", tmp_path / "r.csv")):
         answer = call(tmp_path, *options)
         assert answer.exit_code == 2, answer.output
+
+
+def test_an_item_stored_without_its_curves_is_reported_with_them(tmp_path: Path) -> None:
+    cases, output, page = tmp_path / "cases.ndjson", tmp_path / "results.csv", tmp_path / "report.html"
+    cases.write_text(json.dumps(PIN))
+    assert call(tmp_path, cases, output).exit_code == 0
+    [row] = csv.DictReader(output.open())
+    database = f"sqlite:///{tmp_path}/runs.sqlite3"
+    answer = runner.invoke(app, ["report", row["run_id"], "-o", str(page), "--database-url", database])
+    assert answer.exit_code == 0, answer.output
+    assert "data:image/svg" in page.read_text()
+
+
+@pytest.mark.parametrize("suffix", [".ndjson", ".json"])
+def test_cases_of_another_file_name_are_solved_as_their_own_batch(tmp_path: Path, suffix: str) -> None:
+    cases, output = tmp_path / f"cases{suffix}", tmp_path / "results.csv"
+    sweep = {"base": PIN, "vary": {"load.force_n": {"values": [4000.0]}}}
+    cases.write_text(json.dumps(PIN if suffix == ".ndjson" else sweep))
+    elsewhere = tmp_path / "elsewhere" / cases.name
+    elsewhere.parent.mkdir()
+    ids = []
+    for file in (cases, tmp_path / f"copy{suffix}", elsewhere):
+        if file != cases:
+            shutil.copy(cases, file)
+        answer = call(tmp_path, file, output)
+        assert answer.exit_code == 0, answer.output
+        [row] = csv.DictReader(output.open())
+        ids.append(row["run_id"])
+    assert ids[0] != ids[1] and ids[0] == ids[2]
+
+
+@pytest.mark.parametrize(
+    ("cases", "output", "told"),
+    [
+        ("cases.csv", "none/results.csv", "there is no folder"),
+        ("cases.csv", "cases.csv", "has the cases and is not overwritten"),
+        ("cases.csv", "linked.csv", "has the cases and is not overwritten"),
+        ("cases.csv", "folder.csv", "is a folder"),
+        ("none.csv", "results.csv", "there is no file"),
+        ("sweep.json", "results.csv", "The sweep cannot be read"),
+        ("list.json", "results.csv", "a sweep is a JSON object"),
+    ],
+)
+def test_files_are_checked_before_solving(tmp_path: Path, cases: str, output: str, told: str) -> None:
+    (tmp_path / "cases.csv").write_text("name\na\n")
+    (tmp_path / "linked.csv").symlink_to(tmp_path / "cases.csv")
+    (tmp_path / "folder.csv").mkdir()
+    (tmp_path / "sweep.json").write_text("{")
+    (tmp_path / "list.json").write_text("[]")
+    answer = call(tmp_path, tmp_path / cases, tmp_path / output)
+    assert answer.exit_code == 2 and told in answer.stderr and len(answer.stderr.splitlines()) == 1
+    assert (tmp_path / "cases.csv").read_text() == "name\na\n"
+
+
+@pytest.mark.parametrize(
+    ("url", "key", "code", "told"),
+    [
+        ("http://127.0.0.1:9", "cw_secret\n", 1, "The batch is not complete: [Errno 111]"),
+        ("http://127.0.0.1:9", "cw_\x01secret", 2, "No API key: the key has characters that no key has"),
+        ("127.0.0.1:9", "", 2, "No service: '127.0.0.1:9' is no address"),
+        ("http://127.0.0.1:port", "", 2, "No service: 'http://127.0.0.1:port' is no address"),
+        ("http://", "", 2, "No service: 'http://' is no address"),
+    ],
+)
+def test_the_service_and_its_key_are_checked(tmp_path: Path, url: str, key: str, code: int, told: str) -> None:
+    cases = tmp_path / "cases.ndjson"
+    cases.write_text(json.dumps(PIN))
+    answer = call(tmp_path, cases, tmp_path / "results.csv", "--url", url, "--api-key", key)
+    assert answer.exit_code == code and told in answer.stderr and "secret" not in answer.stderr
+
+
+def test_records_are_logged_as_the_settings_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    async def here(*_given: Any) -> dict[str, Any]:
+        get_logger("app.batches.engine").info("below the level")
+        get_logger("app.batches.engine").error("batch_chunk_failed", first=0)
+        return {"items": {"total": 0, "done": 0, "refused": 0, "failed": 0}}
+
+    monkeypatch.setattr(offline, "here", here)
+    monkeypatch.setenv("CRANKWRIGHT_LOG_FORMAT", "json")
+    monkeypatch.setenv("CRANKWRIGHT_LOG_LEVEL", "error")
+    cases = tmp_path / "cases.ndjson"
+    cases.write_text(json.dumps(PIN))
+    [line] = call(tmp_path, cases, tmp_path / "results.csv").stderr.splitlines()
+    record = json.loads(line)
+    assert (record["event"], record["level"], record["first"]) == ("batch_chunk_failed", "error", 0)

@@ -104,7 +104,8 @@ class Gaps:
         self.candidates = [p for p in self.candidates if self._is_away(p.ratio)]
         while promising := [p for p in self.candidates if p.possible_gain(best.log_cost) > self.task.negligible_gain]:
             point = min(promising, key=lambda point: point.cost)
-            self.candidates.remove(point)
+            # By identity, since arrays have no equality.
+            self.candidates = [p for p in self.candidates if p is not point]
             for x in self._start_points(best, point):
                 d = dimensions_of(x, active.model.scene)
                 if is_untried(d):

@@ -341,11 +341,7 @@ _FIELD = re.compile(r"\b[a-z]\w*(?:\.\w+)+")
 
 def _as_sent(request: BaseModel | None, text: str) -> str:
     """A solver's sentence with the names that were sent: needed by limits.width → needed by limits.width_mm."""
-    return _FIELD.sub(lambda field: _dotted(request, field[0]), text)
-
-
-def _dotted(request: BaseModel | None, field: str) -> str:
-    return pointer(request, field)[1:].replace("/", ".")
+    return _FIELD.sub(lambda field: pointer(request, field[0])[1:].replace("/", "."), text)
 
 
 def pointer(request: BaseModel | None, field: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from solvers.errors import InvalidInput
 from solvers.pin.scene import NO_LIMITS, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
 from solvers.pin.shapes.cone import Cone
@@ -16,9 +17,16 @@ Form = Free | Constant | Stepped | Cone
 
 @dataclass(frozen=True)
 class PinProblem:
-    """A scene, the limits to satisfy, the strength criterion, and the form of the sought diameter."""
+    """A scene, the limits to satisfy, the strength criterion, and the form of the sought diameter.
+
+    Raises InvalidInput for a slope limit with steps.
+    """
 
     scene: Scene
     limits: Limits = NO_LIMITS
     form: Form = FREE
     criterion: Criterion = CRITERIA["tresca_paper"]
+
+    def __post_init__(self) -> None:
+        if self.limits.max_slope is not None and isinstance(self.form, Stepped) and self.form.steps > 1:
+            raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")

@@ -284,6 +284,8 @@ class DesignRequest(PinRequest, DesignSettings):
 
     def contradictions(self) -> list[Entry]:
         found = super().contradictions()
+        if (self.form.steps or 1) > 1 and self.limits.max_slope is not None:
+            found.append(entry("/limits/max_slope", "a step has no slope", "no slope limit with steps"))
         if self.seeks_outside:
             return found
         if self.bore_mm is not None:

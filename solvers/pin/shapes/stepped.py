@@ -39,8 +39,6 @@ class Stepped:
         """See ``solvers.pin.optimum.shape_result``."""
         if self.steps == 1:
             return Constant().find(program, gap)
-        if program.limits.max_slope is not None:
-            raise InvalidInput("limits.max_slope", "a step has no slope", "no slope limit with steps")
         # Steps cannot be lighter than the drillable shape, a relaxation whose wall may vary continuously.
         smooth = Free(drillable=True).find(program, gap) if program.limit is not None else None
         found = self._search(program, 0.0 if smooth is None else smooth.bound, max(GAP, _GAP_FRACTION * gap))

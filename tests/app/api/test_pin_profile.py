@@ -192,6 +192,15 @@ def test_every_bad_field_of_a_design_is_named(client, design, path, value, point
     assert pointer in [entry["pointer"] for entry in answer.json()["errors"]]
 
 
+@pytest.mark.parametrize("force", [15e3, 20e3])
+def test_a_slope_limit_with_steps_is_refused_at_every_load(client, design, force):
+    design["load"]["force_n"] = force
+    design["form"], design["limits"]["max_slope"] = {"kind": "stepped", "steps": 2}, 0.1
+    answer = client.post(DESIGNS, json=design)
+    assert answer.status_code == 422
+    assert [entry["pointer"] for entry in answer.json()["errors"]] == ["/limits/max_slope"]
+
+
 @pytest.mark.parametrize(
     ("changes", "pointer"),
     [

@@ -91,8 +91,10 @@ def design(
         given = Profile(*(tuple(column) for column in zip(*best.corners, strict=True))).along(scene.geometry.length)
         evaluation, further = on_profile(scene, given, problem.criterion, physics, accuracy)
         places, error_estimate = given.places, max(error_estimate, further)
-    relaxed = program if limits.max_slope is None else replace(program, limits=replace(limits, max_slope=None))
-    free = best if problem.form == FREE and limits.max_slope is None else FREE.find(relaxed, accuracy)
+    free_volume = best.volume
+    if problem.form != FREE or limits.max_slope is not None:
+        free_volume, further = _volume_of_free_form(program, accuracy)
+        error_estimate = max(error_estimate, further)
     unit, bound = program.mass_unit, max(best.bound, 0.0)
     gap = (best.volume - bound) / bound if bound > 0 else (0.0 if best.volume == 0 else 1.0)
     cautions: tuple[str, ...] = ()
@@ -102,7 +104,7 @@ def design(
     value = PinDesign(
         check=assess(evaluation, limits, unit * best.volume, accuracy, places, cautions),
         form=problem.form.name,
-        free_mass=unit * free.volume,
+        free_mass=unit * free_volume,
         corners=best.corners,
         evaluation=evaluation,
     )
@@ -114,6 +116,23 @@ def design(
         certificate=Certificate(best.method, unit * bound, gap, best.evidence),
         timing={"solve_s": time.perf_counter() - started},
     )
+
+
+def _volume_of_free_form(program: Program, accuracy: float) -> tuple[float, float]:
+    """Return the volume of the free form without a slope limit, and its relative error estimate, on the program's
+    stations refined where that form requires it: it may jump where the designed one is smooth."""
+    if program.limits.max_slope is not None:
+        program = replace(program, limits=replace(program.limits, max_slope=None))
+    for _ in range(_MAX_PASSES):
+        free, error_estimate = FREE.find(program, accuracy), program.stations.error_estimate(program.lower)
+        if free.error_estimate is not None:
+            error_estimate = np.maximum(error_estimate, free.error_estimate)
+        tolerance = _MASS_ERROR_FRACTION * accuracy * free.volume
+        if error_estimate.sum() <= tolerance or program.stations.x.size > _MAX_STATIONS:
+            break
+        stations = program.stations.refined(error_estimate * (error_estimate.size / (0.5 * tolerance)), free.solidity)
+        program = assemble(program.scene, program.limits, program.criterion, program.physics, stations)
+    return free.volume, float(error_estimate.sum()) / max(free.volume, 1e-300)
 
 
 def explain(problem: PinProblem, effects: EffectSelection = AUTO, effect_tolerance: float = 1e-2) -> Diagnosis:

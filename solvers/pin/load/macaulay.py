@@ -17,6 +17,8 @@ from solvers.numerics.arrays import Array
 
 ROUNDING = 1e-13
 """Relative rounding error of results."""
+LIMIT_TOLERANCE = 5 * ROUNDING
+"""Relative excess of a solid section over a limit up to which it meets it, within the slack of every verdict."""
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 from solvers.numerics.arrays import Array
 from solvers.outcome import Shortfall
 from solvers.pin.effects import Physics
-from solvers.pin.load.macaulay import ROUNDING
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE, ROUNDING
 from solvers.pin.load.piston_pin import deflection_integrals
 from solvers.pin.optimum.design_variable import DesignVariable, design_variable_of
 from solvers.pin.optimum.program import constraints_at
@@ -28,6 +28,9 @@ from solvers.verdict import per_cent
 _MAX_PASSES = 60
 _PLACES = 2001
 """Positions in which the span of failure is sought."""
+_VIOLATED = 1.0 + 0.5 * LIMIT_TOLERANCE
+"""Ratio to a limit above which it counts as violated. A design tolerates twice the excess, so that no rounding leaves
+an infeasible one without a diagnosis."""
 _ROOM, _DIAMETER_TOLERANCE = 1e-9, 1e-13
 """Extension of the bracket of log D at both ends, and tolerance of the root."""
 
@@ -108,7 +111,7 @@ def force_limit(scene: Scene, criterion: Criterion) -> float:
 def weak_span(scene: Scene, criterion: Criterion) -> WeakSpan | None:
     """Return the range along the pin in which the solid section fails; None if it fails nowhere."""
     worst, g = greatest_utilisation(scene, criterion), scene.geometry
-    if worst <= 1.0:
+    if worst <= _VIOLATED:
         return None
     begin, _ = span_over(scene, criterion, np.ones_like) or (0.5 * g.length, None)
     return WeakSpan(begin, g.length - begin, worst)
@@ -162,7 +165,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     if isinstance(g, BushingGeometry):
         short = Shortfall("max_ovalization", limit, solid, "a longer or stiffer bushing, or less force")
         return Diagnosis((short,), None, None, None)
-    too_soft_a_ring = limit is not None and solid > limit
+    too_soft_a_ring = limit is not None and solid > limit * _VIOLATED
     greatest, weak = force_limit(scene, criterion), weak_span(scene, criterion)
     if weak is not None:
         diameters.append(least_outer_diameter(scene, criterion))
@@ -173,7 +176,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
         found.append(Shortfall("force", scene.force, greatest, why))
     limit, (bent, sheared) = limits.max_deflection, own_deflection(scene, physics, design_variable_of(scene))
     sheared *= cowper(m.poisson).a
-    if limit is not None and bent + sheared > limit:
+    if limit is not None and bent + sheared > limit * _VIOLATED:
         # bent (D0/D)^4 + sheared (D0/D)^2 = limit
         ratio = math.sqrt((sheared + math.sqrt(sheared * sheared + 4.0 * limit * bent)) / (2.0 * limit))
         diameters.append(g.outer_diameter * ratio)
@@ -186,7 +189,7 @@ def diagnose(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
         why = "a longer or stiffer pin, or less force"
         found.append(Shortfall("max_ovalization", limits.max_ovalization, solid, why))
     limit, stress = limits.max_ring_stress, ovalization.greatest_stress(scene.force, g.outer_diameter, *bar)
-    if limit is not None and stress > limit:
+    if limit is not None and stress > limit * _VIOLATED:
         # The stress of geometrically similar rings is proportional to 1/D.
         diameters.append(g.outer_diameter * stress / limit)
         why = f"an outer diameter of at least {_at_least(diameters[-1])} mm would do, or a longer pin"

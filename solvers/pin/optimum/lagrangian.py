@@ -20,6 +20,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE
 from solvers.pin.optimum.program import Program
 from solvers.pin.optimum.station_minimum import STEP_TOLERANCE, minimiser, solid_threshold, stationary
 from solvers.pin.section.flexibility import Flexibility, curvatures, densities, flexibilities, slopes
@@ -30,8 +31,6 @@ MAX_SLACK = 4e-14
 """Maximum relative margin of the converged deflection below its limit."""
 _ROUNDING = 1e-14
 """Relative rounding error of a sum over stations."""
-_LIMIT_TOLERANCE = 1e-12
-"""Relative tolerance within which a deflection equals the limit."""
 _FIRST_TOLERANCE = 1e-2
 """Relative step tolerance of the stations in the first iteration; later a thousandth of the deflection's relative
 excess over its limit."""
@@ -170,9 +169,9 @@ def _find_multiplier(
             if segments.bending[i] > 0.0 or segments.shear[i] > 0.0 or (monotone and i > 0 and best[i - 1] == 1.0):
                 best[i] = 1.0
         least = _deflection(segments, best)
-    if least > 1.0 + _LIMIT_TOLERANCE:
+    if least > 1.0 + LIMIT_TOLERANCE:
         return np.nan, 0, least
-    if least >= 1.0 - _LIMIT_TOLERANCE:
+    if least >= 1.0 - LIMIT_TOLERANCE:
         return np.inf, 0, least
     # Exact for thin walls without lower bounds; an initial guess otherwise.
     lam = 0.0
@@ -237,7 +236,7 @@ def minimum_segment_volume(segments: Segments, low: Array, monotone: bool) -> Du
     multiplier, iterations, total = _find_multiplier(*segments[:3], *segments.law, low, monotone, best, soft)
     if math.isnan(multiplier):
         return None
-    if 0.0 < multiplier < math.inf and total < 1.0 - _LIMIT_TOLERANCE:
+    if 0.0 < multiplier < math.inf and total < 1.0 - LIMIT_TOLERANCE:
         best = _interpolated(segments, soft, best)
     return DualSolution(best, multiplier, iterations)
 

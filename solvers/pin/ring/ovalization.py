@@ -20,6 +20,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE
 
 _FORMULA_TO, _ELASTIC_FROM = 0.65, 0.8
 """d/D up to which the formula gives the larger value of every result, and from which the elastic ring gives it."""
@@ -233,7 +234,9 @@ def greatest_ratio(
     def growth(ratio: float) -> float:
         return ring(force, diameter, length, ratio, modulus, poisson).ovalization
 
-    return None if growth(0.0) > limit else _greatest_ratio_within(growth, limit, 0.0)
+    if growth(0.0) > limit * (1.0 + LIMIT_TOLERANCE):
+        return None
+    return _greatest_ratio_within(growth, limit, 0.0)
 
 
 def greatest_stress(
@@ -256,7 +259,9 @@ def ratio_within_stress(
     def stress(ratio: float) -> float:
         return greatest_stress(force, diameter, length, ratio, modulus, poisson)
 
-    return None if stress(0.0) > limit else _greatest_ratio_within(stress, limit, MIN_HOOP_RATIO)
+    if stress(0.0) > limit * (1.0 + LIMIT_TOLERANCE):
+        return None
+    return _greatest_ratio_within(stress, limit, MIN_HOOP_RATIO)
 
 
 @lru_cache(maxsize=64)

@@ -19,6 +19,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE
 from solvers.pin.section.strength import StrengthConstraint, utilisation
 
 _EPS = float(np.finfo(float).eps)
@@ -31,7 +32,7 @@ _QUADRATIC = 1e-9
 
 def least_wall(constraints: Sequence[StrengthConstraint], floor: float, stations: int) -> Array:
     """Return the least relative wall w of a pin at every station, (n,), at least ``floor``; NaN where the solid
-    section fails.
+    section fails by more than LIMIT_TOLERANCE.
 
     Valid for any load; the relative error is a few rounding errors times the condition number of the problem, which is
     unbounded only for F(1) -> 1 without shear (1 - w is the fourth root of the margin).
@@ -55,8 +56,11 @@ def _raise_walls(m: Array, q: Array, n: float, t: float, c0: float, c1: float, c
     for i in range(out.size):
         p, r = m[i] + n, q[i] * (c0 + (c1 + c2)) + t
         full = math.sqrt(p * p + r * r)
-        if not full <= 1.0:
-            out[i] = np.nan
+        if not full < 1.0:
+            if not full <= 1.0 + LIMIT_TOLERANCE:
+                out[i] = np.nan
+            elif out[i] < 1.0:
+                out[i] = 1.0
             continue
         p, r = m[i] + 2.0 * n, q[i] * c0 + t
         w = 0.25 * math.hypot(p, r)

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE
 from solvers.pin.optimum.program import Program, ShapeResult, assemble
 from solvers.pin.shapes.cone_bounds import branch_and_bound
 from solvers.pin.shapes.cone_sizes import corner_table, half_bar, pattern_search, size_of, workspace
@@ -48,7 +49,7 @@ class Cone:
 
     def find(self, program: Program, gap: float) -> ShapeResult | None:
         g, solid = program.scene.geometry, np.ones_like(program.lower)
-        if program.limit is not None and program.deflection(solid) > program.limit * (1.0 + 1e-12):
+        if program.limit is not None and program.deflection(solid) > program.limit * (1.0 + LIMIT_TOLERANCE):
             return None
         refined_program, boxes = program, 0
         c_low, target_gap = 1e-3 if self.cylinder else 1.0, max(_GAP, _GAP_FRACTION * gap)

@@ -191,6 +191,38 @@ def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
         assert (pin.design(problem).value is not None) == feasible
 
 
+def beyond_the_solid_pin(name, excess):
+    """A problem whose limit of this name, or force, exceeds what the solid pin reaches by a relative excess."""
+    hard = {"force": 20e3}.get(name, 10e3)
+    limits = {} if name == "force" else {name: 1e-9}
+    (short,) = pin.design(pin.PinProblem(vaz(hard), pin.Limits(**limits))).diagnosis
+    assert short.requirement == name
+    if name == "force":
+        return vaz(short.attainable * (1.0 + excess)), pin.Limits()
+    return vaz(hard), pin.Limits(**{name: short.attainable / (1.0 + excess)})
+
+
+FORMS = [pin.Free(), pin.Free(drillable=True), pin.Constant(), pin.Stepped(2), pin.Cone(), pin.Cone(cylinder=True)]
+BEYOND = ["force", "max_deflection", "max_ovalization", "max_ring_stress"]
+
+
+@pytest.mark.parametrize("name", BEYOND)
+@pytest.mark.parametrize("form", FORMS, ids=lambda form: form.name)
+def test_what_the_diagnosis_calls_attainable_is_attained(name, form):
+    for excess in (-1e-12, 0.0, 1e-15, 1e-14, 1e-13):
+        outcome = pin.design(pin.PinProblem(*beyond_the_solid_pin(name, excess), form), accuracy=1e-12)
+        assert outcome.value is not None
+        assert outcome.value.check.strength_utilisation <= 1.0 + 1e-12
+
+
+@pytest.mark.parametrize("name", BEYOND)
+def test_an_infeasible_pin_never_lacks_a_diagnosis(name):
+    for excess in np.geomspace(1e-13, 1e-11, 41):
+        outcome = pin.design(pin.PinProblem(*beyond_the_solid_pin(name, excess)))
+        assert outcome.value is not None or [short.requirement for short in outcome.diagnosis] == [name]
+    assert outcome.value is None
+
+
 @pytest.mark.parametrize("more", [1e-8, 1e-6, 1e-4])
 @pytest.mark.parametrize("form", [pin.Free(), pin.Constant(), pin.Stepped(2), pin.Cone()], ids=lambda form: form.name)
 def test_a_short_pin_of_the_least_diameter_can_be_designed(form, more):

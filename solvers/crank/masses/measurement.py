@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -197,7 +197,13 @@ def swing(pendulum: Pendulum) -> RodMasses:
         results = _pendulum_formulas({name: np.array(value) for name, value in values.items()})
         derivatives = sensitivities(_pendulum_formulas, values)["rod_cg_from_pin"]
         cg_uncertainty = combined(derivatives, assumed) if np.isfinite(list(results.values())).all() else math.inf
-    if not cg_uncertainty <= _MAX_RELATIVE_UNCERTAINTY * length:
+    limit, masses = _MAX_RELATIVE_UNCERTAINTY * length, None
+    if cg_uncertainty <= limit:
+        masses = pendulum.evaluate(_pendulum_formulas, ())
+        if masses.uncertainty is not None:
+            # Near the singularity linear propagation is not valid.
+            cg_uncertainty = masses.uncertainty.standard["rod_cg_from_pin"]
+    if masses is None or not cg_uncertainty <= limit:
         condition = ""
         if not uncertain:
             condition = f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"
@@ -225,7 +231,7 @@ def swing(pendulum: Pendulum) -> RodMasses:
             f"a common error of +0.1 % in both periods moves the centre of mass by {1e3 * shift:+.2f} mm; "
             "weighing both ends is the robust alternative"
         )
-    return pendulum.evaluate(_pendulum_formulas, warnings)
+    return replace(masses, warnings=tuple(warnings))
 
 
 def weigh(weighing: Weighing) -> RodMasses:

@@ -115,8 +115,8 @@ async def here(
     lanes = PoolSettings(workers=1, background_workers=workers, background_entry=chunk.answer)
     pool = ProcessPool(lanes)
     pool.start()
-    upgrade(database_url)
     try:
+        upgrade(database_url)
         with RunStore(database_url) as store:
             limits = Settings()
             service = BatchService(store, pool, limits.solve_budget_s, limits.lease_s, limits.max_batch_items)

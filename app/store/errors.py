@@ -12,7 +12,7 @@ class StoreError(Exception):
 class InvalidDatabaseUrl(StoreError):
     """The URL names no database that can be used. The URL itself is not shown: it may contain a password."""
 
-    def __init__(self, url: str, reason: str = "which is none") -> None:
+    def __init__(self, url: str, reason: str = "which is no database URL") -> None:
         began = url.partition(":")[0]
         allowed = "sqlite:///path/to/file or postgresql://user@host/name"
         super().__init__(

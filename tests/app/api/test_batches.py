@@ -515,12 +515,7 @@ def test_a_sweeps_idempotency_key_stands_for_its_query_too(client: TestClient) -
 def test_a_lone_surrogate_is_refused_in_plain_words(client: TestClient) -> None:
     batch = ended(client, submit(client, json.dumps({**pin(7200.0), "name": "\ud800"})))
     (row,) = rows_of(client, batch)
-    (entry,) = row["problem"]["errors"]
-    assert entry == {
-        "pointer": "/name",
-        "detail": "is not valid Unicode",
-        "allowed": "text of whole Unicode characters, without lone surrogates",
-    }
+    assert "/name is not valid Unicode (allowed: text of whole Unicode characters" in row["problem"]
 
 
 @pytest.mark.parametrize("more", [{}, {"Prefer": "respond-async"}], ids=["now", "later"])

@@ -24,7 +24,7 @@ PINS, BRIX, TORQUE, ROWS = 5, 7, 8, 10
 the torque and its negative; and their number."""
 SUBINTERVALS = 4
 """Sampling subintervals per piece. Halving it saves a tenth of the time but misses maxima the estimate must cover."""
-_MAX_REFINED, _MAX_ROUNDS = 64, 40
+_MAX_REFINED, _MAX_ROUNDS = 1024, 40
 _UNREFINED_FRACTION, _REFINED_FRACTION = 0.5, 0.01
 """As fractions of the tolerance: possible excess left unrefined, and the error of a refined maximum, whose last
 round gains many digits."""

@@ -21,7 +21,7 @@ _GAP_FRACTION = 0.09
 """Relative gap at convergence as a fraction of the requested gap, if that is larger than ``GAP``."""
 
 _SOLID_TOLERANCE = 1e-9
-"""Relative mass tolerance where the deflection limit equals the solid pin's deflection to rounding."""
+"""Part of the boss that is solid, too, where the deflection limit equals the solid pin's deflection to rounding."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,8 @@ class Stepped:
             return lightest_steps(Half(program), self.steps, known, gap)
         # Only a pin that is solid between the reference points satisfies the limit: the steps outside are constrained
         # by strength alone.
-        start = program.scene.geometry.boss_length * (1.0 + _SOLID_TOLERANCE)
+        g = program.scene.geometry
+        start = g.boss_length * (1.0 - _SOLID_TOLERANCE)
         constrained = replace(program, limit=None, lower=np.where(program.stations.x > start, 1.0, program.lower))
         found = lightest_steps(Half(constrained, start), self.steps, known, gap)
-        return None if found is None else replace(found, bound=found.bound * (1.0 - _SOLID_TOLERANCE))
+        return None if found is None else replace(found, bound=found.bound - 2.0 * (g.boss_length - start) / g.length)

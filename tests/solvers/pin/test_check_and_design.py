@@ -215,6 +215,15 @@ def test_what_the_diagnosis_calls_attainable_is_attained(name, form):
         assert outcome.value.check.strength_utilisation <= 1.0 + 1e-12
 
 
+def test_steps_attain_the_deflection_of_a_solid_pin_with_long_bosses():
+    """A thin wall over a billionth of the boss next to its short span once added 1.7e-6 to the deflection."""
+    scene = replace(VAZ, geometry=pin.Geometry(21.99e-3, 53.7e-3, 3.47e-3, 0.5e-3), force=481.0)
+    limit = pin.check(scene, pin.Profile((0.0,), (0.0,))).value.deflection
+    outcome = pin.design(pin.PinProblem(scene, pin.Limits(max_deflection=limit), pin.Stepped(2)), accuracy=1e-9)
+    assert outcome.value.check.deflection <= limit * (1.0 + 1e-12)
+    assert 0.0 <= outcome.certificate.gap <= 1e-7
+
+
 @pytest.mark.parametrize("name", BEYOND)
 def test_an_infeasible_pin_never_lacks_a_diagnosis(name):
     for excess in np.geomspace(1e-13, 1e-11, 41):

@@ -62,7 +62,20 @@ def _own_server() -> Iterator[str]:
         install, user = _installation(folder)
         data = folder / "data"
         subprocess.run(
-            [install / "bin/initdb", "-D", data, "-U", "postgres", "-A", "trust", "-E", "UTF8", "--locale=C", "-N"],
+            [
+                install / "bin/initdb",
+                "-D",
+                data,
+                "-U",
+                "postgres",
+                "-A",
+                "trust",
+                "-E",
+                "UTF8",
+                "--locale=C",
+                "--lc-ctype=C.UTF-8",
+                "-N",
+            ],
             check=True,
             capture_output=True,
             cwd=folder,

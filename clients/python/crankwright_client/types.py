@@ -511,9 +511,9 @@ class DynamicsResult(TypedDict):
     stroke_mm: float
     """stroke, in mm"""
     upper_dead_centre_deg: float
-    """top dead centre, in °"""
+    """upper dead centre, in °"""
     lower_dead_centre_deg: float
-    """bottom dead centre, in °"""
+    """lower dead centre, in °"""
     worst: list[WorstInstant]
     """instants of the maximum loads"""
     engine: EngineResult | None

@@ -18,6 +18,7 @@ from solvers.linkage.problem import (
     LinkageProblem,
     Objective,
 )
+from solvers.linkage.scene import TRANSMISSION
 from solvers.outcome import Shortfall
 
 _GAP = 1e-2
@@ -51,8 +52,6 @@ class _Group:
 
 
 def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
-    pads, room = 2.0 * problem.limits.joint_radius, problem.room
-    misfit = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
     shorter, smaller = _smaller(problem)
     # Least links and pin forces are out of reach alone only if speed and frequency fix the size.
     longer = "a lower blow frequency or a higher impact speed would raise it"
@@ -62,8 +61,17 @@ def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
         _Group(("longest_link",), LONGEST_LINK, shorter),
         _Group(("enclosing_radius",), ENCLOSING_RADIUS, smaller),
         _Group(("max_pin_force",), PIN_FORCE, weaker),
-        _Group(("width", "height"), misfit, smaller, lambda side, factor: factor * (side - pads) + pads),
+        _box(problem, ("width", "height"), smaller),
     )
+
+
+def _box(problem: LinkageProblem, names: tuple[str, ...], advice: str) -> _Group:
+    """The sides of the box with these names, which one orientation of the mechanism must fit; the others are free."""
+    pads = 2.0 * problem.limits.joint_radius
+    sides = zip(("width", "height"), problem.limits.sides, strict=True)
+    room = tuple(side - pads if name in names else math.inf for name, side in sides)
+    misfit = Objective("fit", lambda q: q.scale[0] * q.misfit(room), lambda check, scene: math.nan)
+    return _Group(names, misfit, advice, lambda side, factor: factor * (side - pads) + pads)
 
 
 def _smaller(problem: LinkageProblem) -> tuple[str, str]:
@@ -130,7 +138,15 @@ def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
 def _out_of_reach(problem: LinkageProblem, others: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of the limits that cannot be met beside ``others``."""
     missed = _missed(problem, problem.limits, lambda _: others)
-    return tuple(entry for each in missed for entry in each.shortfalls("out of reach even alone", each.group.advice))
+    hint = "" if problem.limits.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
+    return tuple(
+        entry
+        for each in missed
+        for entry in each.shortfalls(
+            "out of reach even alone" if len(each.limits) == 1 else "both are out of reach together",
+            each.group.advice + hint,
+        )
+    )
 
 
 @dataclass(frozen=True)
@@ -170,9 +186,20 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
                 for name, limit in required.items()
                 if sign * (group.attained(limit, best[0]) - limit * (1.0 + 1e-9 * sign)) > 0.0
             }
+        if len(required) > 1:
+            # Of two sides of the box one may be out of reach by itself: then it alone is reported.
+            single = [name for name in required if _is_missed(problem, _box(problem, (name,), ""), others(group))]
+            required = {name: limit for name, limit in required.items() if not single or name in single}
         if required:
             out.append(_Missed(group, required, best))
     return out
+
+
+def _is_missed(problem: LinkageProblem, group: _Group, others: Limits) -> bool:
+    """Whether the one limit of a group cannot be met beside the others."""
+    limit = getattr(problem.limits, group.names[0])
+    best = _best(problem, group.objective, others)
+    return best is None or group.attained(limit, best[0]) > limit * (1.0 + 1e-9)
 
 
 def _best(problem: LinkageProblem, objective: Objective, limits: Limits) -> tuple[float, str] | None:

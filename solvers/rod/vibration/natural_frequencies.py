@@ -163,7 +163,8 @@ def frequency_under(
     of polynomials that grows under tension; 0 where the strip buckles."""
     # Tension confines bending to boundary layers of relative length 1/decay.
     decay = math.sqrt(max(axial_force, 0.0) / stiffness) * length
-    n = int(min(polynomials + math.ceil(0.5 * decay), _MAX_POLYNOMIALS))
+    # Limited before it becomes an integer, which an extreme tension would exceed.
+    n = int(min(polynomials + math.ceil(min(0.5 * decay, 1.0 * _MAX_POLYNOMIALS)), _MAX_POLYNOMIALS))
     mass, system, _ = energy_matrices(table, rod_length / length - 1.0, n - 1)
     for i in range(n - 1):
         for j in range(n - 1):

@@ -516,6 +516,14 @@ def test_what_is_attainable_does_not_depend_on_the_speed_that_is_sought(limit, v
         assert (designed(scene, eased, "impact_speed").value is not None) == attained
 
 
+def test_of_two_sides_only_the_one_out_of_reach_is_reported():
+    (entry,) = designed(BREAKER, Limits(joint_radius=6e-3, width=29e-3, height=0.15), "longest_link").diagnosis
+    assert entry.requirement == "width"
+    assert designed(BREAKER, Limits(joint_radius=6e-3, height=0.15), "longest_link").value is not None
+    both = designed(BREAKER, Limits(joint_radius=6e-3, width=20e-3, height=20e-3), "longest_link").diagnosis
+    assert {entry.requirement for entry in both} == {"width", "height"}
+
+
 def test_a_gap_that_the_tails_leave_is_not_narrowed_elsewhere():
     scene = replace(BREAKER, restitution=linkage.Restitution(0.09, 0.09))
     outcome = designed(scene, Limits(height=0.05), "impact_speed", "largest_base")

@@ -338,3 +338,10 @@ def test_a_deflection_that_is_greatest_between_stations_is_found(accuracy):
     assert found.accuracy.met
     # The grid of sections misses the greatest deflection by less than 3e-6.
     assert found.value.stresses.deflection_ratio == pytest.approx(deflection / strip.l, rel=accuracy + 3e-6)
+
+
+@pytest.mark.parametrize("offset", [3.0, 1e3])
+def test_a_clamp_far_from_the_skirt_under_automatic_effects(offset):
+    """Friction then multiplies the axial force: in the estimate of influences an integer once overflowed."""
+    scene = dataclasses.replace(PAPER, piston=dataclasses.replace(PAPER.piston, clamp_offset=offset))
+    assert rod.check(scene, rod.Dimensions(9e-3, 0.46e-3, 23e-3)).accuracy.met

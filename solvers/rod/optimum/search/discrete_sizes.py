@@ -33,7 +33,7 @@ from solvers.rod.optimum.sensitivities import Stationarity
 from solvers.rod.scene import Dimensions
 
 _SHIFTS = 5
-_MAX_NEIGHBOURS = 40
+_MAX_NEIGHBOURS = 200
 """Maximum number of slices searched on the full model around one strip."""
 _MODEL_ERROR_RATE = 0.3
 """Error of the corrected core in logarithms, per unit of distance in logarithms."""

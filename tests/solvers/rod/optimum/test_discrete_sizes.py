@@ -192,3 +192,11 @@ def test_sizes_far_from_each_other_that_cost_about_as_much():
     density = asked.scene.material.density
     best, cost = (asked.objective.log_cost(check, density) for check in (found.value.check, other))
     assert best < cost + 2e-6
+
+
+def test_relaxing_a_requirement_does_not_lead_past_better_neighbours():
+    """Of the neighbours predicted to be better only the first forty were searched: the answer was 7e-4 worse."""
+    strict = realistic(5109)
+    eased = strict.requirements.min_fatigue_safety / 1.02
+    loose = replace(strict, requirements=replace(strict.requirements, min_fatigue_safety=eased))
+    assert cost_of(loose, rod.design(loose)) <= cost_of(strict, rod.design(strict)) * (1.0 + 1e-9)

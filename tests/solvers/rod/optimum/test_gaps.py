@@ -104,6 +104,17 @@ def test_an_answer_worse_than_one_to_stricter_requirements_is_beaten():
     assert not list(beaten(7, [loose, replace(strict, slack=0.2)]))
 
 
+def test_a_rod_without_axial_force_is_designed():
+    """Frequency and safety do not depend on the width there: many starts have the same frequency ratio."""
+    asked = problem(5000)
+    scene = replace(
+        asked.scene, load=rod.SchmidtLoad(1.4e6, 0.0, 0.0), piston=replace(asked.scene.piston, reciprocating_mass=0.0)
+    )
+    limits = replace(asked.requirements, min_fatigue_safety=1.0, min_stability_safety=1.0)
+    found = rod.design(replace(asked, scene=scene, requirements=limits, objective=rod.OBJECTIVES["fatigue_safety"]))
+    assert found.value is not None and found.accuracy.met
+
+
 def test_a_hardly_feasible_strip_of_least_mass_is_found():
     """At 0.99 of the greatest fatigue safety a miss saves many times as much of the mass: searches that counted misses
     too little ended outside the limits, and the answer weighed 13 % more."""

@@ -54,7 +54,7 @@ class Free:
         return "drillable" if self.drillable else "free"
 
     def find(self, program: Program, gap: float) -> ShapeResult | None:
-        """See ``solvers.pin.optimum.shape_result``."""
+        """The best shape of this form within a program, None if there is none (``ShapeResult``)."""
         low = np.maximum.accumulate(program.lower) if self.drillable else program.lower
         low = slope_limited(program, low)
         if (

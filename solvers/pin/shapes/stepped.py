@@ -36,7 +36,7 @@ class Stepped:
             raise InvalidInput("form.steps", "is no number of steps this form knows", f"1 … {MOST_STEPS}")
 
     def find(self, program: Program, gap: float) -> ShapeResult | None:
-        """See ``solvers.pin.optimum.shape_result``."""
+        """The best shape of this form within a program, None if there is none (``ShapeResult``)."""
         if self.steps == 1:
             return Constant().find(program, gap)
         # Steps cannot be lighter than the drillable shape, a relaxation whose wall may vary continuously.

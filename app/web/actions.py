@@ -89,8 +89,9 @@ async def to_stock(
 
 
 @router.get("/runs/{run_id}/stock")
-async def back_to_run(run_id: str) -> Response:
+async def back_to_run(request: Request, run_id: str) -> Response:
     """The run's page: here it is shown with messages, from where language and units can be changed."""
+    await run_of(request, run_id)
     return _redirect(f"/runs/{run_id}")
 
 

@@ -72,7 +72,7 @@ def rows(
     if isinstance(specs, str | PathLike):
         file = Path(specs)
         if file.suffix.lower() not in ROWS:
-            raise ValueError(f"{file} is no batch: allowed are files in {', '.join(ROWS)}")
+            raise ValueError(f"specs: {file} is no batch: allowed are files in {', '.join(ROWS)}")
         form, content = ROWS[file.suffix.lower()], file.read_bytes()
     else:
         content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)

@@ -49,10 +49,11 @@ _FREQUENCY_MARGIN = 1.2
 
 
 class Resolved(NamedTuple):
-    """A motion and its excitation."""
+    """A motion, its excitation, and the lowest natural frequency [1/rad] under the mean force."""
 
     motion: Motion
     excitation: Excitation
+    lowest_frequency: float
 
 
 def resolved_motion(cycle: Cycle, tolerance: float, *, optional: bool) -> Resolved | None:
@@ -94,7 +95,7 @@ def resolved_motion(cycle: Cycle, tolerance: float, *, optional: bool) -> Resolv
         errors, fruitless = found.errors, fruitless + 1
         work += _work_with_corners(found, level) if many else _work(found.edges.size - 1, slow, equation.masses.size)
         if best is None or errors.total < best.motion.errors.total:
-            best, fruitless = Resolved(found, excitation), 0
+            best, fruitless = Resolved(found, excitation, float(equation.frequencies[0])), 0
         if errors.total <= cycle.tolerance or fruitless == _MAX_FRUITLESS or work > work_limit:
             break
         other_errors = max(errors.series, errors.phase, errors.excited)

@@ -33,10 +33,10 @@ def motion(point: np.ndarray) -> dict:
     angle = pick(point[5], off, math.pi + off, 0.5 * math.pi + off, between(point[6], -50.0, 50.0))
     with mp.workdps(DIGITS):
         turning = Motion(mp.mpf(radius), mp.mpf(length), mp.mpf(offset))
-        lateral = turning.high - turning.low
+        stroke = turning.high - turning.low
         share = mp.mpf(power(point[8], -30, -0.3))
-        position = float(lateral * pick(point[7], share, 1 - share))
-        inside = 0 < position < lateral * (1 - mp.mpf(2) ** -52)
+        position = float(stroke * pick(point[7], share, 1 - share))
+        inside = 0 < position < stroke * (1 - mp.mpf(2) ** -52)
     values = {"crank_radius": radius, "rod_length": length, "offset": offset, "angle": angle}
     return {"inputs": values | ({"position": position} if inside else {})}
 
@@ -89,7 +89,7 @@ def cycle(point: np.ndarray) -> dict:
     offset = pick(point[2], 0.0, between(point[2] * 3 % 1, -0.99, 0.99)) * (length - radius)
     bore = radius * power(point[3], -0.5, 0.5)
     area, motion = math.pi * bore**2 / 4.0, crank.ExactMotion(radius, length, offset)
-    clearance = area * motion.lateral * power(point[4], -3, 3)
+    clearance = area * motion.stroke * power(point[4], -3, 3)
     shape = np.random.default_rng(int(point[5] * 1e6))
     count, low = int(shape.integers(3, 9)), power(point[6], 3, 7)
     if point[7] < 0.1:  # The reference takes a minute for their work.
@@ -103,7 +103,7 @@ def cycle(point: np.ndarray) -> dict:
         strokes = []
         for _ in range(4):
             share = np.sort(np.concatenate([[0.0, 1.0], shape.uniform(0.02, 0.98, count)]))
-            volume = (clearance + area * motion.lateral * share).tolist()
+            volume = (clearance + area * motion.stroke * share).tolist()
             strokes.append({"volume": volume, "pressure": (low * shape.uniform(0.5, 5.0, count + 2)).tolist()})
         pressure = {"kind": "indicator", "strokes": strokes}
     cg = between(point[8], 0.1, 0.9) * length

@@ -87,8 +87,8 @@ def test_the_same_key_is_the_same_run(ours):
 
 
 def test_listings_go_through_all_pages(ours):
-    made = {ours.check("pin-profile", {**PIN, "name": "listed by the client"}).id for _ in range(3)}
-    assert {line["id"] for line in ours.runs(name="listed by the client", limit=2)} == made
+    made = {ours.check("pin-profile", {**PIN, "name": "sent by the client"}).id for _ in range(3)}
+    assert {line["id"] for line in ours.runs(name="sent by the client", limit=2)} == made
 
 
 def test_temporary_failures_are_retried_with_the_same_key():
@@ -149,9 +149,9 @@ def test_a_single_request_is_no_batch(tmp_path):
 
 
 def test_a_listing_begins_at_a_cursor(ours):
-    made = [ours.check("pin-profile", {**PIN, "name": "listed from a cursor"}).id for _ in range(3)]
-    at = ours._http.get("/api/v1/runs", params={"name": "listed from a cursor", "limit": 1}).json()["next_cursor"]
-    found = [line["id"] for line in ours.runs(name="listed from a cursor", limit=1, cursor=at)]
+    made = [ours.check("pin-profile", {**PIN, "name": "sent to be paged"}).id for _ in range(3)]
+    at = ours._http.get("/api/v1/runs", params={"name": "sent to be paged", "limit": 1}).json()["next_cursor"]
+    found = [line["id"] for line in ours.runs(name="sent to be paged", limit=1, cursor=at)]
     assert found == made[1::-1]
 
 

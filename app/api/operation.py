@@ -85,7 +85,7 @@ async def _store_fault(service: Service) -> str | None:
     responses={404: {"description": "there is no such kind"}},
 )
 async def effects(kind: str) -> dict[str, object]:
-    """The effects of a kind, each with what it adds and its a-priori measure."""
+    """The effects of a kind, each with what it adds and how its influence is estimated."""
     if kind not in KINDS:
         raise Problem(404, "No such kind", "there are " + ", ".join(KINDS))
     return {"kind": kind, "effects": KINDS[kind].effects()}

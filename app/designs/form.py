@@ -100,7 +100,7 @@ COMMON = FormWords(
         "accuracy": "of the computed results; 1e-6 is one millionth",
     },
     options={
-        "effects": {"auto": "those that matter, by their bounds", "all": "all of them", "choice": "my own choice"},
+        "effects": {"auto": "those that matter, by their influence", "all": "all of them", "choice": "my own choice"},
         "instant": {
             "": "the whole cycle",
             "gas_force_max": "greatest gas force",

@@ -116,7 +116,7 @@ EffectName = Annotated[str, Field(max_length=64)]
 
 
 class EffectChoice(Strict):
-    """Effects forced on or off; all others follow their bounds."""
+    """Effects forced on or off; all others follow their influence."""
 
     include: list[EffectName] = Field(default=[], max_length=32)
     exclude: list[EffectName] = Field(default=[], max_length=32)
@@ -197,7 +197,7 @@ class EffectResult(Strict):
     name: str
     state: Literal["active", "skipped"]
     influence: float = Field(
-        description="estimated relative change of the main results if the effect is left out; 1e9: unbounded"
+        description="estimated relative change of the main results if the effect is left out; 1e9: unknown"
     )
     why: str
 

@@ -531,7 +531,7 @@ class DynamicsResult(TypedDict):
 
 
 class EffectChoice(TypedDict):
-    """Effects forced on or off; all others follow their bounds."""
+    """Effects forced on or off; all others follow their influence."""
 
     include: NotRequired[list[str]]
     """names of effects that must run"""
@@ -577,7 +577,7 @@ class EffectResult(TypedDict):
     state: Literal["active", "skipped"]
     """active or skipped"""
     influence: float
-    """estimated relative change of the main results if the effect is left out; 1e9: unbounded"""
+    """estimated relative change of the main results if the effect is left out; 1e9: unknown"""
     why: str
     """why it ran or was skipped"""
 

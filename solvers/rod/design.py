@@ -101,12 +101,15 @@ class _Design:
                 return relaxed
         return strict
 
-    def result_with_selected_effects(self, start: SearchResult | None = None) -> SearchResult:
+    def result_with_selected_effects(
+        self, start: SearchResult | None = None, given: frozenset[str] | None = None
+    ) -> SearchResult:
         """The result with all effects that are selected at its own strip; the search starts at the core's optimum, or
-        at another result's strip with its effects."""
+        at another result's strip with its effects. The search from the core begins with the effects ``given``, or with
+        those that its optimum selects."""
         core = None
         if start is None:
-            chosen, core = self.core_optimum(frozenset())
+            chosen, core = self.core_optimum(given or frozenset(), fixed=given is not None)
             result = self.search.with_effects(chosen, core, tentative=True)
         else:
             result = self.result_near(start.chosen, start.strip)
@@ -182,12 +185,13 @@ class _Design:
         return self.other_designs[key]
 
     def attainable_best(self, effects: EffectSelection, problem: RodProblem) -> AttainableBest | None:
-        """The design of another problem; known strips that meet its requirements are further starts."""
+        """The design of another problem, which begins with given effects and selects its own at its result; known
+        strips that meet its requirements are further starts."""
         objective, asked = problem.objective.name, problem.requirements
         similar = (best for (_, name, _), best in self.other_designs.items() if name == objective and best is not None)
         known = tuple(best.check.dimensions for best in similar if asked.met_by(best.check))
-        other = replace(self, problem=problem, selection=effects, relaxes=False, known=known)
-        result = other.result_with_selected_effects()
+        other = replace(self, problem=problem, relaxes=False, known=known)
+        result = other.result_with_selected_effects(given=effects.include)
         if not result.feasible:
             return None
         outcome = result.compose_answer()

@@ -98,7 +98,8 @@ class StripSearch:
     """Searches of one problem.
 
     selected       the effects selected at strips, with the bounds of their influence
-    other_design   design of another problem in the same scene with given effects; None if infeasible or out of time
+    other_design   design of another problem in the same scene, beginning with given effects; None if infeasible or
+                   out of time
     relaxes        whether requirements that leave no room will be relaxed within the accuracy
     slack          by how much the problem's requirements have been relaxed
     known          strips with the greatest value of the objective under other requirements: further starts

@@ -55,6 +55,16 @@ def test_limits_that_only_clash_are_each_named_with_what_the_other_leaves():
     assert rod.design(replace(REFERENCE, requirements=given), CORE).status is Status.SUCCEEDED
 
 
+def test_what_is_attainable_can_be_had_where_its_strip_selects_other_effects():
+    """The infeasible strip selects rod inertia, the one of greatest fatigue safety does not."""
+    asked = realistic(6031)
+    limits = replace(asked.requirements, min_fatigue_safety=2.0 * asked.requirements.min_fatigue_safety)
+    asked = replace(asked, stock_h=None, step_b=None, step_l=None, requirements=limits)
+    outcome = rod.design(asked)
+    (entry,) = (entry for entry in outcome.diagnosis if entry.requirement == "min_fatigue_safety")
+    assert_attainable(asked, entry)
+
+
 def assert_attainable(problem, entry):
     """A requirement can be met up to what is said to be attainable, and no further."""
     for share, status in ((0.999, Status.SUCCEEDED), (1.001, Status.INFEASIBLE)):

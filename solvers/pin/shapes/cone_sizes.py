@@ -18,6 +18,7 @@ import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
+from solvers.pin.load.macaulay import LIMIT_TOLERANCE
 from solvers.pin.optimum.program import Program, least_walls_at
 from solvers.pin.section.flexibility import Flexibility, flexibilities
 from solvers.pin.shapes.tapers import relative_bore, unit_volume
@@ -43,10 +44,10 @@ class HalfBar(NamedTuple):
     """Half of a pin for cones.
 
     At the stations, (n,) each: position ``x``, the widest ``bore`` that strength allows, quadrature ``weight``,
-    deflection coefficients ``bend`` and ``shear``. The flexibilities' ``law``, the deflection limit, and the
-    ``slope_coefficient`` of the slope limit, infinite without one. ``corners`` (3, m): positions from 0 to 1 with the
-    widest bore there and its excess over linear interpolation up to the next, for cones that are widest where they
-    end; empty for others.
+    deflection coefficients ``bend`` and ``shear``. The flexibilities' ``law``, the deflection limit with the tolerance
+    by which the solid pin may exceed it, and the ``slope_coefficient`` of the slope limit, infinite without one.
+    ``corners`` (3, m): positions from 0 to 1 with the widest bore there and its excess over linear interpolation up to
+    the next, for cones that are widest where they end; empty for others.
     """
 
     x: Array
@@ -67,7 +68,7 @@ def half_bar(half: Program, corners: Array | None = None) -> HalfBar:
     slope_coefficient = math.inf if slope is None else slope * middle / g.outer_diameter
     return HalfBar(
         half.stations.x / middle, 1.0 - half.variable.wall_of(half.lower), half.weight, half.bending, half.shear,
-        half.law, math.inf if limit is None else limit, slope_coefficient,
+        half.law, math.inf if limit is None else limit * (1.0 + LIMIT_TOLERANCE), slope_coefficient,
         np.empty((3, 0)) if corners is None else corners,
     )  # fmt: skip
 

@@ -191,6 +191,10 @@ def test_the_diagnosis_names_every_requirement_and_a_diameter_that_does():
         assert (pin.design(problem).value is not None) == feasible
 
 
+def solid_pin():
+    return pin.Profile((0.0,), (0.0,))
+
+
 def beyond_the_solid_pin(name, excess):
     """A problem whose limit of this name, or force, exceeds what the solid pin reaches by a relative excess."""
     hard = {"force": 20e3}.get(name, 10e3)
@@ -218,10 +222,26 @@ def test_what_the_diagnosis_calls_attainable_is_attained(name, form):
 def test_steps_attain_the_deflection_of_a_solid_pin_with_long_bosses():
     """A thin wall over a billionth of the boss next to its short span once added 1.7e-6 to the deflection."""
     scene = replace(VAZ, geometry=pin.Geometry(21.99e-3, 53.7e-3, 3.47e-3, 0.5e-3), force=481.0)
-    limit = pin.check(scene, pin.Profile((0.0,), (0.0,))).value.deflection
+    limit = pin.check(scene, solid_pin()).value.deflection
     outcome = pin.design(pin.PinProblem(scene, pin.Limits(max_deflection=limit), pin.Stepped(2)), accuracy=1e-9)
     assert outcome.value.check.deflection <= limit * (1.0 + 1e-12)
     assert 0.0 <= outcome.certificate.gap <= 1e-7
+
+
+@pytest.mark.parametrize("boss_length", [8e-3, 24e-3, 31e-3])
+def test_cones_within_the_bosses_attain_the_deflection_of_a_solid_pin(boss_length):
+    """Only bores within the bosses leave the deflection as it is, so that rounding decides whether there are any."""
+    scene = replace(vaz(15e3), geometry=replace(GEOMETRY, boss_length=boss_length))
+    limits = pin.Limits(
+        min_wall=3e-3, max_ring_stress=300e6, max_deflection=pin.check(scene, solid_pin()).value.deflection
+    )
+    length, bore = scene.geometry.length, scene.geometry.outer_diameter - 2 * limits.min_wall
+    rival = pin.check(scene, pin.Profile((0.0, boss_length, length - boss_length, length), (bore, 0.0, 0.0, bore)))
+    assert rival.value.strength_utilisation <= 1.0
+    outcome = pin.design(pin.PinProblem(scene, limits, pin.Cone(cylinder=True)))
+    assert outcome.value.check.deflection <= limits.max_deflection * (1.0 + 1e-12)
+    assert outcome.value.check.mass <= rival.value.mass
+    assert 0.0 <= outcome.certificate.gap <= 1e-6
 
 
 @pytest.mark.parametrize("name", BEYOND)
@@ -248,7 +268,7 @@ def test_a_short_pin_of_the_least_diameter_can_be_designed(form, more):
 
 @pytest.mark.parametrize("growth", [1.02, 1.05, 1.1])
 def test_a_nearly_solid_pin_is_proven_lightest(growth):
-    solid = pin.check(VAZ, pin.Profile((0.0,), (0.0,))).value.ring.ovalization
+    solid = pin.check(VAZ, solid_pin()).value.ring.ovalization
     outcome = pin.design(
         pin.PinProblem(pin.Scene(GEOMETRY, 5e3, STEEL), pin.Limits(max_ovalization=solid * growth / 3))
     )

@@ -56,6 +56,12 @@ def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
     # Least links and pin forces are out of reach alone only if speed and frequency fix the size.
     longer = "a lower blow frequency or a higher impact speed would raise it"
     weaker = "a lower impact energy, a lower blow frequency or a higher impact speed would lower it"
+    if problem.limits.sized:
+        longer = "a lower blow frequency or a higher impact speed would raise it, with looser limits on the size"
+        weaker = (
+            "a lower impact energy would lower it; "
+            "with looser limits on the size, a lower blow frequency or a higher impact speed would, too"
+        )
     return (
         _Group(("min_link",), _SHORTEST_LINK, longer),
         _Group(("longest_link",), LONGEST_LINK, shorter),

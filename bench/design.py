@@ -76,7 +76,7 @@ class Model:
         b, h, l = (float(v) for v in self.sizes(np.asarray(scaled)))
         material, rod_length = self.scene.material, self.scene.mechanism.rod_length
         mass = material.density * b * h * l
-        safety = float(buckling.critical_force(material.elastic_modulus, b, h, l, rod_length)) / -self.force.min()
+        safety = buckling.critical_force(material.elastic_modulus, b, h, l, rod_length) / -self.force.min()
         if safety <= 1.0:
             return mass, NOTHING, safety
         rod_stress_envelope.stress_envelope(

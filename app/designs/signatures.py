@@ -69,7 +69,7 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.rod.piston.skirt.contact_load", "f f"),
         ("solvers.rod.strip.buckling.first_root", "f"),
         ("solvers.rod.strip.shape.bend", "f1 f1 f1 f1 f f f1 f1 f1"),
-        ("solvers.rod.strip.shear.critical_coupling", "f f f"),
+        ("solvers.rod.strip.shear.critical_coupling_with_shear", "f f f"),
         ("solvers.rod.vibration.equation._equation", "solvers.rod.cycle.state.Strip f f f solvers.rod.vibration.natural_frequencies.Polynomials"),
         ("solvers.rod.vibration.equation.quasi_static", "solvers.rod.vibration.equation.StripEquation f2"),
         ("solvers.rod.vibration.excitation._resolving_edges", "solvers.rod.load.axial_force.Drive solvers.rod.cycle.state.Strip f1 f1 solvers.numerics.panels.Rule f"),

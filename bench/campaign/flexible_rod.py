@@ -25,7 +25,7 @@ def request(rng: np.random.Generator) -> dict[str, Any]:
     gas = (load.pressure(angle) - load.reference_pressure()) * math.pi * diameter**2 / 4
     compression = max(float(gas.max()), 0.05 * float(np.abs(gas).max()))
     safety = rng.uniform(1.05, 2.0) if hard else 10 ** rng.uniform(0.3, 1.6)
-    inertia = compression * safety / (modulus * -float(critical_coupling(free, length)))
+    inertia = compression * safety / (modulus * -critical_coupling(free, length))
     b = diameter * rng.uniform(0.1, 0.8)
     return {
         "mechanism": {

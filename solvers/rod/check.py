@@ -171,7 +171,7 @@ def check_of(cycle: Cycle, found: Results, criterion: FatigueCriterion, contact:
         dimensions=dimensions,
         stability_safety=safety,
         critical_force=found.critical_force,
-        buckles_sideways=dimensions.b < dimensions.h,
+        buckles_sideways=dimensions.b < dimensions.h and found.critical_force == cycle.strip.critical,
         axial_force_min=-found.compression,
         axial_force_max=found.tension,
         mass=material.density * dimensions.b * dimensions.h * dimensions.l,

@@ -19,10 +19,9 @@ from solvers.rod.cycle.friction_buckling import SHARE_ERROR, carried_share
 from solvers.rod.cycle.guide_loads import GUIDE_RESULTS, Guide, friction_power, guide_results, relative
 from solvers.rod.cycle.sampling import ROUNDING, first_edges, rule_for, sample
 from solvers.rod.cycle.section import FEW_STATIONS, STATIONS, STRIP_RESULTS, Field, strip_results
-from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip
+from solvers.rod.cycle.state import ANGLE, FORCE, MOMENT, SIDE, Strip, least_critical_force
 from solvers.rod.load.axial_force import Drive
 from solvers.rod.piston.friction import power_per_wall
-from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.vibration.natural_frequencies import (
     FEW_POLYNOMIALS,
     FEW_POLYNOMIALS_ERROR,
@@ -123,10 +122,7 @@ def _check(
     stations: int, contact: bool, has_shape: bool, accuracy: float, modes: Polynomials, out: Array,
 ) -> None:  # fmt: skip
     """Kernel of ``check_linear``: write the results to ``out``."""
-    stiffness, l, length, rigid = strip.stiffness, strip.length, strip.rod_length, -0.5 * strip.buckled_force
-    critical = rigid
-    if strip.compliance != 0.0:
-        critical = min(rigid, -stiffness * critical_coupling(l, length, strip.compliance))
+    stiffness, l, length, critical = strip.stiffness, strip.length, strip.rod_length, least_critical_force(strip)
     tolerance = SAMPLING_FRACTION * accuracy
     edges, states = sample(drive, strip, critical, first_edges(drive, strip, sharp), rule, tolerance)
     compression, tension, compression_error, tension_error = np.inf, 0.0, 0.0, 0.0
@@ -136,7 +132,7 @@ def _check(
     out[_BY_FRICTION] = 0.0
     if not is_stable:
         # A buckled strip has no shape and so no friction force; only the other forces are meaningful.
-        unbent = Strip(stiffness, l, length, 0.0, 0.0, 0.0, strip.lever, strip.offset, strip.buckled_force)
+        unbent = Strip(stiffness, l, length, 0.0, 0.0, 0.0, strip.lever, strip.offset, strip.critical)
         edges, states = sample(drive, unbent, np.inf, first_edges(drive, unbent, sharp), rule, tolerance)
         compression, tension, compression_error, tension_error = _forces(edges, rule, states[FORCE], tolerance)
         if compression < critical:

@@ -86,4 +86,4 @@ def test_the_summit_at_26_mm_differs_from_the_reference_table():
 )  # fmt: skip
 def test_stability_map(ratio, parameter):
     """Fig. 2 of the paper: L sqrt(P_cr/EI) over l/L."""
-    assert float(critical_parameter(ratio)) == pytest.approx(parameter, rel=6e-9)
+    assert critical_parameter(ratio) == pytest.approx(parameter, rel=6e-9)

@@ -146,7 +146,7 @@ class _Rod:
         c, size = self.chain, self.result["dimensions"]
         c.title("Stability")
         ratio = min(size["l_mm"] / self.request.mechanism.rod_length_mm, 1.0)
-        root = float(critical_phase(ratio))
+        root = critical_phase(ratio)
         c.given("x", "first root of tan x = x / (1 + L (L − l) x² / l²)", root, digits=9)
         c.step("x_left", "tan(x)", "left side")
         c.step("x_right", "x / (1 + L * (L - l) * x**2 / l**2)", "right side")

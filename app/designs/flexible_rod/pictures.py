@@ -20,7 +20,7 @@ def stability_map(run: dict[str, Any], say: Say = str) -> str:
     result, spec = run["result"], run["spec"]
     ratio = result["dimensions"]["l_mm"] / spec["mechanism"]["rod_length_mm"]
     ratios = np.linspace(MIN_RATIO, 1.0, 181)
-    boundary = critical_parameter(ratios)
+    boundary = [critical_parameter(ratio) for ratio in ratios]
     chart = Chart(
         say("Stability map: the strip and its buckling boundary"),
         Linear(MIN_RATIO, 1.0),
@@ -33,7 +33,7 @@ def stability_map(run: dict[str, Any], say: Say = str) -> str:
     safety, words_at = result["stability_safety"], _BUCKLES_AT
     if safety is not None and ratio >= MIN_RATIO:
         # P is proportional to u^2, so the strip is at u_cr/sqrt(n).
-        critical = float(critical_parameter(min(ratio, 1.0)))
+        critical = critical_parameter(min(ratio, 1.0))
         parameter = critical / math.sqrt(safety)
         chart.line([ratio, ratio], [parameter, critical], BLUE, dashes="4 3")
         chart.mark(ratio, parameter, f"n = {safety:.3g}", BLUE)

@@ -20,7 +20,7 @@ from solvers.rod.cycle.section import RingingShape
 from solvers.rod.cycle.state import FORCE, ROWS, Strip, fill_states
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import coupling_of
+from solvers.rod.strip.buckling import critical_force
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
@@ -94,18 +94,18 @@ class Composition:
 
 def strip_of(scene: Scene, dimensions: Dimensions, composition: Composition) -> Strip:
     """Kernel representation of a strip."""
-    d, length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
+    d, rod_length, modulus = dimensions, scene.mechanism.rod_length, scene.material.elastic_modulus
     stiffness = bending_stiffness(scene, d)
     return Strip(
         stiffness=stiffness,
         length=d.l,
-        rod_length=length,
+        rod_length=rod_length,
         couples=float(composition.couples),
         compliance=stiffness / shear_stiffness(scene, d) if composition.shears else 0.0,
         friction=4.0 / math.pi * scene.piston.friction_coefficient if composition.feedback else 0.0,
         lever=6.0 / scene.piston.skirt_length,
         offset=scene.piston.clamp_offset,
-        buckled_force=2.0 * modulus * d.b * d.h * min(d.b, d.h) ** 2 / 12.0 * coupling_of(d.l, length),
+        critical=critical_force(modulus, d.b, d.h, d.l, rod_length),
     )
 
 

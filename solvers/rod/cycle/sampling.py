@@ -121,7 +121,7 @@ def sample(
     errors are amplified by 1/(1 - P/P_cr), in the forces as well with friction; smaller errors cannot be resolved.
     """
     n, scale, least = rule.points.size, np.zeros(RESOLVED_ROWS), 0.0
-    buckled_force = 0.5 * strip.buckled_force if strip.couples != 0.0 else -np.inf
+    least_force = -strip.critical if strip.couples != 0.0 else -np.inf
     stack = [(0.0, 0.0, np.empty((ROWS, n))) for _ in range(0)]
     for p in range(initial.size - 2, -1, -1):
         left, right = initial[p], initial[p + 1]
@@ -131,7 +131,7 @@ def sample(
     edges, resolved = [initial[0]], [np.empty((ROWS, n)) for _ in range(0)]
     while len(stack) > 0:
         left, right, states = stack.pop()
-        if states[FORCE].min() <= buckled_force:
+        if states[FORCE].min() <= least_force:
             return np.empty(0), np.empty((ROWS, 0))
         bisect = False
         if right - left > _MIN_WIDTH and len(resolved) + len(stack) + 2 <= MAX_PANELS:

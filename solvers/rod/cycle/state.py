@@ -24,6 +24,7 @@ from solvers.numerics.jit import kernel
 from solvers.rod.load.axial_force import Drive, axial_force
 from solvers.rod.piston.skirt import both_walls
 from solvers.rod.strip.beam_column import constants
+from solvers.rod.strip.shear import critical_coupling_with_shear
 
 Array = NDArray[np.float64]
 
@@ -39,9 +40,11 @@ _FORCE_TOLERANCE, _SECANT_CONVERGED = 4.0 * _EPS, 0.01 * _EPS
 _FIRST_STEP = 1e-3
 GOLDEN, GOLDEN_STEPS = 0.5 * (math.sqrt(5.0) - 1.0), 65
 """The golden ratio, and the number of sections by it that reduce a bracket to 3e-14."""
-_MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.4
-"""Conditions for starting from the solution at the previous angle: minimum slope, and maximum force relative to the one
-that denotes buckling, i.e. far from buckling by friction."""
+_BUCKLED = -2.0
+"""Axial force that denotes a strip buckled by friction, relative to its critical one: far beyond it."""
+_MIN_WARM_SLOPE, _MAX_WARM_FORCE = 0.5, 0.8
+"""Conditions for starting from the solution at the previous angle: minimum slope, and maximum compression relative to
+the critical one."""
 
 
 class Strip(NamedTuple):
@@ -53,7 +56,7 @@ class Strip(NamedTuple):
     friction      (4/pi) mu, 0.0 without feedback of friction to the axial force
     lever         6/Lp [1/m] of the skirt
     offset        clamp offset e [m]
-    buckled_force axial force [N] that denotes a strip buckled by friction: far beyond its critical load
+    critical      P_cr [N] about the weaker axis, rigid in shear
     """
 
     stiffness: float
@@ -64,7 +67,16 @@ class Strip(NamedTuple):
     friction: float
     lever: float
     offset: float
-    buckled_force: float
+    critical: float
+
+
+@kernel
+def least_critical_force(strip: Strip) -> float:
+    """P_cr [N] about the weaker axis; bending in the crank's plane with the strip's shear flexibility."""
+    if strip.compliance == 0.0:
+        return strip.critical
+    with_shear = critical_coupling_with_shear(strip.length, strip.rod_length, strip.compliance)
+    return min(strip.critical, -strip.stiffness * with_shear)
 
 
 @kernel
@@ -77,7 +89,7 @@ def wall_force(strip: Strip, q: float) -> float:
 
 @kernel
 def force_with_friction(strip: Strip, force: float, lateral: float) -> float:
-    """P [N] including friction feedback, from P0 = ``force``; ``strip.buckled_force`` if friction buckles the strip.
+    """P [N] including friction feedback, from P0 = ``force``; twice -P_cr if friction buckles the strip.
 
     The velocity has the sign of the lateral displacement for every crank shorter than its rod.
     """
@@ -87,10 +99,10 @@ def force_with_friction(strip: Strip, force: float, lateral: float) -> float:
 @kernel
 def _solve_from_core(strip: Strip, force: float, lateral: float) -> tuple[float, float]:
     """As ``_solve_friction``, started from P0, and by bisection where the secants find nothing."""
-    friction_factor, critical = strip.friction * lateral, 0.5 * strip.buckled_force
+    friction_factor, critical = strip.friction * lateral, -strip.critical
     if force <= critical:
         # Friction that relieves a strip is no hold: the machine may stop at this angle.
-        return strip.buckled_force, 1.0
+        return _BUCKLED * strip.critical, 1.0
     solution, slope = _solve_friction(strip, force, lateral, force, 1.0)
     if solution > critical:
         return solution, slope
@@ -104,7 +116,7 @@ def _solve_from_core(strip: Strip, force: float, lateral: float) -> tuple[float,
     else:
         share, compression = greatest_share(strip, force, friction_factor, -critical, 1.0)
         if share < 1.0:
-            return strip.buckled_force, 1.0
+            return _BUCKLED * strip.critical, 1.0
         left = -compression
     while right - left > _FORCE_TOLERANCE * (abs(left) + abs(right)):
         middle = 0.5 * (left + right)
@@ -170,14 +182,14 @@ def _solve_friction(strip: Strip, force: float, lateral: float, start: float, sl
             earlier_step < np.inf and step * step <= _SECANT_CONVERGED * size * min(abs(earlier_step), size)
         ):
             return solution, slope
-        if solution <= strip.buckled_force:
+        if solution <= _BUCKLED * strip.critical:
             break
         last_residual, residual = residual, force + friction_factor * wall_force(strip, per_force * solution) - solution
         slope = (last_residual - residual) / step
         # Without a usable slope, as beyond the last solution, take a step of fixed-point iteration.
         if not slope > 0.0:
             slope = 1.0
-    return strip.buckled_force, 1.0
+    return _BUCKLED * strip.critical, 1.0
 
 
 @kernel
@@ -191,8 +203,8 @@ def fill_states(drive: Drive, strip: Strip, angle: Array, states: Array) -> None
         force = axial_force(drive, angle[i])
         friction_factor = strip.friction * lateral
         if friction_factor != 0.0:
-            solution, slope = strip.buckled_force, 1.0 - friction_factor * last_reduction
-            start, warm_limit = force + friction_factor * last_friction, _MAX_WARM_FORCE * strip.buckled_force
+            solution, slope = _BUCKLED * strip.critical, 1.0 - friction_factor * last_reduction
+            start, warm_limit = force + friction_factor * last_friction, -_MAX_WARM_FORCE * strip.critical
             if slope > _MIN_WARM_SLOPE and min(force, start) > warm_limit:
                 solution, slope = _solve_friction(strip, force, lateral, start, slope)
             if not solution > warm_limit:

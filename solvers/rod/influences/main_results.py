@@ -193,7 +193,7 @@ def without_part(strip: Strip, part: int) -> Strip:
     return Strip(
         strip.stiffness, strip.length, strip.rod_length, 0.0 if part == AXIAL_COUPLING else strip.couples,
         0.0 if part == SHEAR_FLEXIBILITY else strip.compliance,
-        0.0 if part == FRICTION_FEEDBACK else strip.friction, strip.lever, strip.offset, strip.buckled_force,
+        0.0 if part == FRICTION_FEEDBACK else strip.friction, strip.lever, strip.offset, strip.critical,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from solvers.fatigue import serensen
 from solvers.numerics.jit import kernel
 from solvers.numerics.periodic import TURN
 from solvers.rod.cycle.composition import Composition, strip_of
-from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states
+from solvers.rod.cycle.state import FORCE, MOMENT, ROWS, SIDE, Strip, fill_states, least_critical_force
 from solvers.rod.influences.corrected import CorrectedRevolution, change_with_corrections, corrected_revolution
 from solvers.rod.influences.inertia import MAX_PHASE_FOR_EXCITATION, MAX_PHASE_FOR_SIGN, NODES, InertiaParameters
 from solvers.rod.influences.main_results import (
@@ -29,9 +29,8 @@ from solvers.rod.influences.sampling import Sampling, SharpAngles, sharp_angles,
 from solvers.rod.load.axial_force import Drive, drive_of
 from solvers.rod.piston.friction import travel
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip.buckling import coupling_of
+from solvers.rod.strip.buckling import critical_coupling
 from solvers.rod.strip.elastica_kernels import Collocation, collocation, nodes_for
-from solvers.rod.strip.shear import critical_coupling
 from solvers.rod.vibration.natural_frequencies import all_polynomials
 
 Array = NDArray[np.float64]
@@ -166,19 +165,12 @@ class Situation:
     @cached_property
     def in_plane_critical(self) -> float:
         """P_cr [N] of bending in the crank's plane, rigid in shear."""
-        return -self.strip.stiffness * coupling_of(self.dimensions.l, self.scene.mechanism.rod_length)
+        return -self.strip.stiffness * critical_coupling(self.dimensions.l, self.scene.mechanism.rod_length)
 
     @property
     def critical(self) -> float:
         """P_cr [N] about the weaker axis, rigid in shear."""
-        return self.in_plane_critical * min(1.0, (self.dimensions.b / self.dimensions.h) ** 2)
-
-    @property
-    def critical_with_shear(self) -> float:
-        """P_cr [N] about the weaker axis, bending in the crank's plane with shear."""
-        strip = self.strip
-        coupling = critical_coupling(strip.length, strip.rod_length, strip.compliance)
-        return min(self.critical, -strip.stiffness * coupling)
+        return self.strip.critical
 
     @cached_property
     def revolution(self) -> Revolution:
@@ -264,8 +256,9 @@ class Situation:
             parameters = self._result_parameters(sampling, piston_travel, step)
             result_states = np.ascontiguousarray(states[:, ::step])
             sharpness = math.sqrt(second_difference) * count / TURN
+            critical = least_critical_force(self.strip)
             revolution = Revolution(
-                sampling, drive, strip, self.critical_with_shear, sharpness, states, step, result_states, parameters
+                sampling, drive, strip, critical, sharpness, states, step, result_states, parameters
             )
             resolved = sharp or not second_difference > _MAX_SECOND_DIFFERENCE
             if resolved or count >= _MAX_UNIFORM or not revolution.is_stable:

@@ -17,12 +17,9 @@ import math
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
 
 from solvers.errors import InvalidInput
 from solvers.numerics.jit import kernel
-
-Array = NDArray[np.float64]
 
 FIRST_ROOT_LIMITS = (np.pi, 4.493409457909064)
 """x at beta = 0 and at beta = 1 (the first root of tan x = x)."""
@@ -61,54 +58,31 @@ def log_critical_parameter(l: float, rod_length: float) -> tuple[float, float]:
     return math.log(x / beta), beta * slope / x - 1.0
 
 
-@kernel
-def _first_roots(beta: Array, out: Array) -> None:
-    for i in range(beta.size):
-        out[i] = first_root(beta[i])[0]
-
-
-def critical_phase(length_ratio: ArrayLike) -> NDArray[np.float64]:
-    """x = K_cr l for beta = l/L in (0, 1], with the shape of beta; accurate to a few units in the last place."""
-    beta = np.asarray(length_ratio, dtype=float)
-    _require_within_rod(bool(np.all((beta > 0) & (beta <= 1))))
-    x = np.empty(beta.size)
-    _first_roots(np.ascontiguousarray(beta).ravel(), x)
-    return np.minimum(x, FIRST_ROOT_LIMITS[1]).reshape(beta.shape)
-
-
-def _require_within_rod(within: bool) -> None:
-    if not within:
+def critical_phase(length_ratio: float) -> float:
+    """x = K_cr l for beta = l/L in (0, 1], accurate to a few units in the last place."""
+    if not 0.0 < length_ratio <= 1.0:
         raise InvalidInput("dimensions.l", "the free length must be positive and not exceed the rod", "(0, L]")
+    return min(first_root(length_ratio)[0], FIRST_ROOT_LIMITS[1])
 
 
-def critical_parameter(length_ratio: ArrayLike) -> NDArray[np.float64]:
+def critical_parameter(length_ratio: float) -> float:
     """u = L sqrt(P_cr/EI), dimensionless, for beta = l/L in (0, 1]."""
-    return critical_phase(length_ratio) / np.asarray(length_ratio, dtype=float)
-
-
-def critical_coupling(length: ArrayLike, rod_length: float) -> NDArray[np.float64]:
-    """-P_cr/EI [1/m^2], the (negative) coupling q at which the strip of this free length buckles."""
-    length = np.asarray(length, dtype=float)
-    return -((critical_phase(length / rod_length) / length) ** 2)
+    return critical_phase(length_ratio) / length_ratio
 
 
 @lru_cache(maxsize=256)
-def coupling_of(length: float, rod_length: float) -> float:
-    """``critical_coupling`` of one strip, cached, as a search evaluates many strips of the same length in
-    succession."""
-    beta = length / rod_length
-    _require_within_rod(0.0 < beta <= 1.0)
-    return -((min(first_root(beta)[0], FIRST_ROOT_LIMITS[1]) / length) ** 2)
+def critical_coupling(length: float, rod_length: float) -> float:
+    """-P_cr/EI [1/m^2], the (negative) coupling q at which the strip of this free length buckles, rigid in shear.
+
+    Cached, as a search evaluates many strips of the same length in succession.
+    """
+    return -((critical_phase(length / rod_length) / length) ** 2)
 
 
-def critical_force(
-    elastic_modulus: ArrayLike, b: ArrayLike, h: ArrayLike, length: ArrayLike, rod_length: float
-) -> NDArray[np.float64]:
-    """P_cr [N]: the smaller of the buckling loads in and out of the crank's plane.
+def critical_force(elastic_modulus: float, b: float, h: float, length: float, rod_length: float) -> float:
+    """P_cr [N], rigid in shear: the smaller of the buckling loads in and out of the crank's plane.
 
     Out of the crank's plane the rod is assumed hinged at the pin too. A crank pin that resists tilting would increase
     that load, so a strip wider than thick (b >= h) is governed by bending in the crank's plane either way.
     """
-    b, h = np.asarray(b, dtype=float), np.asarray(h, dtype=float)
-    inertia = b * h * np.minimum(b, h) ** 2 / 12.0
-    return np.asarray(elastic_modulus, dtype=float) * inertia * -critical_coupling(length, rod_length)
+    return elastic_modulus * b * h * min(b, h) ** 2 / 12.0 * -critical_coupling(length, rod_length)

@@ -67,7 +67,7 @@ def _first_root(l: float, rod_length: float, compliance: float, upper_bound: flo
 
 
 @kernel
-def critical_coupling(length: float, rod_length: float, compliance: float) -> float:
+def critical_coupling_with_shear(length: float, rod_length: float, compliance: float) -> float:
     """-P_cr/EI [1/m^2] with shear, for g = EI/(kGA) [m^2]: the first zero of the determinant.
 
     With x^2 = -q_s l^2, m = 1/(1 + g x^2/l^2). Shear only softens the strip, so the root lies below that without shear.

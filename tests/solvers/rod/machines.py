@@ -44,7 +44,7 @@ def random_machine(rng: np.random.Generator, stability: tuple[float, float] = (1
     )
     angle = np.linspace(0, 2 * np.pi, 361)
     compression = float(np.max((scene.load.pressure(angle) - scene.load.reference_pressure()) * scene.piston.area))
-    inertia = compression * rng.uniform(*stability) / (210e9 * -float(critical_coupling(free, length)))
+    inertia = compression * rng.uniform(*stability) / (210e9 * -critical_coupling(free, length))
     b = diameter * rng.uniform(0.2, 0.7)
     return scene, rod.Dimensions(b, (12 * inertia / b) ** (1 / 3), free)
 

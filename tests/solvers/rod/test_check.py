@@ -174,6 +174,16 @@ def test_a_strip_on_edge_buckles_sideways():
     assert edge.critical_force == pytest.approx(flat.critical_force, rel=1e-14)
 
 
+def test_a_strip_hardly_on_edge_buckles_in_the_plane_where_shear_softens_it():
+    """Shear softens bending in the crank's plane only."""
+    stubby = rod.Scene(rod.Mechanism(3e-3, 12e-3, 20.0), PAPER.piston, PAPER.load, PAPER.material)
+    edge = rod.Dimensions(2.98e-3, 3e-3, 10e-3)
+    rigid = rod.check(stubby, edge, rod.EffectSelection(exclude={"shear"})).value
+    soft = rod.check(stubby, edge, rod.EffectSelection(include={"shear"})).value
+    assert rigid.buckles_sideways and not soft.buckles_sideways
+    assert soft.critical_force < 0.9 * rigid.critical_force
+
+
 def test_without_a_load_only_the_lateral_strains_the_strip():
     scene = dataclasses.replace(PAPER, load=rod.ConstantLoad(0.0))
     value = rod.check(scene, STRIP, CORE).value

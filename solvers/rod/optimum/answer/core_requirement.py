@@ -56,4 +56,4 @@ class CoreOptima:
         size = self.sizes.around(self.sizes.bounds.stiffest)
         b, h, l = size.b[1], size.h[1], size.l[0]
         modulus, rod_length = self.cycle.modulus, self.cycle.rod_length
-        return float(buckling.critical_force(modulus, b, h, l, rod_length)) / self.cycle.compression
+        return buckling.critical_force(modulus, b, h, l, rod_length) / self.cycle.compression

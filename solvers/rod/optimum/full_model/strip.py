@@ -12,7 +12,8 @@ from solvers.numerics import periodic
 from solvers.rod.cycle.composition import Cycle
 from solvers.rod.piston.friction import power_at
 from solvers.rod.scene import Dimensions, Scene
-from solvers.rod.strip import buckling, shear
+from solvers.rod.strip.buckling import critical_coupling
+from solvers.rod.strip.shear import critical_coupling_with_shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 
 Array = NDArray[np.float64]
@@ -52,10 +53,10 @@ class FullStrip:
     def critical(self) -> tuple[float, float]:
         """Critical forces in the crank's plane, with shear deformation if that is active, and out of that plane [N]."""
         d, scene, length = self.dimensions, self.cycle.scene, self.cycle.scene.mechanism.rod_length
-        stiffness, out_of_plane = bending_stiffness(scene, d), buckling.coupling_of(d.l, length)
+        stiffness, out_of_plane = bending_stiffness(scene, d), critical_coupling(d.l, length)
         in_plane = out_of_plane
         if self.cycle.composition.shears:
-            in_plane = shear.critical_coupling(d.l, length, stiffness / shear_stiffness(scene, d))
+            in_plane = critical_coupling_with_shear(d.l, length, stiffness / shear_stiffness(scene, d))
         return -stiffness * in_plane, -stiffness * out_of_plane * (d.b / d.h) ** 2
 
 

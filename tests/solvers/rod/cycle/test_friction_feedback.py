@@ -69,7 +69,7 @@ FED_BACK = rod.EffectSelection(
 
 def critical():
     length = PUSHED.mechanism.rod_length
-    return float(critical_force(PUSHED.material.elastic_modulus, THIN.b, THIN.h, THIN.l, length))
+    return critical_force(PUSHED.material.elastic_modulus, THIN.b, THIN.h, THIN.l, length)
 
 
 def friction_of(scene, strip, total, lateral):

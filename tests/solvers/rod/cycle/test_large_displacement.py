@@ -168,7 +168,7 @@ def by_power_series(q, head, lateral, terms):
 )  # fmt: skip
 def test_the_correction_is_that_of_its_equations(q, head, terms):
     if q == "near buckling":
-        q = -0.97 * float(critical_phase(1.0 / (1.0 + head))) ** 2
+        q = -0.97 * critical_phase(1.0 / (1.0 + head)) ** 2
     shear, side, curvature, rise = by_power_series(q, head, 0.1, terms)
     constants, tables = solve([q], 1.0, 1.0 + head), collocation(nodes_for(q, q))
     slope = np.ascontiguousarray(0.1 * rod_beam_column.slope(constants, tables.nodes)[:, 0])

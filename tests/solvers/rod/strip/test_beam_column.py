@@ -54,7 +54,7 @@ def cases(count: int, seed: int) -> list[tuple[float, float]]:
         elif kind == 1:
             q = 10.0 ** rng.uniform(0, 4.5) / length**2
         else:
-            q = rng.uniform(0.0, 0.5) * float(critical_coupling(length, L))
+            q = rng.uniform(0.0, 0.5) * critical_coupling(length, L)
         out.append((float(q), float(length)))
     return out
 
@@ -73,7 +73,7 @@ def test_shape_against_sixty_digits(function, order, limit):
 
 def test_nearness_to_buckling_costs_no_more_than_its_condition():
     length = 23e-3
-    critical = float(critical_coupling(length, L))
+    critical = critical_coupling(length, L)
     for margin in 10.0 ** -np.arange(1.0, 13.0):
         q = critical * (1 - margin)
         got = rod_beam_column.solve([q], length, L).clamp_curvature[0]
@@ -91,7 +91,7 @@ def test_equilibrium_of_the_whole_rod():
 
 def test_buckling_is_seen():
     length = 23e-3
-    critical = float(critical_coupling(length, L))
+    critical = critical_coupling(length, L)
     assert rod_beam_column.solve([critical * (1 - 1e-12)], length, L).stable
     assert not rod_beam_column.solve([critical * (1 + 1e-12)], length, L).stable
 
@@ -99,7 +99,7 @@ def test_buckling_is_seen():
 def test_critical_phase_against_forty_digits():
     with mp.workdps(40):
         for beta in np.random.default_rng(5).uniform(1e-6, 1.0, 100):
-            found = float(critical_phase(beta))
+            found = critical_phase(beta)
             b = mp.mpf(float(beta))
             root = mp.findroot(lambda x, b=b: b**2 * (mp.sin(x) - x * mp.cos(x)) + (1 - b) * x**2 * mp.sin(x), found)
             assert abs(found / root - 1) <= 4 * 2.0**-52
@@ -109,7 +109,7 @@ def random_load(rng: np.random.Generator, length: float, b: float, h: float, mod
     stiffness = modulus * b * h**3 / 12
     angle = np.linspace(0, 2 * np.pi, 72, endpoint=False)
     strongest = 10.0 ** rng.uniform(-6, 4) * stiffness / length**2
-    weakest = 0.9 * rng.uniform() * stiffness * float(critical_coupling(length, L))
+    weakest = 0.9 * rng.uniform() * stiffness * critical_coupling(length, L)
     force = 0.5 * (strongest + weakest) + 0.5 * (strongest - weakest) * np.sin(angle + rng.uniform(0, 6))
     return force, 1.5e-3 * np.sin(angle)
 

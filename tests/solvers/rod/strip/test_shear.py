@@ -8,7 +8,7 @@ from scipy.integrate import solve_bvp
 
 from oracles.textbook import rod_beam_column
 from solvers import rod
-from solvers.rod.strip.shear import critical_coupling
+from solvers.rod.strip.shear import critical_coupling_with_shear
 from solvers.rod.strip.stiffness import bending_stiffness, shear_stiffness
 from tests.solvers.rod.machines import PAPER, STRIP, bent
 
@@ -55,11 +55,11 @@ def test_shear_lowers_the_critical_load_by_its_share():
     """Engesser: 1/P_s = 1/P_cr + 1/kGA holds exactly for a column hinged at both ends, here for beta -> 0."""
     length, rod_length, compliance = 1e-6, 1.0, 1e-14
     rigid = (np.pi / length) ** 2
-    assert -critical_coupling(length, rod_length, compliance) == pytest.approx(
+    assert -critical_coupling_with_shear(length, rod_length, compliance) == pytest.approx(
         rigid / (1 + compliance * rigid), rel=1e-4
     )
 
 
 def test_without_compliance_the_critical_load_is_the_beam_columns():
-    root = critical_coupling(STRIP.l, PAPER.mechanism.rod_length, 0.0)
+    root = critical_coupling_with_shear(STRIP.l, PAPER.mechanism.rod_length, 0.0)
     assert abs(rod_beam_column.solve(root, STRIP.l, PAPER.mechanism.rod_length).determinant[0]) < 1e-18

@@ -84,7 +84,7 @@ def test_a_check_has_it_under_the_mean_of_the_axial_force(load):
 
 
 def test_it_vanishes_where_the_strip_buckles():
-    critical = float(critical_force(PAPER.material.elastic_modulus, STRIP.b, STRIP.h, STRIP.l, LENGTH))
+    critical = critical_force(PAPER.material.elastic_modulus, STRIP.b, STRIP.h, STRIP.l, LENGTH)
     still = natural_frequency(PAPER, STRIP, 0.0)
     assert natural_frequency(PAPER, STRIP, -critical * (1 - 1e-9)) < 1e-3 * still
     assert natural_frequency(PAPER, STRIP, -critical * 1.001) == 0.0
@@ -94,7 +94,7 @@ def test_the_error_of_few_polynomials_is_within_its_bound():
     rng = np.random.default_rng(4)
     for _ in range(120):
         rod_length = 1.0 + (rng.random() < 0.8) * 10 ** rng.uniform(-3.0, 1.0)
-        critical = -float(critical_coupling(1.0, rod_length))
+        critical = -critical_coupling(1.0, rod_length)
         remaining = 10 ** rng.uniform(-6.0, 0.0)
         force = rng.choice([critical * (remaining - 1.0), 10 ** rng.uniform(0.0, 4.5)])
         few, many = (

@@ -190,7 +190,7 @@ def _ours(accuracy: float, case: PinCase) -> Results:
 
 
 def _by_multiplier(program: Program) -> np.ndarray:
-    return minimum_volume(program, None, False).solidity
+    return minimum_volume(program, program.lower, False).solidity
 
 
 def _by_cones(program: Program) -> np.ndarray:

@@ -65,6 +65,11 @@ class DualSolution:
     iterations: int
 
 
+def multiplier_evidence(multiplier: float) -> float | str:
+    """Return the multiplier of a solution as evidence of its bound."""
+    return multiplier if math.isfinite(multiplier) else "unbounded: only the solid span"
+
+
 @kernel
 def minimise_stations(
     lam: float, segments: Segments, low: Array, thresholds: Array, pooled: bool, tolerance: float, u: Array
@@ -211,12 +216,9 @@ def _find_multiplier(
     return found, iterations, deflection
 
 
-def minimum_volume(program: Program, low: Array | None, monotone: bool) -> DualSolution | None:
-    """Minimise the volume under the deflection limit; None if even the solid pin exceeds it.
-
-    ``low`` is the lower bound of u at every station, by default the program's (see ``minimum_segment_volume``).
-    """
-    p, low = program, program.lower if low is None else low
+def minimum_volume(program: Program, low: Array, monotone: bool) -> DualSolution | None:
+    """Minimise the volume of u >= ``low`` at a program's stations (see ``minimum_segment_volume``)."""
+    p = program
     if p.limit is None:
         return DualSolution(low, 0.0, 0)
     # Stations in the boss, the first ones, do not contribute to the deflection: they keep their lower bounds.

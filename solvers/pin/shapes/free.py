@@ -12,35 +12,29 @@ from solvers.numerics.arrays import Array
 from solvers.pin.optimum.conic import slope_limit_error, slope_limited, slope_limited_optimum
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.dual_bound import least_walls_bound, monotone_bound, pointwise_bound
-from solvers.pin.optimum.lagrangian import DualSolution, minimum_volume
+from solvers.pin.optimum.lagrangian import DualSolution, minimum_volume, multiplier_evidence
 from solvers.pin.optimum.program import Program, ShapeResult, least_walls_at
 from solvers.pin.scene import Scene
 from solvers.pin.section.criteria import Criterion
 from solvers.pin.stations.between_nodes import running_maximum_error
 
-_STRENGTH_METHOD, _DUAL_METHOD = (
-    "every station's wall is the least that holds",
-    "Lagrangian dual, tangents at the answer",
-)
-
-
-def _interpolation_error(program: Program, drillable: bool) -> Array:
-    """Return the volume error of a drillable or slope-limited shape due to maxima between stations, per panel."""
-    missed, low = np.zeros(program.stations.left.size), program.lower
-    if drillable:
-        missed, low = running_maximum_error(program.stations, low), np.maximum.accumulate(low)
-    if program.limits.max_slope is not None:
-        missed = missed + slope_limit_error(program, low)
-    return missed
+_STRENGTH_METHOD = "every station's wall is the least that holds"
+_DUAL_METHOD = "Lagrangian dual, tangents at the answer"
 
 
 def _error_estimate(program: Program, solution: DualSolution, drillable: bool) -> Array:
-    """Return the error estimate of the volume per panel, including the deflection's error times the multiplier."""
-    error_estimate = program.stations.error_estimate(solution.solidity) + _interpolation_error(program, drillable)
+    """Return the error estimate of the volume per panel: quadrature, maxima between stations of a drillable or
+    slope-limited shape, and the deflection's error times the multiplier."""
+    stations, low, missed = program.stations, program.lower, 0.0
+    if drillable:
+        missed, low = running_maximum_error(stations, low), np.maximum.accumulate(low)
+    if program.limits.max_slope is not None:
+        missed = missed + slope_limit_error(program, low)
+    found = stations.error_estimate(solution.solidity) + missed
     if program.limit is not None and 0.0 < solution.multiplier < math.inf:
         density = program.densities(solution.solidity)
-        error_estimate = error_estimate + solution.multiplier / program.limit * program.stations.error_estimate(density)
-    return error_estimate
+        found = found + solution.multiplier / program.limit * stations.error_estimate(density)
+    return found
 
 
 @dataclass(frozen=True)
@@ -57,11 +51,8 @@ class Free:
         """The best shape of this form within a program, None if there is none (``ShapeResult``)."""
         low = np.maximum.accumulate(program.lower) if self.drillable else program.lower
         low = slope_limited(program, low)
-        if (
-            program.limits.max_slope is not None
-            and program.limit is not None
-            and program.deflection(low) > program.limit
-        ):
+        coupled = program.limits.max_slope is not None and program.limit is not None
+        if coupled and program.deflection(low) > program.limit:
             return slope_limited_optimum(program, low, self.drillable, gap)
         solution = minimum_volume(program, low, self.drillable)
         if solution is None:
@@ -73,12 +64,7 @@ class Free:
             proof, method = partial(bound, program, low, solution.multiplier, solution.solidity), _DUAL_METHOD
         # The quadrature error of the lower bounds themselves is known to the caller.
         is_lower = solution.solidity is program.lower and program.limits.max_slope is None
-        evidence = {
-            "multiplier": solution.multiplier
-            if math.isfinite(solution.multiplier)
-            else "unbounded: only the solid span",
-            "rounds": solution.iterations,
-        }
+        evidence = {"multiplier": multiplier_evidence(solution.multiplier), "rounds": solution.iterations}
         return ShapeResult(
             solution.solidity, program.volume(solution.solidity), proof, method, evidence,
             error_estimate=None if is_lower else _error_estimate(program, solution, self.drillable),

@@ -11,8 +11,8 @@ import numpy as np
 from solvers.errors import InvalidInput
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program, ShapeResult
-from solvers.pin.shapes.break_points.half import Half, at_stations, step_vertices
-from solvers.pin.shapes.break_points.search import GAP, Steps, lightest_steps
+from solvers.pin.shapes.break_points.half import Half, Steps, at_stations, step_vertices
+from solvers.pin.shapes.break_points.search import GAP, Evidence, lightest_steps
 from solvers.pin.shapes.constant import Constant
 from solvers.pin.shapes.free import Free
 
@@ -20,6 +20,8 @@ MOST_STEPS = 12
 _GAP_FRACTION = 0.09
 """Relative gap at convergence as a fraction of the requested gap, if that is larger than ``GAP``."""
 
+_METHOD = "dynamic programming through cells of the break points, cut until bound and best meet"
+_DUAL = "; Lagrangian dual of the deflection limit"
 _SOLID_TOLERANCE = 1e-9
 """Part of the boss that is solid, too, where the deflection limit equals the solid pin's deflection to rounding."""
 
@@ -44,15 +46,15 @@ class Stepped:
         found = self._search(program, 0.0 if smooth is None else smooth.bound, max(GAP, _GAP_FRACTION * gap))
         if found is None:
             return None
-        length, walls = program.scene.geometry.length, found.walls
-        places = found.places * 0.5 * length
+        best, bound, evidence = found
+        length, sizes = program.scene.geometry.length, program.variable.sizes(program.variable.wall_of(best.walls))
+        method = _METHOD + (_DUAL if best.multiplier > 0.0 else "")
         return ShapeResult(
-            at_stations(program, found.places, walls.levels), float(walls.volume), partial(float, found.bound),
-            found.method, found.evidence,
-            corners=step_vertices(places, program.variable.sizes(program.variable.wall_of(walls.levels)), length),
+            at_stations(program, best), best.volume, partial(float, bound), method, evidence,
+            corners=step_vertices(best.places * 0.5 * length, sizes, length),
         )  # fmt: skip
 
-    def _search(self, program: Program, known: float, gap: float) -> Steps | None:
+    def _search(self, program: Program, known: float, gap: float) -> tuple[Steps, float, Evidence] | None:
         solution = None
         if program.limit is not None:
             solution = minimum_volume(program, np.maximum.accumulate(program.lower), True)
@@ -64,4 +66,7 @@ class Stepped:
         start = g.boss_length * (1.0 - _SOLID_TOLERANCE)
         constrained = replace(program, limit=None, lower=np.where(program.stations.x > start, 1.0, program.lower))
         found = lightest_steps(Half(constrained, start), self.steps, known, gap)
-        return None if found is None else replace(found, bound=found.bound - 2.0 * (g.boss_length - start) / g.length)
+        if found is None:
+            return None
+        best, bound, evidence = found
+        return best, bound - 2.0 * (g.boss_length - start) / g.length, evidence

@@ -60,11 +60,9 @@ class Bounds:
     def _layers(self, layers: list[Cells], least: Sequence[float], most: Array) -> tuple[Layers, Costs]:
         """Return the layers from end to middle, and arrays for their costs; equal steps share one array."""
         known: dict[tuple[int, float], Cells] = {}
-        for layer, low in zip([*layers, self._ends[1]], least, strict=True):
-            if (id(layer), low) not in known:
-                known[id(layer), low] = layer.with_floor(low)
         own = [self._ends[0]]
-        own += [known[id(layer), low] for layer, low in zip([*layers, self._ends[1]], least, strict=True)]
+        for layer, low in zip([*layers, self._ends[1]], least, strict=True):
+            own.append(known.setdefault((id(layer), low), layer.with_floor(low)))
         blocks: dict[tuple[int, int, float], int] = {}
         begins, size = [], 0
         for (before, after), top in zip(pairwise(own), most.tolist(), strict=True):
@@ -77,7 +75,7 @@ class Bounds:
         starts = np.cumsum([0, *(layer.t.size for layer in own)])
         cost_to_come, cost_to_go = np.empty((2, len(table), 2))
         costs = Costs(np.empty((size, 2, 2)), cost_to_come, cost_to_go, np.empty((len(table), 2), dtype=np.int64))
-        return Layers(table, starts, np.array(begins), most, self.half.law), costs
+        return Layers(table, starts, np.array(begins), most, self.half.program.law), costs
 
     def path_bound(self, layers: list[Cells], least: Sequence[float], most: Array, multiplier: float) -> PathBound:
         """Return the bound of all break points in the layers at one multiplier."""

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -16,8 +17,7 @@ from solvers.numerics.jit import kernel
 from solvers.numerics.pieces import piece_at
 from solvers.pin.optimum.lagrangian import Segments, minimum_segment_volume
 from solvers.pin.optimum.program import Program, least_walls_at
-from solvers.pin.section.flexibility import Flexibility
-from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, Stations, kinks
+from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODES, kinks
 
 COINCIDENT = 1e-12
 """Distance below which two positions of the half, 0 to 1, are regarded as identical."""
@@ -25,49 +25,49 @@ _SAMPLES_PER_EDGE = 8
 
 
 @dataclass(frozen=True)
-class Walls:
-    """The walls for given break points: u of every step, non-decreasing, the mass, and the deflection's multiplier.
+class Steps:
+    """Steps that end at ``places`` (fractions of the half, the last 1), their lightest walls and their mass.
 
-    The multiplier is per relative deflection; 0: the limit is not binding, inf: only the solid section satisfies it.
+    ``walls``: u of every step, non-decreasing; the ``multiplier`` of the deflection limit as in ``DualSolution``.
     """
 
-    levels: Array
+    places: Array
+    walls: Array
     volume: float
     multiplier: float
 
 
-@dataclass(frozen=True)
-class Sums:
+class Sums(NamedTuple):
     """Integrals of the deflection coefficients (bending and shear, over the limit) from the end to any position.
 
-    Within each panel the coefficients are their interpolating polynomials: exact for Macaulay loads.
+    Within each panel the coefficients are their interpolating polynomials: exact for Macaulay loads. ``left`` ends and
+    ``width`` of the panels, (panels,); Legendre series of densities and integrals, (panels, 2, NODES + 1).
     """
 
-    stations: Stations
-    bending: Array
-    shear: Array
-
-    @cached_property
-    def _series(self) -> tuple[Array, Array, Array, Array]:
-        """Left ends and widths of the panels; Legendre series (panels, 2, NODES + 1) of densities and integrals."""
-        s, legendre = self.stations, np.polynomial.legendre
-        left, wide = (s.left - s.left[0]) / s.span, (s.right - s.left) / s.span
-        values = np.stack([self.bending.reshape(-1, NODES), self.shear.reshape(-1, NODES)], axis=1)
-        series = values @ np.linalg.inv(legendre.legvander(NODE_PLACES, NODES - 1)).T
-        sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * wide)[:, None, None]
-        sums[1:, :, 0] += np.cumsum(sums.sum(axis=2), axis=0)[:-1]
-        padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
-        return left, wide, np.ascontiguousarray(padded), np.ascontiguousarray(sums)
+    left: Array
+    width: Array
+    density_series: Array
+    integral_series: Array
 
     def integrals(self, t: Array) -> Array:
         """Return both integrals from 0 to positions t, shape (2, n)."""
-        left, wide, _, sums = self._series
-        return _evaluate(left, wide, sums, t)
+        return _evaluate(self.left, self.width, self.integral_series, t)
 
     def density(self, t: Array) -> Array:
         """Return both densities at positions t, shape (2, n)."""
-        left, wide, series, _ = self._series
-        return _evaluate(left, wide, series, t)
+        return _evaluate(self.left, self.width, self.density_series, t)
+
+
+def _sums(program: Program) -> Sums:
+    """Return the cumulative deflection coefficients under a program's limit."""
+    s, legendre = program.stations, np.polynomial.legendre
+    left, width = (s.left - s.left[0]) / s.span, s.width / s.span
+    values = np.stack([(c / program.limit).reshape(-1, NODES) for c in (program.bending, program.shear)], axis=1)
+    series = values @ np.linalg.inv(legendre.legvander(NODE_PLACES, NODES - 1)).T
+    sums = legendre.legint(series, lbnd=-1.0, axis=2) * (0.5 * width)[:, None, None]
+    sums[1:, :, 0] += np.cumsum(sums.sum(axis=2), axis=0)[:-1]
+    padded = np.concatenate([series, np.zeros((left.size, 2, 1))], axis=2)
+    return Sums(left, width, np.ascontiguousarray(padded), np.ascontiguousarray(sums))
 
 
 @dataclass(frozen=True)
@@ -77,22 +77,6 @@ class Half:
     program: Program
     solid_from: float = math.inf
 
-    @property
-    def law(self) -> Flexibility:
-        """The law of the flexibilities."""
-        return self.program.law
-
-    def _least_at(self, x: Array) -> Array:
-        """Return the lower bound of u at positions x [m]."""
-        p = self.program
-        least = p.variable.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
-        return np.where(x > self.solid_from, 1.0, least)
-
-    @property
-    def middle(self) -> float:
-        """Position of the middle [m]."""
-        return 0.5 * self.program.scene.geometry.length
-
     @cached_property
     def _peaks(self) -> Array:
         return np.maximum.accumulate(self.program.lower)
@@ -100,32 +84,29 @@ class Half:
     @cached_property
     def sums(self) -> Sums | None:
         """The cumulative deflection coefficients; None without a limit."""
-        half = self.program
-        if half.limit is None:
-            return None
-        return Sums(half.stations, half.bending / half.limit, half.shear / half.limit)
+        return None if self.program.limit is None else _sums(self.program)
 
     def lower_bound(self, t: Array) -> Array:
         """Return the running maximum of the lower bound of u from the end to positions in any order."""
-        order = np.argsort(t, kind="stable")
-        x = t[order] * self.middle
-        before = np.clip(np.searchsorted(self.program.stations.x, x, side="right") - 1, 0, None)
+        p, order = self.program, np.argsort(t, kind="stable")
+        x = t[order] * (0.5 * p.scene.geometry.length)
+        least = p.variable.solidity_of(least_walls_at(p.scene, p.criterion, p.floor, x))
+        least = np.where(x > self.solid_from, 1.0, least)
+        before = np.clip(np.searchsorted(p.stations.x, x, side="right") - 1, 0, None)
         found = np.empty_like(t)
-        found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], self._least_at(x)))
+        found[order] = np.maximum.accumulate(np.maximum(self._peaks[before], least))
         return found
 
-    def lightest_walls(self, places: Array) -> Walls | None:
-        """Return the lightest walls of steps that end at these positions, the last at 1; None if even solid steps
-        exceed the deflection limit."""
+    def lightest_walls(self, places: Array) -> Steps | None:
+        """Return steps that end at these positions with their lightest walls; None if even solid steps exceed the
+        deflection limit."""
         weight, least = np.diff(places, prepend=0.0), self.lower_bound(places)
         if self.sums is None:
-            return Walls(least, float(weight @ least), 0.0)
+            return Steps(places, least, float(weight @ least), 0.0)
         sums = np.diff(self.sums.integrals(np.concatenate([[0.0], places])), axis=1)
         mean = np.divide(sums, weight, out=np.zeros_like(sums), where=weight > 0.0)
-        bending, shear = np.maximum(mean, 0.0)
-        steps = Segments(weight, bending, shear, self.law)
-        found = minimum_segment_volume(steps, least, True)
-        return None if found is None else Walls(found.solidity, float(weight @ found.solidity), found.multiplier)
+        found = minimum_segment_volume(Segments(weight, *np.maximum(mean, 0.0), self.program.law), least, True)
+        return found and Steps(places, found.solidity, float(weight @ found.solidity), found.multiplier)
 
     def edges(self, count: int) -> Array:
         """Return the edges of the initial cells, from 0 to 1: at the half's kinks and at most 1/``count`` apart."""
@@ -168,10 +149,10 @@ def step_vertices(places: Array, sizes: Array, length: float) -> tuple[tuple[flo
     return (*half, *((length - x, d) for x, d in reversed(half)))
 
 
-def at_stations(program: Program, places: Array, walls: Array) -> Array:
+def at_stations(program: Program, steps: Steps) -> Array:
     """Return u at a program's stations."""
-    step = np.searchsorted(places[:-1] * program.stations.span, program.stations.side, side="right")
-    return walls[step]
+    step = np.searchsorted(steps.places[:-1] * program.stations.span, program.stations.side, side="right")
+    return steps.walls[step]
 
 
 @kernel

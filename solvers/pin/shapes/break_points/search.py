@@ -23,10 +23,11 @@ from itertools import pairwise
 import numpy as np
 
 from solvers.numerics.arrays import Array
+from solvers.pin.optimum.lagrangian import multiplier_evidence
 from solvers.pin.section.flexibility import inflection
 from solvers.pin.shapes.break_points.bounds import Bounds, DualBound, PathBound
 from solvers.pin.shapes.break_points.cells import CUT, Cells, cells, split_cells
-from solvers.pin.shapes.break_points.half import COINCIDENT, Half, Walls
+from solvers.pin.shapes.break_points.half import COINCIDENT, Half, Steps
 from solvers.pin.shapes.break_points.paths import FLOOR, POSITION
 
 GAP = 9e-8
@@ -54,33 +55,15 @@ _ROUNDING = 1e-12
 """Relative rounding error of a bound."""
 
 
-@dataclass(frozen=True)
-class Steps:
-    """The best steps: their ends as fractions of the half, walls, lower bound over all such steps, number of search
-    nodes, and work."""
-
-    places: Array
-    walls: Walls
-    bound: float
-    nodes: int
-    work: int
-
-    @property
-    def method(self) -> str:
-        """Description of the bounding method."""
-        plain = "dynamic programming through cells of the break points, cut until bound and best meet"
-        return plain + ("; Lagrangian dual of the deflection limit" if self.walls.multiplier > 0.0 else "")
-
-    @property
-    def evidence(self) -> dict[str, float | int | str]:
-        """Statistics of the search."""
-        at = self.walls.multiplier
-        multiplier = at if math.isfinite(at) else "unbounded: only the solid span"
-        return {"steps": self.places.size, "parts": self.nodes, "work": self.work, "multiplier": multiplier}
+Evidence = dict[str, float | int | str]
+"""Statistics of a search."""
 
 
-def lightest_steps(half: Half, steps: int, known_bound: float = 0.0, gap: float = GAP) -> Steps | None:
-    """Find the lightest steps, with their bound within ``gap`` unless the work limit is reached; None if infeasible.
+def lightest_steps(
+    half: Half, steps: int, known_bound: float = 0.0, gap: float = GAP
+) -> tuple[Steps, float, Evidence] | None:
+    """Find the lightest steps, with a lower bound of all such steps, within ``gap`` unless the work limit is reached,
+    and statistics of the search; None if infeasible.
 
     ``known_bound`` is a lower bound from a relaxation.
     """
@@ -91,7 +74,7 @@ def lightest_steps(half: Half, steps: int, known_bound: float = 0.0, gap: float 
         # Probably the limit is not binding.
         free = Half(replace(half.program, limit=None), half.solid_from)
         found = _Search(free, steps, gap).close(known_bound)
-        if half.lightest_walls(found.places).multiplier == 0.0:
+        if half.lightest_walls(found[0].places).multiplier == 0.0:
             return found
     return _Search(half, steps, gap).close(known_bound)
 
@@ -111,18 +94,18 @@ class _Node:
 
 
 class _Search:
-    """One search for steps and a bound within ``gap``; ``places`` and ``walls`` are the incumbent."""
+    """One search for steps and a bound within ``gap``; ``best`` is the incumbent."""
 
     def __init__(self, half: Half, steps: int, gap: float) -> None:
         self.half, self.steps, self.gap, self.bounds = half, steps, gap, Bounds(half)
         self.limited = half.sums is not None
-        self.places, self.walls = np.zeros(0), None
+        self.best: Steps | None = None
         self.work = 0
         own = half.program
         self._capped = self.limited and own.variable.kappa < 0.0
         self._concave_from = inflection(own.scene.material.poisson) if self._capped else math.inf
 
-    def close(self, known_bound: float) -> Steps | None:
+    def close(self, known_bound: float) -> tuple[Steps, float, Evidence] | None:
         """Bound, refine and branch, lowest bound first."""
         count = max(_INITIAL_CELLS[self.limited] * min(GAP / self.gap, 1.0) ** _COARSENING_EXPONENT, _MIN_CELLS)
         edges = self.half.edges(math.ceil(count))
@@ -134,14 +117,14 @@ class _Search:
         queue, final_bound, count, width = [(known_bound, 0, root)], math.inf, 0, root.width
         while queue:
             bound, _, node = heapq.heappop(queue)
-            if self.walls is not None and (self._is_closed(bound) or self.work > _MOST_WORK * self.steps):
+            if self.best is not None and (self._is_closed(bound) or self.work > _MOST_WORK * self.steps):
                 final_bound = min(final_bound, bound)
                 break
             dual_bound, node = self._improve(node, bound)
-            if self.walls is None:
+            if self.best is None:
                 return None
-            if self.steps == 1 or not math.isfinite(self.walls.multiplier):
-                final_bound = self.walls.volume * (1.0 - _ROUNDING) if math.isfinite(self.walls.multiplier) else bound
+            if self.steps == 1 or not math.isfinite(self.best.multiplier):
+                final_bound = self.best.volume * (1.0 - _ROUNDING) if math.isfinite(self.best.multiplier) else bound
                 break
             found, bound = self._bound(node, bound)
             kept = self._pruned(node, found)
@@ -160,11 +143,12 @@ class _Search:
                 width = min(width, child.width)
                 heapq.heappush(queue, (bound, count, child))
         self._polish(width, _BREAK_POINT_TOLERANCE * math.sqrt(self.gap))
-        bound = min([final_bound, self.walls.volume, *(entry[0] for entry in queue)])
-        return Steps(self.places, self.walls, bound, count + 1, self.work)
+        best, bound = self.best, min([final_bound, self.best.volume, *(entry[0] for entry in queue)])
+        multiplier = multiplier_evidence(best.multiplier)
+        return best, bound, {"steps": self.steps, "parts": count + 1, "work": self.work, "multiplier": multiplier}
 
     def _is_closed(self, bound: float) -> bool:
-        return bound >= self.walls.volume * (1.0 - self.gap)
+        return bound >= self.best.volume * (1.0 - self.gap)
 
     def _bound(self, node: _Node, bound: float) -> tuple[PathBound, float]:
         """Return the path bound through the node's cells, and the node's bound; try the cheapest path as incumbent."""
@@ -176,7 +160,7 @@ class _Search:
 
     def _pruned(self, node: _Node, found: PathBound) -> _Node:
         """Return the node with only those cells that may contain an improvement of the incumbent."""
-        worst = node.multiplier + self.walls.volume * (1.0 + _ROUNDING)
+        worst = node.multiplier + self.best.volume * (1.0 + _ROUNDING)
         kept = [layer.subset(cost <= worst) for layer, cost in zip(node.layers, found.each, strict=True)]
         return replace(node, layers=kept)
 
@@ -191,8 +175,8 @@ class _Search:
             self.work += found.work
             self._try(found.path)
             return None, node
-        volume = math.inf if self.walls is None else self.walls.volume
-        size = volume if self.walls is not None else max(1.0, bound)
+        volume = math.inf if self.best is None else self.best.volume
+        size = volume if self.best is not None else max(1.0, bound)
         tolerance = _DUAL_TOLERANCE * max(self.gap * size, _EXPECTED_PROGRESS * (size - bound))
         dual_bound = self.bounds.dual_bound(ends, node.least, most, node.multiplier, tolerance, volume)
         self.work += dual_bound.work
@@ -205,15 +189,15 @@ class _Search:
     def _try(self, places: Array) -> None:
         """Compute the walls of steps, and keep them as incumbent if they are the lightest so far."""
         self.work += _WALLS_WORK
-        walls = self.half.lightest_walls(places)
-        if walls is not None and (self.walls is None or walls.volume < self.walls.volume):
-            self.places, self.walls = places, walls
+        found = self.half.lightest_walls(places)
+        if found is not None and (self.best is None or found.volume < self.best.volume):
+            self.best = found
 
     def _branch(self, kept: _Node, dual_bound: DualBound | None, bound: float) -> list[_Node]:
         """Return the node with its cells refined, or its child nodes if the duality gap dominates."""
         if dual_bound is not None:
-            missing = self.walls.volume - dual_bound.value
-            if missing > max(self.gap * self.walls.volume, 0.5 * (self.walls.volume - bound)):
+            missing = self.best.volume - dual_bound.value
+            if missing > max(self.gap * self.best.volume, 0.5 * (self.best.volume - bound)):
                 branches = self._branch_at_gap(kept, dual_bound)
                 if branches:
                     return branches
@@ -263,9 +247,9 @@ class _Search:
     def _polish(self, reach: float, least: float) -> None:
         """Polish all break points jointly on successively narrower grids."""
         free = (0.0,) * self.steps, np.full(self.steps, 1.0 if self._capped else math.inf)
-        while reach > least and math.isfinite(self.walls.multiplier):
-            grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.places[:-1]]
-            self._try(self.bounds.path_bound(self.bounds.points(grids), *free, self.walls.multiplier).path)
+        while reach > least and math.isfinite(self.best.multiplier):
+            grids = [np.unique(np.clip(t + reach * _POLISHING_GRID, 0.0, 1.0)) for t in self.best.places[:-1]]
+            self._try(self.bounds.path_bound(self.bounds.points(grids), *free, self.best.multiplier).path)
             reach *= 0.25
 
 

@@ -14,14 +14,13 @@ Slope: with the sought diameter l r, r = sqrt(c -+ u) for a pin's bore or a bush
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.numerics.jit import kernel
-from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound
+from solvers.pin.optimum.dual_bound import NeighbourMultipliers, coupled_bound, slope_steps
 from solvers.pin.optimum.lagrangian import minimum_volume
 from solvers.pin.optimum.program import Program, ShapeResult
 from solvers.pin.section.flexibility import Flexibility, curvatures, flexibilities, slopes
@@ -57,16 +56,6 @@ def slope_limit_error(program: Program, low: Array) -> Array:
     return variable.max_derivative(float(thick.max())) * error
 
 
-@dataclass(frozen=True)
-class _Solution:
-    """Solution of one cone program: u, multipliers of the deflection limit and between neighbours, solver status."""
-
-    solidity: Array
-    multiplier: float
-    multipliers: NeighbourMultipliers
-    status: str
-
-
 @kernel
 def _local_model(u: Array, bend: Array, shear: Array, law: Flexibility) -> Array:
     """Return constant, p and q (3, n) for which constant + p/u + q u agrees with h to second order at u."""
@@ -80,8 +69,11 @@ def _local_model(u: Array, bend: Array, shear: Array, law: Flexibility) -> Array
     return out
 
 
-def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: float) -> _Solution | None:
-    """Solve the program with flexibilities approximated at u = ``at``; None if the solver ends without a solution.
+def _solve(
+    program: Program, low: Array, at: Array, drillable: bool, tolerance: float
+) -> tuple[Array, float, NeighbourMultipliers, str] | None:
+    """Solve the program with flexibilities approximated at u = ``at``: (u, multipliers of the deflection limit and
+    between neighbours, solver status); None if the solver ends without a solution.
 
     The variables are u, t >= p/u of the loaded stations, and r. Every constraint is an affine function of them, a pair
     of matrix and constant: first the non-negative ones, then cones |(y, z)| <= x of three rows each.
@@ -89,7 +81,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     import clarabel
     from scipy import sparse
 
-    variable, n, slope_step = program.variable, low.size, slope_steps(program)
+    variable, n = program.variable, low.size
     loaded = np.flatnonzero((program.bending > 0.0) | (program.shear > 0.0))
     scaled = program.weight[loaded] / program.limit * np.stack([program.bending[loaded], program.shear[loaded]])
     constant, p, q = _local_model(at[loaded], scaled[0], scaled[1], program.law)
@@ -100,7 +92,10 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     linear = [(sparse.csr_matrix(-q @ u[loaded] - np.ones(loaded.size) @ t), [1.0 - constant.sum()])]
     cones = [((u[loaded] + t, 0.0 * p), (0.0 * t, 2.0 * np.sqrt(p)), (u[loaded] - t, 0.0 * p))]
     if limited:
-        slope_room, square = sparse.diags(slope_step) @ (r[1:] + r[:-1]), (variable.given / variable.unit) ** 2
+        slope_room, square = (
+            sparse.diags(slope_steps(program)) @ (r[1:] + r[:-1]),
+            (variable.given / variable.unit) ** 2,
+        )
         linear += [(slope_room - step, none), (slope_room + step, none)]
         own = variable.sign * u
         cones.append(((own, np.full(n, square + 1.0)), (2.0 * r, np.zeros(n)), (own, np.full(n, square - 1.0))))
@@ -135,12 +130,7 @@ def _solve(program: Program, low: Array, at: Array, drillable: bool, tolerance: 
     if drillable:
         first = 1 + (2 * n - 2 if limited else 0)
         order = -z[first : first + n - 1]
-    return _Solution(x[:n], float(z[0]), NeighbourMultipliers(rise, fall, slope_step, order), str(answer.status))
-
-
-def slope_steps(program: Program) -> Array:
-    """Return k_i = s h_i/l between neighbouring stations, (n - 1,); 0 without a slope limit."""
-    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.variable.unit
+    return x[:n], float(z[0]), NeighbourMultipliers(rise, fall, order), str(answer.status)
 
 
 def thickened(program: Program, u: Array) -> Array:
@@ -185,9 +175,10 @@ def slope_limited_optimum(program: Program, low: Array, drillable: bool, gap: fl
         answer = _solve(program, low, at, drillable, max(_TOLERANCE, _TOLERANCE_FRACTION * gap))
         if answer is None:
             break
-        status, previous, at = answer.status, at, feasible(answer.solidity)
+        previous, (solidity, multiplier, multipliers, status) = at, answer
+        at = feasible(solidity)
         found = min(found, at, key=program.volume)
-        bound = max(bound, coupled_bound(program, low, answer.multiplier, answer.multipliers, program.volume(found)))
+        bound = max(bound, coupled_bound(program, low, multiplier, multipliers, program.volume(found)))
         absolute_gap = program.volume(found) - bound
         if absolute_gap <= _GAP_FRACTION * gap * bound:
             break

@@ -17,8 +17,6 @@ summed, is the integral over the levels z from c to 1 of the sum of t_i'(z) over
 suffix k(z). For every u it is at least the integral of M(z) = min over k of sum_{i >= k} t_i'(z). Third derivatives
 of f and g are negative, so every such sum is concave in z, hence M as well, and the trapezoidal rule underestimates
 its integral. A bushing's terms are convex everywhere; their minima lie below a u at which all slopes are positive.
-
-A slope limit |u_{i+1} - u_i| <= k_i (sqrt(1-u_i) + sqrt(1-u_{i+1})) is separable as well; its multipliers enter k_i.
 """
 
 from __future__ import annotations
@@ -170,14 +168,18 @@ def _integral_over_levels(levels: Array, latest: Indices, sums: Array, law: Flex
 class NeighbourMultipliers:
     """Lagrange multipliers of the constraints between stations i and i + 1, (n - 1,) each.
 
-    ``rise`` and ``fall``: of the slope limit on an increase and a decrease of u, with ``slope_step`` k_i;
-    ``order``: of monotonicity (negative in the first half, positive in the second).
+    ``rise`` and ``fall``: of the slope limit on an increase and a decrease of u; ``order``: of monotonicity (negative
+    in the first half, positive in the second).
     """
 
     rise: Array
     fall: Array
-    slope_step: Array
     order: Array
+
+
+def slope_steps(program: Program) -> Array:
+    """Return k_i = s h_i/l between neighbouring stations, (n - 1,); 0 without a slope limit."""
+    return (program.limits.max_slope or 0.0) * np.diff(program.stations.x) / program.variable.unit
 
 
 def coupled_bound(
@@ -185,20 +187,20 @@ def coupled_bound(
 ) -> float:
     """Return a lower bound of the volume under slope and monotonicity constraints between neighbours.
 
-    Constraints u_{i+1} - u_i <= k_i r_i, u_i - u_{i+1} <= k_i r_i with r_i = sqrt(c -+ u_i) + sqrt(c -+ u_{i+1}), c =
-    (G/l)^2, and u non-decreasing toward the middle; ``volume`` is that of a feasible part. For fixed multipliers the
-    Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p ``linear`` and q
-    ``radical``, each bounded from below over all u that a lighter part may have; the solver's u is not used. Up to the
-    inflection point of a pin's g the function is convex, and is bounded by its tangent at the minimum, located by
-    bisection. Above, on each subinterval, g lies above its chord and f above its
-    midpoint tangent, and the remainder is minimised in closed form.
+    The slope constraints are those of ``solvers.pin.optimum.conic``; ``volume`` is that of a feasible part. For fixed
+    multipliers the Lagrangian separates into one function per station, s (u + lambda h) + p u - q sqrt(c -+ u), with p
+    ``linear`` and q ``radical``, each bounded from below over all u that a lighter part may have; the solver's u is not
+    used. Up to the inflection point of a pin's g the function is convex, and is bounded by its tangent at the minimum,
+    located by bisection. Above, on each subinterval, g lies above its chord and f above its midpoint tangent, and the
+    remainder is minimised in closed form.
     """
     radical, linear = np.zeros_like(low), np.zeros_like(low)
     flow = multipliers.rise - multipliers.fall + multipliers.order
     linear[:-1] -= flow
     linear[1:] += flow
-    radical[:-1] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
-    radical[1:] += (multipliers.rise + multipliers.fall) * multipliers.slope_step
+    pull = (multipliers.rise + multipliers.fall) * slope_steps(program)
+    radical[:-1] += pull
+    radical[1:] += pull
     if program.variable.kappa >= 0.0:
         # In a lighter part no station has more than the whole volume.
         most = np.maximum(volume / program.weight, low)
@@ -211,9 +213,9 @@ def coupled_bound(
 
 
 def _coupled_bound_where_convex(
-    program: Program, low: Array, most: Array, multiplier: float, linear: Array, radical: Array
+    program: Program, low: Array, high: Array, multiplier: float, linear: Array, radical: Array
 ) -> Array:  # fmt: skip
-    """Return a lower bound of every station's term over [low, most], where it is convex."""
+    """Return a lower bound of every station's term over [low, high], where it is convex."""
     sign, square = program.variable.sign, (program.variable.given / program.variable.unit) ** 2
 
     def at(u: Array) -> tuple[Array, Array]:
@@ -221,15 +223,14 @@ def _coupled_bound_where_convex(
         root = np.sqrt(square + sign * u)
         return value + linear * u - radical * root, slope + linear - 0.5 * sign * radical / root
 
-    left = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(low, 1e-12), low)
-    right = most
+    left, right = np.where((program.bending > 0.0) | (program.shear > 0.0), np.maximum(low, 1e-12), low), high
     for _ in range(60):
         middle = 0.5 * (left + right)
         falling = at(middle)[1] < 0.0
         left, right = np.where(falling, middle, left), np.where(falling, right, middle)
     u = 0.5 * (left + right)
     value, slope = at(u)
-    return value + np.where(slope > 0.0, slope * (low - u), slope * (most - u))
+    return value + np.where(slope > 0.0, slope * (low - u), slope * (high - u))
 
 
 def _coupled_bound_where_concave(

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solvers import pin
-from solvers.pin.optimum.conic import slope_limited, slope_limited_optimum, slope_steps, thickened
+from solvers.pin.optimum.conic import slope_limited, slope_limited_optimum, thickened
 from solvers.pin.optimum.dual_bound import (
     NeighbourMultipliers,
     coupled_bound,
@@ -286,7 +286,7 @@ def test_a_slope_beside_a_deflection_leaves_next_to_no_gap(drillable):
 @pytest.mark.parametrize("limit", [8.4e-6, 9e-6, 12e-6])
 def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(limit):
     p = program(tolerance=1e-4, max_deflection=limit, max_slope=0.3)
-    rng, reach = np.random.default_rng(5), slope_steps(p)
+    rng = np.random.default_rng(5)
     low = slope_limited(p, p.lower)
     lightest = np.inf
     for _ in range(60):
@@ -296,7 +296,7 @@ def test_no_gentle_bore_is_lighter_than_the_coupled_bound_at_any_multipliers(lim
     n = low.size - 1
     for size in 10.0 ** rng.uniform(-4.0, 0.5, 60):
         rise, fall = size * rng.uniform(0.0, 1.0, (2, n)) * (rng.uniform(0.0, 1.0, (2, n)) < 0.5)
-        between = NeighbourMultipliers(rise, fall, reach, np.zeros(n))
+        between = NeighbourMultipliers(rise, fall, np.zeros(n))
         bound = coupled_bound(p, low, 10.0 ** rng.uniform(-3.0, 1.0), between, lightest)
         assert bound <= lightest
 

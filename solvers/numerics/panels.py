@@ -74,13 +74,18 @@ def rule_of(n: int) -> Rule:
     x[np.abs(x) < 1e-15] = 0.0
     weights = np.where(np.arange(n) % 2 == 0, 1.0, -1.0)
     weights[[0, -1]] *= 0.5
-    differences = x[:, None] - x[None, :] + np.eye(n)
-    derivative = weights[None, :] / weights[:, None] / differences
-    np.fill_diagonal(derivative, 0.0)
-    np.fill_diagonal(derivative, -derivative.sum(axis=1))
     series, even = np.linalg.inv(chebyshev.chebvander(x, n - 1)), np.arange(0, n, 2)
     mean_weights = (1.0 / (1.0 - even**2)) @ series[even]
-    return Rule(x, weights, mean_weights, np.ascontiguousarray(derivative.T), np.ascontiguousarray(series[-_TAIL:].T))
+    derivative = np.ascontiguousarray(differentiation_matrix(x, weights).T)
+    return Rule(x, weights, mean_weights, derivative, np.ascontiguousarray(series[-_TAIL:].T))
+
+
+def differentiation_matrix(points: Array, weights: Array) -> Array:
+    """The matrix (n, n) from values at n points with these barycentric weights to their interpolant's derivatives."""
+    matrix = weights / weights[:, None] / (points[:, None] - points + np.eye(points.size))
+    np.fill_diagonal(matrix, 0.0)
+    np.fill_diagonal(matrix, -matrix.sum(axis=1))
+    return matrix
 
 
 @kernel

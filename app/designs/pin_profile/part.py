@@ -10,6 +10,7 @@ from typing import Any
 from app.designs.drawing import Bezier, Dimension, Drawing, Layer, Line, Outline, Piece, Place, Straight, words_of
 from app.designs.part import Parameter, Part, Revolution
 from app.designs.pin_profile.request import material_of
+from solvers.pin.shapes.contour import Cubic
 
 _LENGTH_TOLERANCE = 1e-9
 """Relative length difference below manufacturing resolution."""
@@ -17,16 +18,8 @@ _MAX_NAMED_CORNERS = 24
 """Maximum number of corners exported as parameters; a profile with more is a curve."""
 
 
-@dataclass(frozen=True)
-class Span:
-    """A diameter over an interval: the cubic with these end values and slopes, mm."""
-
-    start: float
-    end: float
-    first: float
-    last: float
-    slope_first: float
-    slope_last: float
+class Span(Cubic):
+    """A diameter over an interval, in mm."""
 
     @property
     def straight(self) -> bool:
@@ -199,7 +192,7 @@ def _parameters(
     middle = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _LENGTH_TOLERANCE))
     word = "outer" if bushing else "bore"
     yield Parameter(f"{word}_end_mm", varied[0].first, "mm", "diameter at the end")
-    yield Parameter(f"{word}_mid_mm", _at(middle, 0.5 * length), "mm", "diameter in the middle")
+    yield Parameter(f"{word}_mid_mm", middle.at(0.5 * length), "mm", "diameter in the middle")
     yield Parameter(f"min_{word}_mm", min(sizes), "mm", "least diameter")
     yield Parameter(f"max_{word}_mm", max(sizes), "mm", "greatest diameter")
     for number, drill in enumerate(drills, start=1):
@@ -211,14 +204,6 @@ def _parameters(
             yield Parameter(f"{word}_{number}_to_mm", span.end, "mm", "place along the axis")
             yield Parameter(f"{word}_{number}_first_mm", span.first, "mm", "diameter there")
             yield Parameter(f"{word}_{number}_last_mm", span.last, "mm", "diameter there")
-
-
-def _at(span: Span, x: float) -> float:
-    width = span.end - span.start
-    t = (x - span.start) / width
-    s = 1.0 - t
-    values = span.first * s * s * (1.0 + 2.0 * t) + span.last * t * t * (1.0 + 2.0 * s)
-    return values + width * t * s * (span.slope_first * s - span.slope_last * t)
 
 
 def _ends(spans: Sequence[Span]) -> Iterator[Place]:
@@ -269,7 +254,7 @@ def _drawing(
     varied = outside if bushing else bore
     if len(varied) > 1 or varied[0].first != varied[0].last:
         span = next(span for span in varied if span.end >= 0.5 * length * (1.0 - _LENGTH_TOLERANCE))
-        middle = _at(span, 0.5 * length)
+        middle = span.at(0.5 * length)
         if middle > 0.0:
             x = 0.5 * length
             edges = (x, -0.5 * middle), (x, 0.5 * middle)

@@ -9,12 +9,13 @@ where the polynomial would oscillate, into straight segments.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cache
+from typing import TypeVar
 
 import numpy as np
 from numpy.polynomial.chebyshev import chebfit
 
 from solvers.numerics.arrays import Array
+from solvers.numerics.panels import differentiation_matrix
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
 _TOLERANCE = 1e-7
@@ -25,10 +26,13 @@ _POSITION_TOLERANCE = 1e-9
 _UNRESOLVED = 1e-4
 """Last Chebyshev coefficients of a panel's polynomial, relative to the greatest, above which a kink is assumed."""
 
+F = TypeVar("F", float, Array)
+
 
 @dataclass(frozen=True)
 class Cubic:
-    """A diameter over [start, end]: the cubic polynomial with these values [m] and slopes at its ends, x in m."""
+    """A diameter over [start, end]: the cubic polynomial with these values and slopes at its ends, all lengths in the
+    same unit."""
 
     start: float
     end: float
@@ -37,24 +41,13 @@ class Cubic:
     slope_first: float
     slope_last: float
 
-    def at(self, x: Array) -> Array:
-        """Return the diameter at positions between the ends, in the same shape (Hermite's form)."""
+    def at(self, x: F) -> F:
+        """Return the diameter at a position, or an array of positions, between the ends (Hermite's form)."""
         width = self.end - self.start
         t = (x - self.start) / width
         s = 1.0 - t
         from_values = self.first * s * s * (1.0 + 2.0 * t) + self.last * t * t * (1.0 + 2.0 * s)
         return from_values + width * t * s * (self.slope_first * s - self.slope_last * t)
-
-
-@cache
-def _differentiation_matrix() -> Array:
-    """Return the barycentric differentiation matrix at the nodes on [-1, 1], (9, 9)."""
-    differences = NODE_PLACES[:, None] - NODE_PLACES
-    np.fill_diagonal(differences, 1.0)
-    table = NODE_WEIGHTS / NODE_WEIGHTS[:, None] / differences
-    np.fill_diagonal(table, 0.0)
-    np.fill_diagonal(table, -table.sum(axis=1))
-    return table
 
 
 def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic, ...]:
@@ -67,7 +60,7 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
     kept = stations.width > _POSITION_TOLERANCE * length
     x = stations.x.reshape(-1, NODES)[kept]
     values = np.asarray(diameters, float).reshape(-1, NODES)[kept]
-    slopes = 2.0 / stations.width[kept, None] * (values @ _differentiation_matrix().T)
+    slopes = 2.0 / stations.width[kept, None] * (values @ differentiation_matrix(NODE_PLACES, NODE_WEIGHTS).T)
     pieces = _cubics(x, values, slopes, tolerance)
     # Close the gaps of panels dropped as too narrow: they are steps.
     starts = [0.0, *(piece.end for piece in pieces[:-1])]

@@ -131,7 +131,6 @@ ENTRIES: dict[tuple[str, str], tuple[tuple[str, str], ...]] = {
         ("solvers.pin.stations.lobatto_panels._lay_out", "f1"),
     ),
     ("pin-profile", "design"): (
-        ("solvers.pin.check._extremes", "f2 f1 f1 f1 f1 f1"),
         ("solvers.pin.optimum.conic._local_model", "f1 f1 f1 solvers.pin.section.flexibility.Flexibility"),
         ("solvers.pin.optimum.design_variable._walls_of", "f1 f f f"),
         ("solvers.pin.optimum.dual_bound._integral_over_levels", "f1 i1 f2 solvers.pin.section.flexibility.Flexibility"),

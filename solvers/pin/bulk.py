@@ -17,13 +17,12 @@ from solvers.errors import InvalidInput, require
 from solvers.numerics.arrays import Array
 from solvers.outcome import Outcome
 from solvers.pin.check import Case, Prepared
-from solvers.pin.closed_form.kernel import Pins, constraint_rows, evaluated
-from solvers.pin.closed_form.stepped import evaluate_all
+from solvers.pin.closed_form.kernel import Pins, evaluated, material_rows
+from solvers.pin.closed_form.stepped_bore import evaluate_all
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.result import PinCheck
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.section.flexibility import cowper
 
 
 def check_many(cases: Iterable[Case]) -> list[Outcome[PinCheck] | InvalidInput]:
@@ -44,10 +43,7 @@ def check_many(cases: Iterable[Case]) -> list[Outcome[PinCheck] | InvalidInput]:
     results = evaluate_all([prepared.stepped for _, prepared in rows])
     share = (time.perf_counter() - began) / max(len(rows), 1)
     for row, (place, prepared) in enumerate(rows):
-        try:
-            found[place] = prepared.in_closed_form(results, row, share)
-        except InvalidInput as refusal:
-            found[place] = refusal
+        found[place] = prepared.in_closed_form(results, row, share)
     return found  # type: ignore[return-value]
 
 
@@ -106,15 +102,9 @@ def check_bores(
         ends = np.inf
     places = np.ascontiguousarray(np.broadcast_to(np.asarray(ends, dtype=float), bores.shape))
     require(bool(np.all(np.diff(places, axis=1) >= 0.0)), "ends", "must not fall", "rising places")
-    law, shears = cowper(material.poisson), 1.0 if shear_deflection else 0.0
-    elastic = material.elastic_modulus, material.shear_modulus, shears * law.a, shears * law.b
-    pins = Pins(
-        sizes,
-        np.tile(elastic, (count, 1)),
-        np.tile(constraint_rows(criterion, material), (count, 1, 1)),
-        np.tile(criterion.law(material), (count, 1)),
-    )
+    rows = material_rows(criterion, material, shear_deflection)
     walls = (sizes[:, :1] - bores) / sizes[:, :1]
+    pins = Pins(sizes, *(np.repeat(row[None], count, axis=0) for row in rows))
     found = evaluated(pins, places, walls, threads)
     solid = material.density * 0.25 * np.pi * sizes[:, 0] ** 2 * (2.0 * (sizes[:, 1] + sizes[:, 3]) + sizes[:, 2])
     allowable_shear = np.nan if material.allowable_shear is None else material.allowable_shear

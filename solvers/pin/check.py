@@ -11,22 +11,20 @@ import numpy as np
 
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Choice, EffectSelection
-from solvers.numerics.arrays import Array
-from solvers.numerics.jit import kernel
 from solvers.outcome import Accuracy, Outcome, Status
 from solvers.pin.closed_form.kernel import Results
-from solvers.pin.closed_form.stepped import Stepped, evaluate_all, result, stepped
+from solvers.pin.closed_form.stepped_bore import SteppedBore, evaluate_all, result, stepped_bore
 from solvers.pin.effects import Physics, PinEffect, choose_for, compose
 from solvers.pin.load.macaulay import ROUNDING
 from solvers.pin.optimum.capacity import force_limit
 from solvers.pin.optimum.design_variable import design_variable_of
 from solvers.pin.optimum.program import Evaluation, assemble
 from solvers.pin.result import PinCheck, Stress, along_the_part, finite
-from solvers.pin.ring.along_the_part import RingResult, ring_of
+from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import bearing_pressures
 from solvers.pin.scene import NO_LIMITS, BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import CRITERIA, Criterion
-from solvers.pin.section.strength import SLACK, where_over
+from solvers.pin.section.strength import where_over
 from solvers.pin.shapes.constant import CONSTANT_TOLERANCE, lightest_constant_mass
 from solvers.pin.shapes.given import Profile, WholeProfile
 from solvers.pin.stations.lobatto_panels import initial_stations
@@ -76,7 +74,7 @@ class Case(NamedTuple):
         if not halves_alike(scene, whole):
             scene = replace(scene, symmetric=False)
         physics = compose(choice)
-        pin = stepped(scene, profile, self.criterion, limits, physics)
+        pin = stepped_bore(scene, profile, self.criterion, limits, physics)
         return Prepared(scene, whole, self.criterion, limits, physics, self.accuracy, choice, pin)
 
     def evaluate(self) -> Outcome[PinCheck]:
@@ -100,7 +98,7 @@ class Prepared:
     physics: Physics
     accuracy: float
     choice: Choice[PinEffect]
-    stepped: Stepped | None
+    stepped: SteppedBore | None
 
     def in_closed_form(self, results: Results, row: int, seconds: float) -> Outcome[PinCheck]:
         """Return the outcome from one row of ``evaluate_all``'s results."""
@@ -176,16 +174,11 @@ def assess(
     warnings."""
     program, walls, deflection = found.program, found.walls, found.deflection
     scene, variable, physics, stations = program.scene, program.variable, program.physics, program.stations
-    is_pin, x, allowable_shear = (
-        not isinstance(scene.geometry, BushingGeometry),
-        stations.x,
-        scene.material.allowable_shear,
-    )
-    bore, outer = variable.diameters(walls)
-    criterion, shear, worst, min_bore, max_outer, wall, max_moment, max_shear = _extremes(
-        found.utilisations, bore, outer, walls, program.moment, program.shear_force
-    )
-    utilisation, least_wall = max(criterion, shear), 0.5 * variable.unit_diameter * wall
+    is_pin, allowable_shear = not isinstance(scene.geometry, BushingGeometry), scene.material.allowable_shear
+    x, (bore, outer) = stations.x, variable.diameters(walls)
+    criterion, shear = found.utilisations.max(axis=1).tolist()
+    # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
+    worst = np.flatnonzero(found.utilisations[0] >= (1.0 - _EQUAL) * criterion)[-1]
     middle = x.size - 1 if scene.symmetric else int(np.searchsorted(stations.side, 0.5 * scene.geometry.length))
     return PinCheck(
         mass=mass,
@@ -193,50 +186,28 @@ def assess(
         lightest_constant=partial(lightest_constant_mass, scene, limits, program.criterion, physics, accuracy),
         capacity=partial(force_limit, scene, program.criterion) if is_pin else None,
         sections=partial(sections_of, found, places),
-        messages=partial(_warnings, found, limits, utilisation, least_wall, cautions),
+        messages=partial(_warnings, found, limits, cautions),
         rings=partial(ring_of, scene, bore, outer, middle) if physics.ovalization else None,
-        min_bore=min_bore,
+        min_bore=float(bore.min()),
         bore_mid=float(bore[middle]),
-        max_outer=max_outer,
+        max_outer=float(outer.max()),
         outer_mid=float(outer[middle]),
-        least_wall=least_wall,
-        max_moment=max_moment,
-        max_shear=max_shear,
+        least_wall=0.5 * variable.unit_diameter * float(walls.min()),
+        max_moment=float(program.moment.max()),
+        max_shear=float(program.shear_force.max()),
         equivalent_stress_max=finite(scene.material.allowable_stress * criterion),
         worst_section=float(x[worst]),
         shear_stress_max=None if allowable_shear is None else finite(allowable_shear * shear),
-        strength_utilisation=finite(utilisation),
+        strength_utilisation=finite(max(criterion, shear)),
         deflection=finite(deflection),
         pressures=bearing_pressures(scene, stations, outer) if physics.contact_pressure else None,
     )
 
 
-@kernel
-def _extremes(
-    utilisations: Array, bore: Array, outer: Array, walls: Array, moment: Array, shear: Array
-) -> tuple[float, float, int, float, float, float, float, float]:
-    """Return extremes over the stations: utilisations of the criterion and of the shear allowable, the station that
-    governs the former, bore and outer diameter [m], wall as in ``DesignVariable``, moment [N m], shear force [N]."""
-    criterion, shearing, min_bore, max_outer, wall, most_moment, most_shear = 0.0, 0.0, np.inf, 0.0, np.inf, 0.0, 0.0
-    for i in range(walls.size):
-        criterion, shearing = max(criterion, utilisations[0, i]), max(shearing, utilisations[1, i])
-        min_bore, max_outer, wall = min(min_bore, bore[i]), max(max_outer, outer[i]), min(wall, walls[i])
-        most_moment, most_shear = max(most_moment, moment[i]), max(most_shear, shear[i])
-    # Of several equally stressed sections report the last one; otherwise rounding errors would decide.
-    worst = walls.size - 1
-    while not utilisations[0, worst] >= (1.0 - _EQUAL) * criterion:
-        worst -= 1
-    return criterion, shearing, worst, min_bore, max_outer, wall, most_moment, most_shear
-
-
-def _warnings(
-    found: Evaluation, limits: Limits, utilisation: float, least_wall: float, cautions: tuple[str, ...],
-    ring: RingResult | None,
-) -> tuple[str, ...]:  # fmt: skip
-    x, deflection = found.program.stations.x, found.deflection
-    over = where_over(x, found.utilisations) if utilisation > 1.0 + SLACK else None
-    own = warnings_of(found.program.scene, limits, over, utilisation, x, found.walls, least_wall, deflection, ring)
-    return *own, *cautions
+def _warnings(found: Evaluation, limits: Limits, cautions: tuple[str, ...], check: PinCheck) -> tuple[str, ...]:
+    x = found.program.stations.x
+    over = partial(where_over, x, found.utilisations)
+    return *warnings_of(check, found.program.scene, limits, over, x, found.walls), *cautions
 
 
 def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Stress:

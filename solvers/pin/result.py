@@ -69,7 +69,7 @@ class PinCheck:
     lightest_constant: Callable[[], float | None] = field(compare=False, repr=False)
     capacity: Callable[[], float] | None = field(compare=False, repr=False)
     sections: Callable[[], Stress] = field(compare=False, repr=False)
-    messages: Callable[[RingResult | None], tuple[str, ...]] = field(compare=False, repr=False)
+    messages: Callable[[PinCheck], tuple[str, ...]] = field(compare=False, repr=False)
     rings: Callable[[], RingResult] | None = field(compare=False, repr=False)
     min_bore: float
     bore_mid: float
@@ -103,7 +103,7 @@ class PinCheck:
     @cached_property
     def warnings(self) -> tuple[str, ...]:
         """One message per violated limit."""
-        return self.messages(self.ring)
+        return self.messages(self)
 
     @cached_property
     def along(self) -> Stress:

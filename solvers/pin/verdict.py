@@ -34,12 +34,9 @@ def judge(
     found = [_at_most("equivalent_stress", material.allowable_stress, check.equivalent_stress_max, slack, asked=False)]
     if material.allowable_shear is not None:
         found.append(_at_most("shear_stress", material.allowable_shear, check.shear_stress_max, slack, asked=False))
-    if check.least_wall > 0.0:
-        found.append(at_least("min_wall", limits.min_wall, check.least_wall, slack, limits.min_wall > 0.0))
-    else:
-        # Without a limit the wall must still be positive.
-        asked = limits.min_wall > 0.0
-        found.append(Criterion("min_wall", Sense.AT_LEAST, limits.min_wall, 0.0, -1.0, False, asked))
+    wall = at_least("min_wall", limits.min_wall, check.least_wall, slack, limits.min_wall > 0.0)
+    # Without a limit the wall must still be positive.
+    found.append(wall if check.least_wall > 0.0 else wall._replace(reached=0.0, margin=-1.0, holds=False))
     found += _of_ring(check.ring, scene, limits, slack)
     if limits.max_deflection is not None:
         found.append(_at_most("max_deflection", limits.max_deflection, check.deflection, slack))

@@ -3,37 +3,41 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from solvers.numerics.arrays import Array
 from solvers.pin.optimum.design_variable import design_variable_of
-from solvers.pin.ring.along_the_part import RingResult
+from solvers.pin.result import PinCheck
 from solvers.pin.scene import Limits, Scene
 from solvers.pin.section.strength import SLACK
 from solvers.verdict import per_cent
 
 
 def warnings_of(
-    scene: Scene, limits: Limits, over: tuple[float, float] | None, utilisation: float, x: Array, walls: Array,
-    least_wall: float, deflection: float, ring: RingResult | None,
-) -> tuple[str, ...]:  # fmt: skip
+    check: PinCheck,
+    scene: Scene,
+    limits: Limits,
+    over: Callable[[], tuple[float, float] | None],
+    x: Array,
+    walls: Array,
+) -> tuple[str, ...]:
     """Return one message per violated limit: its kind, location and amount.
 
-    ``over``: first and last position [m] at which the ``utilisation`` exceeds 1, its maximum being given; ``walls`` at
-    positions x [m], their minimum ``least_wall`` [m] and the ``deflection`` [m] as in the check; ``ring``: None if it
-    is not judged.
+    ``over`` finds the first and last position [m] at which the utilisation exceeds 1; ``walls`` at positions x [m].
     """
-    messages, variable = [], design_variable_of(scene)
-    if over is not None:
-        by = f"by {per_cent(utilisation - 1.0)} %" if math.isfinite(utilisation) else "where there is no wall"
-        messages.append(f"the strength is exceeded {_place(scene, *over)}, {by}")
-    if least_wall < limits.min_wall * (1.0 - SLACK):
-        messages.append(
-            f"the wall is {least_wall * 1e3:.4g} mm at its thinnest, not the {limits.min_wall * 1e3:.4g} mm asked"
-        )
-    if limits.max_deflection is not None and deflection > limits.max_deflection * (1.0 + SLACK):
-        messages.append(f"the deflection of {deflection * 1e6:.4g} µm exceeds its limit")
+    messages, utilisation, ring = [], check.strength_utilisation, check.ring
+    place = None if _within(utilisation, 1.0) else over()
+    if place is not None:
+        by = "where there is no wall" if utilisation is None else f"by {per_cent(utilisation - 1.0)} %"
+        messages.append(f"the strength is exceeded {_place(scene, *place)}, {by}")
+    if check.least_wall < limits.min_wall * (1.0 - SLACK):
+        wall, least = check.least_wall * 1e3, limits.min_wall * 1e3
+        messages.append(f"the wall is {wall:.4g} mm at its thinnest, not the {least:.4g} mm asked")
+    if limits.max_deflection is not None and not _within(check.deflection, limits.max_deflection):
+        deflection = math.inf if check.deflection is None else check.deflection * 1e6
+        messages.append(f"the deflection of {deflection:.4g} µm exceeds its limit")
     if ring is None or scene.force == 0.0:
         return tuple(messages)
     # The beam model does not cover the ring.
@@ -41,7 +45,7 @@ def warnings_of(
         messages.append("the ovalization exceeds its limit")
     allowable = scene.material.allowable_stress if limits.max_ring_stress is None else limits.max_ring_stress
     if not _within(ring.stress_max, allowable):
-        thin, where = variable.over_ring_stress(scene, allowable, walls)
+        thin, where = design_variable_of(scene).over_ring_stress(scene, allowable, walls)
         if thin.any():
             place = _place(scene, *x[np.flatnonzero(thin)[[0, -1]]])
             messages.append(f"the ring's hoop stress exceeds {allowable * 1e-6:.4g} MPa where {where}, {place}")

@@ -24,6 +24,7 @@ from solvers.numerics.parallel import in_slices
 from solvers.pin.load.piston_pin import forces_in_piece
 from solvers.pin.scene import PinMaterial
 from solvers.pin.section.criteria import Criterion
+from solvers.pin.section.flexibility import cowper
 
 _MAX_CONSTRAINTS = 3
 _GAUSS = 0.5 / math.sqrt(3.0)
@@ -145,14 +146,16 @@ def evaluate(pins: Pins, ends: Array, walls: Array, out: Results) -> None:
         out.solid[i] = solid
 
 
-def constraint_rows(criterion: Criterion, material: PinMaterial) -> Array:
-    """Return the strength constraints in the layout of ``Pins``, (3, 3)."""
-    rows = np.zeros((_MAX_CONSTRAINTS, 3))
-    for row, factors in zip(rows, criterion.factors, strict=False):
+def material_rows(criterion: Criterion, material: PinMaterial, shear_deflection: bool) -> tuple[Array, Array, Array]:
+    """Return a pin's rows of ``elastic``, ``constraints`` and ``laws`` in ``Pins``."""
+    law, shears = cowper(material.poisson), float(shear_deflection)
+    elastic = np.array([material.elastic_modulus, material.shear_modulus, shears * law.a, shears * law.b])
+    constraints = np.zeros((_MAX_CONSTRAINTS, 3))
+    for row, factors in zip(constraints, criterion.factors, strict=False):
         row[:] = factors.bending / material.allowable_stress, factors.shear / material.allowable_stress, 1.0
     if material.allowable_shear is not None:
-        rows[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
-    return rows
+        constraints[-1] = 0.0, 1.0 / material.allowable_shear, 0.0
+    return elastic, constraints, np.array(criterion.law(material))
 
 
 def evaluated(pins: Pins, ends: Array, walls: Array, threads: int = 1) -> Results:

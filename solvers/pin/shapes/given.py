@@ -88,7 +88,7 @@ class WholeProfile:
         """Interpolate values given at the points to stations x with ``side`` as in ``Stations``: linear, with steps
         where two points share a position."""
         points = np.array(self.x)
-        k = np.clip(np.searchsorted(points, side, side="right") - 1, 0, points.size - 2)
+        k = np.minimum(np.searchsorted(points, side, side="right") - 1, points.size - 2)
         width = points[k + 1] - points[k]
         fraction = np.divide(x - points[k], width, out=np.zeros_like(x), where=width > 0.0)
-        return values[k] + np.clip(fraction, 0.0, 1.0) * (values[k + 1] - values[k])
+        return values[k] + np.minimum(np.maximum(fraction, 0.0), 1.0) * (values[k + 1] - values[k])

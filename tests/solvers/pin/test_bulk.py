@@ -10,7 +10,7 @@ import pytest
 
 from solvers import pin
 from solvers.errors import InvalidInput
-from solvers.pin.closed_form.stepped import steps_of
+from solvers.pin.closed_form.stepped_bore import steps_of
 from solvers.pin.load.piston_pin import deflection_integrals
 
 SAME = 1e-12

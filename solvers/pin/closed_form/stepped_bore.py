@@ -10,16 +10,14 @@ from itertools import pairwise
 import numpy as np
 
 from solvers.numerics.arrays import Array
-from solvers.pin.closed_form.kernel import Pins, Results, constraint_rows, evaluated
+from solvers.pin.closed_form.kernel import Pins, Results, evaluated, material_rows
 from solvers.pin.effects import Physics
 from solvers.pin.optimum.capacity import force_limit, span_over
 from solvers.pin.result import PinCheck, Stress, finite
-from solvers.pin.ring.along_the_part import RingResult, ring_of
+from solvers.pin.ring.along_the_part import ring_of
 from solvers.pin.ring.bearing_pressure import pressures_of_pin
 from solvers.pin.scene import BushingGeometry, Limits, Scene
 from solvers.pin.section.criteria import Criterion
-from solvers.pin.section.flexibility import cowper
-from solvers.pin.section.strength import SLACK
 from solvers.pin.shapes.constant import lightest_constant_mass
 from solvers.pin.shapes.given import Profile
 from solvers.pin.warnings import warnings_of
@@ -47,7 +45,7 @@ def steps_of(profile: Profile, length: float) -> tuple[tuple[float, ...], tuple[
 
 
 @dataclass(frozen=True)
-class Stepped:
+class SteppedBore:
     """A stepped-bore pin with the data its check needs: diameters ``bores`` of the first half up to ``ends`` [m]."""
 
     scene: Scene
@@ -58,15 +56,17 @@ class Stepped:
     physics: Physics
 
 
-def stepped(scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics) -> Stepped | None:
+def stepped_bore(
+    scene: Scene, profile: Profile, criterion: Criterion, limits: Limits, physics: Physics
+) -> SteppedBore | None:
     """Return the pin if the kernel applies (symmetric, rod force alone, stepped bore); else None."""
     if not scene.symmetric or scene.further_cases or isinstance(scene.geometry, BushingGeometry):
         return None
     steps = steps_of(profile, scene.geometry.length)
-    return None if steps is None else Stepped(scene, *steps, criterion, limits, physics)
+    return None if steps is None else SteppedBore(scene, *steps, criterion, limits, physics)
 
 
-def evaluate_all(pins: Sequence[Stepped]) -> Results:
+def evaluate_all(pins: Sequence[SteppedBore]) -> Results:
     """Evaluate all pins, one result row each; shorter step lists are padded with their last step."""
     most = max((len(pin.ends) for pin in pins), default=1)
     ends, bores = np.empty((len(pins), most)), np.empty((len(pins), most))
@@ -76,22 +76,18 @@ def evaluate_all(pins: Sequence[Stepped]) -> Results:
         g, m, short = pin.scene.geometry, pin.scene.material, most - len(pin.ends)
         ends[k], bores[k] = pin.ends + pin.ends[-1:] * short, pin.bores + pin.bores[-1:] * short
         sizes[k] = g.outer_diameter, g.boss_length, g.small_end_length, g.gap, pin.scene.force
-        law, shears = cowper(m.poisson), float(pin.physics.shear_deflection)
-        elastic[k] = m.elastic_modulus, m.shear_modulus, shears * law.a, shears * law.b
-        constraints[k], laws[k] = constraint_rows(pin.criterion, m), pin.criterion.law(m)
+        elastic[k], constraints[k], laws[k] = material_rows(pin.criterion, m, pin.physics.shear_deflection)
     return evaluated(
         Pins(sizes, elastic, constraints, laws), ends, np.maximum(sizes[:, :1] - bores, 0.0) / sizes[:, :1]
     )
 
 
-def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Stress]) -> PinCheck:
+def result(pin: SteppedBore, results: Results, row: int, sections: Callable[[], Stress]) -> PinCheck:
     """Return one row as a check; ``sections`` computes the distributions along the pin on first access."""
     scene, bores = pin.scene, pin.bores
     g, m = scene.geometry, scene.material
     found = Results(*(float(column[row]) for column in results))
-    utilisation, deflection = max(found.criterion, found.shear), found.deflection
     walls = np.maximum(g.outer_diameter - np.array(bores), 0.0)
-    least_wall = 0.5 * float(walls.min())
     outer = np.full(len(bores), g.outer_diameter)
     solid_mass = m.density * g.area * g.length
     return PinCheck(
@@ -100,34 +96,31 @@ def result(pin: Stepped, results: Results, row: int, sections: Callable[[], Stre
         lightest_constant=partial(lightest_constant_mass, scene, pin.limits, pin.criterion, pin.physics, 1.0),
         capacity=partial(_capacity, pin, found.solid),
         sections=sections,
-        messages=partial(_warnings, pin, utilisation, walls / g.outer_diameter, least_wall, deflection),
+        messages=partial(_warnings, pin, walls / g.outer_diameter),
         rings=partial(ring_of, scene, np.array(bores), outer) if pin.physics.ovalization else None,
         min_bore=min(bores),
         bore_mid=bores[-1],
         max_outer=g.outer_diameter,
         outer_mid=g.outer_diameter,
-        least_wall=least_wall,
+        least_wall=0.5 * float(walls.min()),
         max_moment=found.moment,
         max_shear=found.force,
         equivalent_stress_max=finite(m.allowable_stress * found.criterion),
         worst_section=found.worst,
         shear_stress_max=None if m.allowable_shear is None else finite(m.allowable_shear * found.shear),
-        strength_utilisation=finite(utilisation),
-        deflection=finite(deflection),
+        strength_utilisation=finite(max(found.criterion, found.shear)),
+        deflection=finite(found.deflection),
         pressures=pressures_of_pin(scene) if pin.physics.contact_pressure else None,
     )
 
 
-def _warnings(
-    pin: Stepped, utilisation: float, walls: Array, least_wall: float, deflection: float, ring: RingResult | None
-) -> tuple[str, ...]:
+def _warnings(pin: SteppedBore, walls: Array, check: PinCheck) -> tuple[str, ...]:
     def wall_at(side: Array) -> Array:
         return walls[np.searchsorted(pin.ends[:-1], side)]
 
-    over = span_over(pin.scene, pin.criterion, wall_at, pin.ends) if utilisation > 1.0 + SLACK else None
-    x = np.repeat((0.0, *pin.ends), 2)[1:-1]
-    return warnings_of(pin.scene, pin.limits, over, utilisation, x, np.repeat(walls, 2), least_wall, deflection, ring)
+    over, x = partial(span_over, pin.scene, pin.criterion, wall_at, pin.ends), np.repeat((0.0, *pin.ends), 2)[1:-1]
+    return warnings_of(check, pin.scene, pin.limits, over, x, np.repeat(walls, 2))
 
 
-def _capacity(pin: Stepped, solid: float) -> float:
+def _capacity(pin: SteppedBore, solid: float) -> float:
     return pin.scene.force / solid if pin.scene.force > 0.0 else force_limit(pin.scene, pin.criterion)

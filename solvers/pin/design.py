@@ -80,7 +80,6 @@ def design(
             None,
             choice.manifest,
             Accuracy(accuracy, accuracy, {}),
-            certificate=None,
             diagnosis=diagnose(scene, limits, problem.criterion, physics).shortfalls,
             timing={"solve_s": time.perf_counter() - started},
         )

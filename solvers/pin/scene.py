@@ -26,7 +26,7 @@ class _Lengths:
         """Total length [m]."""
         return 2.0 * (self.boss_length + self.gap) + self.small_end_length
 
-    def _require_lengths(self) -> None:
+    def __post_init__(self) -> None:
         require_positive(self, "geometry", "boss_length", "small_end_length")
         require_not_negative(self, "geometry", "gap")
 
@@ -43,7 +43,7 @@ class Geometry(_Lengths):
 
     def __post_init__(self) -> None:
         require_positive(self, "geometry", "outer_diameter")
-        self._require_lengths()
+        super().__post_init__()
 
     def require_size(self, k: int, bore: float) -> None:
         """Raise InvalidInput if the k-th bore of a profile exceeds the outer diameter."""
@@ -76,7 +76,7 @@ class BushingGeometry(_Lengths):
     gap: float = 0.0
 
     def __post_init__(self) -> None:
-        self._require_lengths()
+        super().__post_init__()
         require_not_negative(self, "", "bore")
 
     def require_size(self, k: int, outer: float) -> None:

@@ -5,12 +5,11 @@ around a bore and 0 for a shaft's, D^2 - d^2 = t (2 G -+ t) and
 
     u = (D^2 - d^2)/l^2,
 
-l being a length unit. Bending and shear flexibility are f(u) over 64/(E pi l^4) and g(u) over 4/(G pi l^2)
-(``solvers.pin.section.flexibility``).
+l being a length unit (flexibilities as functions of u: ``solvers.pin.section.flexibility``).
 
 A pin's l is its outer diameter: u = 1 - (d/D)^2 is the solid fraction of the section, walls are w = 1 - d/D. A
-bushing's l is its bore (a shaft's: a length scale from the load), walls are t [m]. Both flexibilities of a bushing are
-convex and decreasing for u > 0: a feasible bushing exists for every finite load and every deflection limit.
+bushing's l is its bore (a shaft's: a length scale from the load), walls are t [m]; a feasible bushing exists for every
+finite load and every deflection limit.
 """
 
 from __future__ import annotations

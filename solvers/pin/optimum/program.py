@@ -94,7 +94,7 @@ def assemble(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     length, variable = scene.geometry.length, design_variable_of(scene)
     floor = variable.floor(scene, limits)
     own = scene.own_forces(stations.x, stations.side)
-    constraints = _constraints(scene, criterion, variable, own, stations.x, stations.side)
+    constraints = constraints_at(scene, criterion, stations.x, stations.side)
     walls = variable.least_walls(constraints, floor, stations.x.size)
     variable = variable.rescaled(float(walls.max()), length)
     bending_stiffness, shear_stiffness = variable.stiffness(scene)
@@ -105,16 +105,10 @@ def assemble(scene: Scene, limits: Limits, criterion: Criterion, physics: Physic
     )  # fmt: skip
 
 
-def _constraints(
-    scene: Scene, criterion: Criterion, variable: DesignVariable, own: Array, x: Array, side: Array
-) -> tuple[StrengthConstraint, ...]:
-    forces = [InternalForces(own[0], own[1]), *scene.further_forces(x, side)]
-    return strength_constraints(criterion, forces, variable.unit_diameter, scene.material)
-
-
 def constraints_at(scene: Scene, criterion: Criterion, x: Array, side: Array) -> tuple[StrengthConstraint, ...]:
     """Return the strength constraints of all load cases at stations x with ``side`` as in ``Stations``."""
-    return _constraints(scene, criterion, design_variable_of(scene), scene.own_forces(x, side), x, side)
+    forces = [InternalForces(*scene.own_forces(x, side)[:2]), *scene.further_forces(x, side)]
+    return strength_constraints(criterion, forces, design_variable_of(scene).unit_diameter, scene.material)
 
 
 def least_walls_at(scene: Scene, criterion: Criterion, floor: float, x: Array) -> Array:

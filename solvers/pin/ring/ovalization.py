@@ -201,8 +201,9 @@ def ring(force: float, diameter: float, length: float, ratio: float, modulus: fl
     )
 
 
-def _greatest_ratio_within(quantity: Callable[[float], float], limit: float, start: float) -> float:
-    """Return the greatest d/D in [start, 1) at which an increasing quantity does not exceed ``limit``.
+def _greatest_ratio_within(quantity: Callable[[float], float], limit: float, start: float) -> float | None:
+    """Return the greatest d/D in [start, 1) at which an increasing quantity does not exceed ``limit``; None if it
+    exceeds it everywhere.
 
     The quantities vary approximately as the inverse square of the wall, so their inverse roots are nearly linear.
     """
@@ -211,6 +212,8 @@ def _greatest_ratio_within(quantity: Callable[[float], float], limit: float, sta
     def excess_x(ratio: float) -> float:
         return 1.0 - math.sqrt(limit / quantity(ratio))
 
+    if quantity(start) > limit * (1.0 + LIMIT_TOLERANCE):
+        return None
     # Thin rings require many harmonics: bracket the root from the thick side by halving the wall.
     low = high = start
     while quantity(high) <= limit:
@@ -234,8 +237,6 @@ def greatest_ratio(
     def growth(ratio: float) -> float:
         return ring(force, diameter, length, ratio, modulus, poisson).ovalization
 
-    if growth(0.0) > limit * (1.0 + LIMIT_TOLERANCE):
-        return None
     return _greatest_ratio_within(growth, limit, 0.0)
 
 
@@ -259,8 +260,6 @@ def ratio_within_stress(
     def stress(ratio: float) -> float:
         return greatest_stress(force, diameter, length, ratio, modulus, poisson)
 
-    if stress(0.0) > limit * (1.0 + LIMIT_TOLERANCE):
-        return None
     return _greatest_ratio_within(stress, limit, MIN_HOOP_RATIO)
 
 

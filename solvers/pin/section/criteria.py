@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from functools import cache
 from typing import NamedTuple
 
 from solvers.pin.scene import PinMaterial
@@ -18,11 +17,9 @@ class ShearLaw(NamedTuple):
     c2: float
 
 
-@cache
-def zhuravsky() -> ShearLaw:
-    """tau = 16 Q (D^2 + D d + d^2)/(3 pi (D^4 - d^4)): the mean over the neutral axis (Zhuravsky, Jourawski)."""
-    k = 16.0 / (3.0 * math.pi)
-    return ShearLaw(3.0 * k, -3.0 * k, k)
+_K = 16.0 / (3.0 * math.pi)
+ZHURAVSKY = ShearLaw(3.0 * _K, -3.0 * _K, _K)
+"""tau = 16 Q (D^2 + D d + d^2)/(3 pi (D^4 - d^4)): the mean over the neutral axis (Zhuravsky, Jourawski)."""
 
 
 def saint_venant(poisson: float) -> ShearLaw:
@@ -58,7 +55,7 @@ class CombinedCriterion:
     factor: float
 
     def law(self, material: PinMaterial) -> ShearLaw:
-        return zhuravsky()
+        return ZHURAVSKY
 
     @property
     def factors(self) -> tuple[Factors, ...]:
@@ -78,7 +75,7 @@ class FibreCriterion:
     by_elasticity: bool = False
 
     def law(self, material: PinMaterial) -> ShearLaw:
-        return saint_venant(material.poisson) if self.by_elasticity else zhuravsky()
+        return saint_venant(material.poisson) if self.by_elasticity else ZHURAVSKY
 
     @property
     def factors(self) -> tuple[Factors, ...]:

@@ -88,8 +88,7 @@ class Cone:
             ends = (*ends, c)
         most = max(bounds.values())
 
-        evidence: dict[str, float | int | str] = {"boxes": boxes, "cone_share": c}
-        evidence["narrowing" if direction == NARROWING else "widening"] = r
+        evidence = {"boxes": boxes, "cone_share": c, "narrowing" if direction == NARROWING else "widening": r}
         bores = size * g.outer_diameter, r * size * g.outer_diameter
         (end, middle), cone = bores[::direction], c * 0.5 * g.length
         corners = [(0.0, end), (cone, middle)] + ([(g.length - cone, middle)] if c < 1.0 else []) + [(g.length, end)]

@@ -173,11 +173,8 @@ def _second_order(constraints: Array, half_r: float, half_c: float) -> tuple[flo
     for k in range(constraints.shape[0]):
         for j in range(k, constraints.shape[0]):
             for side in (1, 3):
-                mine, other = (
-                    constraints[k, side] + constraints[k, side + 1],
-                    constraints[j, side] + constraints[j, side + 1],
-                )
-                w = 1.0
+                mine = constraints[k, side] + constraints[k, side + 1]
+                other, w = constraints[j, side] + constraints[j, side + 1], 1.0
                 if j > k:
                     if not mine * other < 0.0:
                         continue

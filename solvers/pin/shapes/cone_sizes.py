@@ -146,9 +146,8 @@ def split_panels(bar: HalfBar, first_end: float, last_end: float, out: Array) ->
             loaded = loaded or bar.bend[j] != 0.0 or bar.shear[j] != 0.0
         if not loaded or not (begin < first_end < begin + width or begin < last_end < begin + width):
             for j in range(first, first + NODES):
-                out[0, count], out[1, count], out[2, count], out[3, count] = (
-                    bar.x[j], bar.weight[j], bar.bend[j], bar.shear[j],
-                )  # fmt: skip
+                out[0, count], out[1, count] = bar.x[j], bar.weight[j]
+                out[2, count], out[3, count] = bar.bend[j], bar.shear[j]
                 count += 1
             continue
         low = 0.0

@@ -39,14 +39,6 @@ def _lobatto(count: int) -> tuple[Array, Array]:
     return nodes, 2.0 / (count * (count - 1) * legendre(nodes) ** 2)
 
 
-def _interpolatory(nodes: Array) -> Array:
-    """Return the weights on [-1, 1] of the interpolatory quadrature rule."""
-    powers = np.polynomial.legendre.legvander(nodes, nodes.size - 1)
-    exact = np.zeros(nodes.size)
-    exact[0] = 2.0
-    return np.linalg.solve(powers.T, exact)
-
-
 NODE_PLACES, _W = _lobatto(NODES)
 """Nodes on [-1, 1]."""
 NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(axis=1)
@@ -54,10 +46,11 @@ NODE_WEIGHTS = 1.0 / (NODE_PLACES[:, None] - NODE_PLACES + np.eye(NODES)).prod(a
 
 
 def _weights_without(dropped: tuple[int, ...]) -> Array:
-    """Return the weights of the rule on the remaining nodes."""
+    """Return the weights of the interpolatory rule on the remaining nodes."""
     kept = [i for i in range(NODES) if i not in dropped]
-    weights = np.zeros(NODES)
-    weights[kept] = _interpolatory(NODE_PLACES[kept])
+    weights, exact = np.zeros(NODES), np.zeros(len(kept))
+    exact[0] = 2.0
+    weights[kept] = np.linalg.solve(np.polynomial.legendre.legvander(NODE_PLACES[kept], len(kept) - 1).T, exact)
     return weights
 
 

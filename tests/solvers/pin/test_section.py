@@ -12,7 +12,7 @@ from oracles.textbook.pin_bore_iteration import factor, iterate
 from solvers import pin
 from solvers.pin.load.macaulay import InternalForces
 from solvers.pin.optimum.design_variable import DesignVariable
-from solvers.pin.section.criteria import ShearLaw, saint_venant, zhuravsky
+from solvers.pin.section.criteria import ZHURAVSKY, ShearLaw, saint_venant
 from solvers.pin.section.least_wall import least_wall
 from solvers.pin.section.strength import StrengthConstraint, strength_constraints, utilisations
 from tests.solvers.pin.pins import GEOMETRY, PAPER, STEEL, VAZ, exact_wall, numbers, relative, vaz
@@ -111,9 +111,9 @@ def test_stresses_are_the_textbooks():
 
 def test_the_elastic_shear_is_a_fifth_above_zhuravskys():
     w = 1 - 0.65
-    laws = [law.c0 + w * (law.c1 + w * law.c2) for law in (saint_venant(0.3), zhuravsky())]
+    laws = [law.c0 + w * (law.c1 + w * law.c2) for law in (saint_venant(0.3), ZHURAVSKY)]
     assert laws[0] / laws[1] == pytest.approx(1.19, abs=0.005)
-    thin = [law.c0 for law in (saint_venant(0.3), zhuravsky())]
+    thin = [law.c0 for law in (saint_venant(0.3), ZHURAVSKY)]
     assert thin[0] == pytest.approx(thin[1], rel=1e-14)
 
 
@@ -178,5 +178,5 @@ def test_axial_force_and_torque_all_along_in_fifty_digits(share):
 
 
 def test_a_floor_that_does_not_exist_is_no_wall():
-    none = least_wall([StrengthConstraint(np.array([0.1]), np.array([0.1]), 0.0, 0.0, zhuravsky())], math.nan, 1)
+    none = least_wall([StrengthConstraint(np.array([0.1]), np.array([0.1]), 0.0, 0.0, ZHURAVSKY)], math.nan, 1)
     assert np.isnan(none[0])

@@ -167,7 +167,7 @@ def on_profile(
 
 
 def assess(
-    found: Evaluation, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...] = (),
+    found: Evaluation, limits: Limits, mass: float, accuracy: float, places: tuple[float, ...],
     cautions: tuple[str, ...] = (),
 ) -> PinCheck:  # fmt: skip
     """Return all results of a part; ``mass`` [kg], ``places``: the shape's breaks [m], ``cautions``: further
@@ -210,7 +210,7 @@ def _warnings(found: Evaluation, limits: Limits, cautions: tuple[str, ...], chec
     return *warnings_of(check, found.program.scene, limits, over, x, found.walls), *cautions
 
 
-def sections_of(found: Evaluation, places: tuple[float, ...] = ()) -> Stress:
+def sections_of(found: Evaluation, places: tuple[float, ...]) -> Stress:
     """Return the distributions along the part, keeping the shape's breaks ``places`` [m]."""
     program, scene = found.program, found.program.scene
     equivalent = scene.material.allowable_stress * found.utilisations[0]

@@ -18,6 +18,7 @@ from solvers.numerics.arrays import Array
 from solvers.numerics.panels import differentiation_matrix
 from solvers.pin.stations.lobatto_panels import NODE_PLACES, NODE_WEIGHTS, NODES, Stations
 
+_DIFFERENTIATION = differentiation_matrix(NODE_PLACES, NODE_WEIGHTS)
 _TOLERANCE = 1e-7
 """Relative to the greatest diameter: 2 nm for a pin of 20 mm."""
 _POSITION_TOLERANCE = 1e-9
@@ -60,7 +61,7 @@ def contour(stations: Stations, diameters: Array, length: float) -> tuple[Cubic,
     kept = stations.width > _POSITION_TOLERANCE * length
     x = stations.x.reshape(-1, NODES)[kept]
     values = np.asarray(diameters, float).reshape(-1, NODES)[kept]
-    slopes = 2.0 / stations.width[kept, None] * (values @ differentiation_matrix(NODE_PLACES, NODE_WEIGHTS).T)
+    slopes = 2.0 / stations.width[kept, None] * (values @ _DIFFERENTIATION.T)
     pieces = _cubics(x, values, slopes, tolerance)
     # Close the gaps of panels dropped as too narrow: they are steps.
     starts = [0.0, *(piece.end for piece in pieces[:-1])]

@@ -9,37 +9,21 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-_SUBMODULE_OF = {
-    "Case": "bulk",
-    "analyse_many": "bulk",
-    "CrankDynamics": "check",
-    "analyse": "check",
-    "EFFECTS": "effects",
-    "IndicatorPressure": "gas.indicator_diagram",
-    "STROKES": "gas.indicator_diagram",
-    "Stroke": "gas.indicator_diagram",
-    "Estimate": "masses.measurement",
-    "Pendulum": "masses.measurement",
-    "RodMasses": "masses.measurement",
-    "USUAL": "masses.measurement",
-    "Weighing": "masses.measurement",
-    "estimate": "masses.measurement",
-    "swing": "masses.measurement",
-    "weigh": "masses.measurement",
-    "CrankThrow": "masses.two_mass_model",
-    "RodMass": "masses.two_mass_model",
-    "ExactMotion": "motion.slider_crank",
-    "TablePressure": "gas.pressure_table",
-    "Repair": "gas.data_faults",
-    "repaired_indicator": "gas.indicator_diagram",
-    "repaired_table": "gas.pressure_table",
-    "Cylinder": "scene",
-    "Engine": "scene",
-    "Masses": "scene",
-    "Mechanism": "scene",
-    "Scene": "scene",
+_PUBLIC = {
+    "bulk": ("Case", "analyse_many"),
+    "check": ("CrankDynamics", "analyse"),
+    "effects": ("EFFECTS",),
+    "gas.data_faults": ("Repair",),
+    "gas.indicator_diagram": ("STROKES", "IndicatorPressure", "Stroke", "repaired_indicator"),
+    "gas.pressure_table": ("TablePressure", "repaired_table"),
+    "masses.measurement": ("USUAL", "Estimate", "Pendulum", "RodMasses", "Weighing", "estimate", "swing", "weigh"),
+    "masses.two_mass_model": ("CrankThrow", "RodMass"),
+    "motion.slider_crank": ("ExactMotion",),
+    "scene": ("Cylinder", "Engine", "Masses", "Mechanism", "Scene"),
 }
-"""Public names and the submodules that define them, imported lazily on first access."""
+"""Public names by the submodules that define them, imported lazily on first access."""
+
+_SUBMODULE_OF = {name: submodule for submodule, names in _PUBLIC.items() for name in names}
 
 __all__ = sorted(_SUBMODULE_OF)
 

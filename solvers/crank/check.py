@@ -179,7 +179,7 @@ def analyse(
         torque_mean=torque_mean,
         indicated_power=torque_mean * cycle.machine.speed,
         worst=worst,
-        brix_pressure_error=float(found.loads.value[BRIX]) if cycle.curve.has_brix else None,
+        brix_pressure_error=float(loads.value[BRIX]) if cycle.curve.has_brix else None,
         speed_fluctuation=speed_fluctuation,
         balance=balance(cycle) if "engine" in cycle.effects else None,
         shared_pin=tuple(found.shared_pin.value[:2].tolist()) if shared else None,

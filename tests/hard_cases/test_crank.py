@@ -14,7 +14,7 @@ import mpmath as mp
 import pytest
 
 from solvers import crank
-from solvers.crank.motion.slider_crank import angle_functions, crank_angle_at
+from solvers.crank.motion.slider_crank import angle_functions, crank_angle_at, rod_acceleration_of
 from solvers.effects import ALL
 from tests.hard_cases.make_crank_references import load_cases
 
@@ -47,7 +47,7 @@ def motions(inputs):
         yield "velocity", r * (at.sine + at.cosine * at.tangent)
         yield "acceleration", motion.acceleration(phi)
         yield "rod_tangent", at.tangent
-        yield "rod_angular_acceleration", motion.rod_acceleration(phi)
+        yield "rod_angular_acceleration", rod_acceleration_of(at, motion.geometry)
     if "position" in inputs:
         yield "crank_angle", crank_angle_at(inputs["position"], r, length, e)
 

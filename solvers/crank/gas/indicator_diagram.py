@@ -79,9 +79,7 @@ class IndicatorPressure:
                 require_sound(points, STROKE_FAULTS, f"pressure.strokes.{index}.volume")
         top, bottom = motion.dead_centres
         ends = np.array([(bottom if i % 2 else top) + i // 2 * 2.0 * math.pi for i in range(len(names) + 1)])
-        geometry = motion.geometry
-        breaks, origin, cubic, stroke_of = _unrolled(volume, pressure, first, ends, geometry, cylinder.area, low)
-        return Unrolled(breaks, origin, cubic, stroke_of, True, geometry, cylinder.area, low)
+        return _unrolled(volume, pressure, first, ends, motion.geometry, cylinder.area, low)
 
 
 @kernel
@@ -97,8 +95,8 @@ def _sound(volume: Array, first: Index, low: float, high: float, gap: float) -> 
 @kernel
 def _unrolled(
     volume: Array, pressure: Array, first: Index, ends: Array, geometry: Geometry, area: float, clearance: float
-) -> tuple[Array, Array, Array, Index]:
-    """Return breaks, origins, cubics and strokes of a diagram.
+) -> Unrolled:
+    """Return a diagram over the crank angle, its strokes between these ``ends`` [rad].
 
     The points of each stroke are ascending in volume, from index ``first`` on. Beyond a stroke's points the pressure
     is that of the nearest point.
@@ -130,7 +128,8 @@ def _unrolled(
                 start = end
                 count += 1
     breaks[count] = ends[-1]
-    return breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy(), stroke[:count].copy()
+    breaks, origin, cubic = breaks[: count + 1].copy(), origin[:count].copy(), cubic[:count].copy()
+    return Unrolled(breaks, origin, cubic, stroke[:count].copy(), True, geometry, area, clearance)
 
 
 def repaired_indicator(

@@ -197,13 +197,13 @@ def swing(pendulum: Pendulum) -> RodMasses:
         results = _pendulum_formulas({name: np.array(value) for name, value in values.items()})
         derivatives = sensitivities(_pendulum_formulas, values)["rod_cg_from_pin"]
         cg_uncertainty = combined(derivatives, assumed) if np.isfinite(list(results.values())).all() else math.inf
-    limit, masses = _MAX_RELATIVE_UNCERTAINTY * length, None
+    limit = _MAX_RELATIVE_UNCERTAINTY * length
     if cg_uncertainty <= limit:
         masses = pendulum.evaluate(_pendulum_formulas, ())
         if masses.uncertainty is not None:
             # Near the singularity linear propagation is not valid.
             cg_uncertainty = masses.uncertainty.standard["rod_cg_from_pin"]
-    if masses is None or not cg_uncertainty <= limit:
+    if not cg_uncertainty <= limit:
         condition = ""
         if not uncertain:
             condition = f" even for a relative uncertainty of {_NOMINAL_UNCERTAINTY:g} in what was measured"

@@ -53,8 +53,7 @@ class ExactMotion:
     @property
     def dead_centres(self) -> tuple[float, float]:
         """Crank angles of the top dead centre and of the following bottom one [rad]."""
-        r, length, e = self.crank_radius, self.rod_length, self.offset
-        return math.asin(e / (length + r)), math.pi + math.asin(e / (length - r))
+        return self.geometry.top, math.pi + math.asin(self.offset / (self.rod_length - self.crank_radius))
 
     @property
     def stroke(self) -> float:
@@ -78,13 +77,9 @@ class ExactMotion:
         """d2x/dphi2 = r (cos phi - sin phi tan beta + lambda cos^2 phi/cos^3 beta) [m]."""
         return self._motion(angle)[1]
 
-    def rod_acceleration(self, angle: ArrayLike) -> Array:
-        """d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
-        return self._motion(angle)[2]
-
     def _motion(self, angle: ArrayLike) -> Array:
         phi = np.asarray(angle, dtype=float)
-        return _motion(phi.ravel(), self.geometry).reshape(3, *phi.shape)
+        return _motion(phi.ravel(), self.geometry).reshape(2, *phi.shape)
 
 
 class AngleFunctions(NamedTuple):
@@ -147,7 +142,7 @@ def acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
 
 @inlined_kernel
 def rod_acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
-    """d2beta/dphi2, the rod's angular acceleration divided by omega^2."""
+    """d2beta/dphi2 = (beta'^2 sin beta - lambda sin phi)/cos beta, with beta' = lambda cos phi/cos beta."""
     ratio = geometry.r / geometry.length
     rate = ratio * at.cosine * at.secant
     return rate * rate * at.tangent - ratio * at.sine * at.secant
@@ -155,11 +150,10 @@ def rod_acceleration_of(at: AngleFunctions, geometry: Geometry) -> float:
 
 @kernel
 def _motion(phi: Array, geometry: Geometry) -> Array:
-    out = np.empty((3, phi.size))
+    out = np.empty((2, phi.size))
     for i in range(phi.size):
         at = angle_functions(phi[i], geometry)
         out[0, i], out[1, i] = displacement_of(at, geometry), acceleration_of(at, geometry)
-        out[2, i] = rod_acceleration_of(at, geometry)
     return out
 
 

@@ -164,7 +164,7 @@ def _least_area(kind: str, links: tuple[mp.mpf, mp.mpf, mp.mpf], crank: mp.mpf, 
 def _ours(accuracy: float, case: LinkageCase) -> Results:
     # From the ratios on, as the peers: scene, mechanism and limits are made within the time.
     found = case_of(case.request)._replace(accuracy=accuracy).evaluate().value
-    values = found.strike.u31_max, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
+    values = found.strike.peaks.u31, found.strike.peaks.torque, found.box.area / SQUARE_MILLI
     return dict(zip(JUDGED, values, strict=True))
 
 

@@ -18,7 +18,6 @@ from scipy.optimize import minimize_scalar
 from oracles.rivals.hunt import Array, Hunt, Look, Space, Spent
 from oracles.rivals.starts import Strength, along, compete, step_along_limits
 from solvers import linkage
-from solvers.linkage.mechanism.closure import Closure
 from solvers.linkage.mechanism.kinematics import FourBar
 from solvers.linkage.optimum.family import Family
 
@@ -39,10 +38,10 @@ def cost_of(problem: linkage.LinkageProblem, value: float) -> float:
     return problem.objective.sign * math.log(value)
 
 
-def look_at(problem: linkage.LinkageProblem, family: Family, bar: FourBar, scale: float) -> Look:
+def look_at(problem: linkage.LinkageProblem, bar: FourBar, scale: float) -> Look:
     """Evaluate a member at a given size."""
     scene = problem.settled(scale, bar.u31_end)
-    mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.u31_end), Closure(family.kind, 0.0, 0.0))
+    mechanism = linkage.Mechanism(bar, scale / (float(bar.ratios.rocker) * bar.u31_end))
     found = linkage.check(scene, mechanism, problem.limits, _needed(problem), demands=problem.demands()).value
     kept = margins(problem.limits, found)
     if found.strike is None or found.strike.peaks is None:
@@ -58,7 +57,7 @@ def _needed(problem: linkage.LinkageProblem) -> linkage.EffectSelection:
 
 def margins(limits: linkage.Limits, found: linkage.LinkageCheck) -> Array:
     """Logarithmic margins of the limits; NaN for missing results."""
-    out = [1.0 if found.rotatable else math.nan]
+    out = [1.0 if found.mechanism.rotatable else math.nan]
     if limits.min_link > 0.0:
         out.append(math.log(min(_links(found)) / limits.min_link))
     stands = found.strike is not None and found.strike.peaks is not None
@@ -72,7 +71,7 @@ def margins(limits: linkage.Limits, found: linkage.LinkageCheck) -> Array:
     out += [math.log(limit / read()) if stands else math.nan for limit, read in most if limit is not None]
     if limits.transmission_angle is not None:
         least, greatest = limits.transmission_angle
-        angle = max(found.strike.transmission_angle, _LEAST_ANGLE) if stands else math.nan
+        angle = max(found.mechanism.bar.middle_transmission_angle, _LEAST_ANGLE) if stands else math.nan
         out += [math.log(angle / max(least, _LEAST_ANGLE)), math.log(greatest / angle) if greatest > 0.0 else math.nan]
     return np.array(out)
 
@@ -133,9 +132,7 @@ def rivals(
     found = list(ways(problem, scale))
     starts = max(strength.starts // max(len(found), 1), _BEST_OF_SCAN + 2)
     for way in found:
-        hunt = Hunt(
-            way.space, lambda p, way=way: look_at(problem, way.family, *way.member(p)), seeking=answer is not None
-        )
+        hunt = Hunt(way.space, lambda p, way=way: look_at(problem, *way.member(p)), seeking=answer is not None)
         near = []
         if bar is not None and bar.kind == way.family.kind:
             near.append(hunt.clipped(_told(problem, way, bar, scale)))

@@ -10,14 +10,13 @@ from functools import lru_cache
 from solvers.accuracy import require_accuracy
 from solvers.effects import AUTO, Demand, EffectSelection
 from solvers.errors import InvalidInput, require
-from solvers.linkage.effects import Situation, choose_for, compose
+from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.limits import Limits
-from solvers.linkage.loads.torque_and_pin_force import Peaks, peaks
+from solvers.linkage.loads.torque_and_pin_force import peaks
 from solvers.linkage.mechanism.change_point import ChangePoint, Gain
-from solvers.linkage.mechanism.closure import Closure, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.result import TRANSFER_POINTS, LinkageCheck, Strike
+from solvers.linkage.result import TRANSFER_POINTS, EffectResults, LinkageCheck, Strike
 from solvers.linkage.scene import Scene
 from solvers.linkage.warnings import warnings_of
 from solvers.outcome import Accuracy, Outcome, Status
@@ -38,7 +37,7 @@ def of_ratio(scene: Scene, kind: ChangePoint, parameter: float) -> Mechanism:
         crank = scene.impact_speed / (scene.crank_speed * bar.ratios.rocker * bar.u31_end)
     else:
         crank = scene.tool_radius / float(bar.ratios.rocker)
-    return Mechanism(bar, crank, Closure(kind, 0.0, 0.0))
+    return Mechanism(bar, crank)
 
 
 @lru_cache(maxsize=32, typed=True)
@@ -74,38 +73,21 @@ def check(
         loads = peaks(mechanism.bar, mechanism.crank, scene.impact_energy)
     situation = Situation(scene, mechanism, limits, accuracy, loads)
     choice = choose_for(situation, effects, effect_tolerance, demands)
-    effect_results = compose(choice, situation)
-    closure = mechanism.closure
+    results = EffectResults()
+    for effect in choice.active:
+        results = effect.join(results, situation)
     settings: dict[str, float | int | str] = {"transfer_points": TRANSFER_POINTS}
-    if effect_results.running is not None:
-        settings["steps"] = effect_results.running.steps
-    value = LinkageCheck(
-        mechanism=mechanism,
-        rotatable=mechanism.rotatable,
-        confined=mechanism.confined,
-        strike=_strike(scene, mechanism, loads) if mechanism.can_strike else None,
-        window=None if closure.closes else window(mechanism.bar, closure.surplus),
-        **vars(effect_results),
-    )
+    if results.running is not None:
+        settings["steps"] = results.running.steps
+    strike = None
+    if mechanism.can_strike:
+        mismatch = max(abs(end - mechanism.bar.restitution) for end in (scene.restitution.low, scene.restitution.high))
+        strike = Strike(mismatch, scene.tool_speed(mechanism), loads)
+    value = LinkageCheck(mechanism=mechanism, strike=strike, **vars(results))
     return Outcome(
         status=Status.SUCCEEDED,
         value=replace(value, warnings=(*value.warnings, *warnings_of(value, scene))),
         effects=choice.manifest,
-        accuracy=Accuracy(accuracy, max(_ROUNDING, effect_results.error), settings),
+        accuracy=Accuracy(accuracy, max(_ROUNDING, results.error), settings),
         timing={"solve_s": time.perf_counter() - started},
-    )
-
-
-def _strike(scene: Scene, mechanism: Mechanism, loads: Peaks | None) -> Strike:
-    bar = mechanism.bar
-    design_restitution = bar.restitution
-    return Strike(
-        u31_start=bar.u31_start,
-        u31_end=bar.u31_end,
-        restitution=design_restitution,
-        mismatch=max(abs(scene.restitution.low - design_restitution), abs(scene.restitution.high - design_restitution)),
-        impact_speed=scene.tool_speed(mechanism),
-        transmission_angle=float(bar.middle_transmission_angle),
-        peaks=loads,
-        u31_max=math.inf if loads is None else loads.u31,
     )

@@ -30,7 +30,8 @@ class Constraint:
 
 def _angle(check: LinkageCheck) -> float | None:
     """Mid-cycle transmission angle; it exists only if the crank rotates fully."""
-    return check.strike.transmission_angle if check.strike is not None and check.rotatable else None
+    turning = check.strike is not None and check.mechanism.rotatable
+    return float(check.mechanism.bar.middle_transmission_angle) if turning else None
 
 
 def _force(check: LinkageCheck) -> float | None:

@@ -15,7 +15,6 @@ from solvers.linkage.check import check
 from solvers.linkage.constraints import active
 from solvers.linkage.effects import Situation, choose_for
 from solvers.linkage.mechanism.change_point import MIN_LONG_LINK_MARGIN, MIN_PARALLELOGRAM_MARGIN, ChangePoint
-from solvers.linkage.mechanism.closure import Closure
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.optimum.branch_and_bound import FamilyOptimum, search
 from solvers.linkage.optimum.family import MAX_MARGIN, PROOF_RANGE_FACTOR, Family
@@ -32,8 +31,6 @@ _LEAST_GAP = 1e-6
 _ACTIVE, _WIDE = 1e-7, 5e-4
 _EQUALITY_TOLERANCE = 1e-10
 """Relative tolerance for equality of quantities that are closed forms or extrema converged to less."""
-
-
 _VANISHING = 1e-3
 """|u31(2 pi)| at an end of the family below which the base is assumed to grow without bound toward that end."""
 
@@ -54,7 +51,6 @@ class LinkageDesign:
 
     check: LinkageCheck
     scene: Scene
-    objective: str
     value: float
     active_limits: tuple[str, ...]
     alternatives: tuple[Alternative, ...]
@@ -82,7 +78,7 @@ def design(
     best = min(found, key=lambda other: other.cost)
     settings: dict[str, float | int | str] = {"gap": gap}
     if best.mechanism is None:
-        nominal = Mechanism(best.family.member(0.0), 1.0, Closure(best.family.kind, 0.0, 0.0))
+        nominal = Mechanism(best.family.member(0.0), 1.0)
         situation = Situation(problem.scene, nominal, problem.limits, accuracy, None)
         choice = choose_for(situation, effects, effect_tolerance, problem.demands())
         return Outcome(
@@ -104,7 +100,6 @@ def design(
     result = LinkageDesign(
         replace(outcome.value, warnings=(*outcome.value.warnings, *_search_warnings(best, excluded_to, gap))),
         scene,
-        problem.objective.name,
         value,
         active(problem.limits, outcome.value, _ACTIVE),
         tuple(_alternative(problem, other) for other in found),
@@ -138,7 +133,7 @@ def _refuse_unbounded(problem: LinkageProblem) -> None:
         family = Family(kind, problem.scene.restitution.gain)
         q = np.array(family.proof_range)
         ends = Quantities(problem, family, q, q)
-        if np.any((ends.u31_end_low < _VANISHING) & np.less(*ends.scale)):
+        if np.any((ends.u31_end[0] < _VANISHING) & np.less(*ends.scale)):
             raise InvalidInput(
                 "limits.longest_link",
                 f"the longer the links of the {kind.name.replace('_', ' ')} the higher the blow frequency at this tool "

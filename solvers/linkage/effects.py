@@ -11,23 +11,23 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from solvers.effects import AUTO, Choice, Demand, Effect, EffectSelection, choose
+from solvers.effects import Choice, Demand, Effect, EffectSelection, choose
 from solvers.errors import InvalidInput
 from solvers.linkage.limits import Limits
 from solvers.linkage.loads.coupler_elasticity import worst_elastic_peak
 from solvers.linkage.loads.torque_and_pin_force import Peaks
-from solvers.linkage.mechanism.closure import Window, closure_error, restitution_error, window
+from solvers.linkage.mechanism.closure import Window, restitution_error, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.result import EffectResults
 from solvers.linkage.scene import Scene
 from solvers.linkage.steady_state.periodic_solution import steady_state_running
-from solvers.linkage.swept_area.bounding_box import minimum_box
+from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, minimum_box
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radius
 from solvers.linkage.swept_area.outline import sweep
 
 NO_STEADY_RUNNING = "no steady running was found: the motor stalls, or its line is far too steep for the inertias"
-_ORIENTATION, _ROUNDING = 1e-13, 1e-14
-"""Relative errors of the minimum box, this sharp because it costs microseconds only, and of closed-form results."""
+_ROUNDING = 1e-14
+"""Relative error of closed-form results."""
 _LIMIT_ROUNDING = 2e-10
 """Relative allowance within which the box of a design on its limits is found: twice what the search allows."""
 _STEPS_SHARE = 0.1
@@ -73,10 +73,8 @@ class Envelope:
         limits, outline = situation.limits, sweep(situation.mechanism.bar, situation.mechanism.crank)
         pad = limits.joint_radius
         width, height = (side * (1.0 + _LIMIT_ROUNDING) for side in limits.sides)
-        box = minimum_box(outline, pad, width, height, _ORIENTATION) or minimum_box(
-            outline, pad, tolerance=_ORIENTATION
-        )
-        error = max(results.error, _ORIENTATION + _ROUNDING)
+        box = minimum_box(outline, pad, width, height) or minimum_box(outline, pad)
+        error = max(results.error, BOX_TOLERANCE + _ROUNDING)
         return replace(results, box=box, enclosing_radius=enclosing_radius(outline, pad), error=error)
 
 
@@ -93,11 +91,7 @@ class ImpactDynamics:
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
         if situation.peaks is None:
             return results
-        scene, bar = situation.scene, situation.mechanism.bar
-        tool = scene.striking_radius(situation.mechanism)
-        running = steady_state_running(
-            bar, scene, scene.drive, tool, scene.restitution.middle, _STEPS_SHARE * situation.accuracy
-        )
+        running = steady_state_running(situation.mechanism, situation.scene, _STEPS_SHARE * situation.accuracy)
         if running is None:
             return replace(results, warnings=(*results.warnings, NO_STEADY_RUNNING))
         return replace(results, running=running, error=max(results.error, running.error))
@@ -112,16 +106,14 @@ class CouplerElasticity:
 
     def influence(self, situation: Situation) -> float:
         peaks = situation.peaks
-        return 1.0 if peaks is None or peaks.force == 0 else self._peak(situation) / peaks.force
+        if peaks is None or peaks.force == 0:
+            return 1.0
+        return worst_elastic_peak(situation.mechanism.bar, situation.scene) / peaks.force
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
-        return replace(results, coupler_peak=self._peak(situation)) if situation.mechanism.can_strike else results
-
-    def _peak(self, situation: Situation) -> float:
-        scene = situation.scene
-        return worst_elastic_peak(
-            situation.mechanism.bar, scene.coupler_stiffness, scene.impact_energy, scene.restitution
-        )
+        if not situation.mechanism.can_strike:
+            return results
+        return replace(results, coupler_peak=worst_elastic_peak(situation.mechanism.bar, situation.scene))
 
 
 @dataclass(frozen=True)
@@ -132,21 +124,19 @@ class LengthTolerances:
     needs: str | None = "length_tolerance"
 
     def influence(self, situation: Situation) -> float:
-        return max(self._restitution_error(situation), self._window(situation).angle)
+        error, tolerance_window = self._errors(situation)
+        return max(error, tolerance_window.angle)
 
     def join(self, results: EffectResults, situation: Situation) -> EffectResults:
         if not situation.mechanism.can_strike:
             return results
-        error, tolerance_window = self._restitution_error(situation), self._window(situation)
+        error, tolerance_window = self._errors(situation)
         return replace(results, restitution_error=error, tolerance_window=tolerance_window)
 
-    def _restitution_error(self, situation: Situation) -> float:
-        mechanism = situation.mechanism
-        return restitution_error(mechanism.bar, mechanism.crank, situation.scene.length_tolerance)
-
-    def _window(self, situation: Situation) -> Window:
-        mechanism = situation.mechanism
-        return window(mechanism.bar, -closure_error(mechanism.crank, situation.scene.length_tolerance))
+    def _errors(self, situation: Situation) -> tuple[float, Window]:
+        """Relative error of the restitution, and the window with all four lengths at their worst."""
+        bar, crank, tolerance = situation.mechanism.bar, situation.mechanism.crank, situation.scene.length_tolerance
+        return restitution_error(bar, crank, tolerance), window(bar, -4.0 * tolerance / crank)
 
 
 EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElasticity(), LengthTolerances())
@@ -154,10 +144,7 @@ EFFECTS: tuple[LinkageEffect, ...] = (Envelope(), ImpactDynamics(), CouplerElast
 
 
 def choose_for(
-    situation: Situation,
-    selection: EffectSelection = AUTO,
-    tolerance: float = 1e-2,
-    demands: tuple[Demand, ...] = (),
+    situation: Situation, selection: EffectSelection, tolerance: float, demands: tuple[Demand, ...]
 ) -> Choice[LinkageEffect]:
     """Select the effects for a mechanism (see ``solvers.effects.choose``); those with missing data cannot run."""
     unable = {}
@@ -167,11 +154,3 @@ def choose_for(
                 raise InvalidInput(effect.needs, f"the effect {effect.name!r} cannot run without it", "a value")
             unable[effect.name] = f"the scene does not give the {effect.needs.replace('_', ' ')} that it needs"
     return choose(EFFECTS, situation, selection, tolerance, demands, unable)
-
-
-def compose(choice: Choice[LinkageEffect], situation: Situation) -> EffectResults:
-    """Results of the selected effects; the other effects are not computed."""
-    results = EffectResults()
-    for effect in choice.active:
-        results = effect.join(results, situation)
-    return results

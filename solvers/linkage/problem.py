@@ -50,12 +50,12 @@ class Objective:
 
 
 def _cost_of_speed(quantities: Any) -> Array:
-    stroke = quantities.problem.stroke(quantities.scale[1], quantities.u31_end_high)
+    stroke = quantities.problem.stroke(quantities.scale[1], quantities.u31_end[1])
     return 1.0 / (quantities.problem.scene.crank_speed * stroke)
 
 
 def _cost_of_frequency(quantities: Any) -> Array:
-    stroke = quantities.problem.stroke(quantities.scale[0], quantities.u31_end_low)
+    stroke = quantities.problem.stroke(quantities.scale[0], quantities.u31_end[0])
     return 2.0 * math.pi * stroke / quantities.problem.scene.impact_speed
 
 

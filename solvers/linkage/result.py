@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from solvers.linkage.loads.torque_and_pin_force import Peaks
-from solvers.linkage.mechanism.closure import Window
+from solvers.linkage.mechanism.closure import Window, window
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.steady_state.periodic_solution import SteadyState
 from solvers.linkage.swept_area.bounding_box import Box
@@ -20,20 +20,12 @@ TRANSFER_POINTS = 181
 
 @dataclass(frozen=True)
 class Strike:
-    """The impact of a mechanism whose links close.
+    """The impact of a mechanism whose links close: maximum |R - R_k|, the tool's speed [m/s], and the cycle's peaks,
+    None if the crank does not rotate fully."""
 
-    |u31| after and before it, R_k, the tool's speed [m/s], nu at mid-cycle [rad], peak loads. ``u31_max`` is the
-    maximum |u31| over the cycle.
-    """
-
-    u31_start: float
-    u31_end: float
-    restitution: float
     mismatch: float
     impact_speed: float
-    transmission_angle: float
     peaks: Peaks | None
-    u31_max: float
 
 
 @dataclass(frozen=True)
@@ -55,24 +47,27 @@ class EffectResults:
 class LinkageCheck(EffectResults):
     """The results of a check, SI units; None if a result does not exist.
 
-    ``strike`` is None for lengths that do not close and for motions that cannot strike; ``confined`` is the maximum
-    crank angle [rad] on either side of the blow if the crank does not rotate fully.
+    ``strike`` is None for lengths that do not close and for motions that cannot strike.
     """
 
     mechanism: Mechanism
-    rotatable: bool
-    confined: float | None
     strike: Strike | None
-    window: Window | None
+
+    @cached_property
+    def window(self) -> Window | None:
+        """Effect of the closure error; None if the links close."""
+        closure = self.mechanism.closure
+        return None if closure.closes else window(self.mechanism.bar, closure.surplus)
 
     @cached_property
     def angles(self) -> Array:
         """Crank angles [rad] over the cycle; if the crank does not rotate fully only the reachable ones, in two
         runs."""
-        if self.confined is None:
+        confined = self.mechanism.confined
+        if confined is None:
             return np.linspace(0.0, 2.0 * math.pi, TRANSFER_POINTS)
         # The end of the reachable range is omitted: u31 is unbounded there.
-        run = np.linspace(0.0, self.confined, TRANSFER_POINTS // 2 + 1)[:-1]
+        run = np.linspace(0.0, confined, TRANSFER_POINTS // 2 + 1)[:-1]
         return np.concatenate([run, 2.0 * math.pi - run[::-1]])
 
     @cached_property

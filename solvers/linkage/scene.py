@@ -42,11 +42,6 @@ class Restitution:
         return 0.5 * (self.low + self.high)
 
     @property
-    def mismatch(self) -> float:
-        """Maximum |R - R_k| of a mechanism made for the middle."""
-        return 0.5 * (self.high - self.low)
-
-    @property
     def gain(self) -> Gain:
         return Gain(self.middle)
 
@@ -91,9 +86,8 @@ class Scene:
 
     def __post_init__(self) -> None:
         require_positive(self, "", *_GIVEN, "tool_radius", "coupler_stiffness", "length_tolerance")
-        if None in (self.blow_frequency, self.impact_speed, self.impact_energy):
-            name = next(name for name in _GIVEN if getattr(self, name) is None)
-            raise InvalidInput(name, "is missing", "(0, inf)")
+        for name in _GIVEN:
+            require(getattr(self, name) is not None, name, "is missing", "(0, inf)")
 
     @property
     def crank_speed(self) -> float:

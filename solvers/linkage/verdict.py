@@ -43,7 +43,7 @@ def judge(
 ) -> Verdict:
     """The verdict on a linkage; ``designed`` if it was designed for these limits."""
     slack, strike = slack_of(accuracy), check.strike
-    criteria = [yes("turns_fully", check.rotatable), yes("strikes", strike is not None)]
+    criteria = [yes("turns_fully", check.mechanism.rotatable), yes("strikes", strike is not None)]
     if strike is not None and given.speed:
         if given.speed_asked:
             criteria.append(equal("impact_speed", scene.impact_speed, strike.impact_speed, SPEED_SLACK))

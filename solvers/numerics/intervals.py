@@ -41,12 +41,6 @@ def add(a: Enclosure, b: Enclosure, extent: Extent) -> Enclosure:
 
 
 @kernel
-def subtract(a: Enclosure, b: Enclosure, extent: Extent) -> Enclosure:
-    """a - b."""
-    return _intersected(a[0] - b[0], a[1] - b[2], a[2] - b[1], a[3] - b[4], a[4] - b[3], extent)
-
-
-@kernel
 def multiply(a: Enclosure, b: Enclosure, extent: Extent) -> Enclosure:
     """a b."""
     low, high = _product(a[1], a[2], b[1], b[2])

@@ -99,9 +99,9 @@ def test_every_entry_is_reproduced_or_a_listed_misprint(kind, column, name, prin
 def test_six_columns_have_a_crank_that_cannot_turn(kind, column):
     mechanism = linkage.of_ratio(SCENE, linkage.KINDS[kind], float(column))
     found = linkage.check(SCENE, mechanism).value
-    assert found.rotatable == ((kind, column) not in CONFINED)
-    if not found.rotatable:
-        assert f"{math.degrees(found.confined):.1f}" == CONFINED[kind, column]
+    assert found.mechanism.rotatable == ((kind, column) not in CONFINED)
+    if not found.mechanism.rotatable:
+        assert f"{math.degrees(found.mechanism.confined):.1f}" == CONFINED[kind, column]
         # The rocker is shorter than the crank.
         assert mechanism.bar.ratios.rocker < 1
 
@@ -121,7 +121,7 @@ def test_the_largest_base_strikes_more_often_but_not_four_times():
 def test_where_the_rocker_is_fastest_in_mid_cycle():
     for column in TABLE_2["lambda0"][1:]:
         found = linkage.check(SCENE, linkage.of_ratio(SCENE, linkage.LARGEST_BASE, float(column))).value
-        faster = found.strike.u31_max > found.strike.u31_end * (1 + 1e-9)
+        faster = found.strike.peaks.u31 > found.mechanism.bar.u31_end * (1 + 1e-9)
         assert faster == (float(column) < 2.5786)
 
 
@@ -132,9 +132,8 @@ def test_the_mechanisms_of_figure_2_are_of_the_types_it_names(ratios, kind):
     base, coupler, rocker = ratios
     found = linkage.check(SCENE, linkage.of_lengths(linkage.Lengths(base, 1.0, coupler, rocker))).value
     assert found.mechanism.bar.kind.name == kind
-    assert found.rotatable
+    assert found.mechanism.rotatable
     # Formulas (4) and (6).
     g, reach = math.sqrt(coupler * base / rocker), base + (1 if kind == "largest_base" else -1)
-    assert (found.strike.u31_start, found.strike.u31_end) == pytest.approx(
-        ((g - 1) / reach, (g + 1) / reach), rel=1e-14
-    )
+    bar = found.mechanism.bar
+    assert (bar.u31_start, bar.u31_end) == pytest.approx(((g - 1) / reach, (g + 1) / reach), rel=1e-14)

@@ -174,7 +174,7 @@ def run_design(request: DesignRequest, report: Report = ignore_progress) -> Answ
     result = {
         **result_of(found.check, found.scene, request),
         "transfer": transfer_json(found.check),
-        "objective": found.objective,
+        "objective": request.objective,
         "value": found.value / unit,
         "value_unit": words,
         "active_limits": [_LIMITS.get(name, name) for name in found.active_limits],

@@ -14,7 +14,6 @@ from app.designs.units import MILLI
 from solvers import linkage
 from solvers.linkage.mechanism.closure import Window
 from solvers.linkage.mechanism.lengths import Mechanism
-from solvers.linkage.result import Strike
 
 SQUARE_MILLI = MILLI**2
 
@@ -139,16 +138,17 @@ _STRIKE = (
 )  # fmt: skip
 
 
-def _strike(strike: Strike | None) -> dict[str, Any]:
+def _strike(check: linkage.LinkageCheck) -> dict[str, Any]:
+    bar, strike = check.mechanism.bar, check.strike
     if strike is None:
         return dict.fromkeys(_STRIKE)
     return {
-        "u31_start": strike.u31_start,
-        "u31_end": strike.u31_end,
-        "kinematic_restitution": strike.restitution,
+        "u31_start": bar.u31_start,
+        "u31_end": bar.u31_end,
+        "kinematic_restitution": bar.restitution,
         "restitution_mismatch": strike.mismatch,
-        "u31_max": strike.u31_max if math.isfinite(strike.u31_max) else None,
-        "transmission_angle_deg": math.degrees(strike.transmission_angle),
+        "u31_max": strike.peaks and strike.peaks.u31,
+        "transmission_angle_deg": math.degrees(bar.middle_transmission_angle),
     }
 
 
@@ -176,10 +176,10 @@ def result_of(
             "relative": mechanism.closure.relative,
             "closes": mechanism.closure.closes,
         },
-        "rotatable": check.rotatable,
-        "confined_deg": _degrees(check.confined),
-        **_strike(strike),
-        "rocker_swing_deg": math.degrees(mechanism.bar.swing) if strike and check.rotatable else None,
+        "rotatable": mechanism.rotatable,
+        "confined_deg": _degrees(mechanism.confined),
+        **_strike(check),
+        "rocker_swing_deg": math.degrees(mechanism.bar.swing) if strike and mechanism.rotatable else None,
         "blow_frequency_hz": scene.blow_frequency if request.timed else None,
         "impact_speed_m_s": strike.impact_speed if strike and request.timed and sized else None,
         "longest_link_mm": mechanism.crank * mechanism.bar.longest / MILLI if sized else None,

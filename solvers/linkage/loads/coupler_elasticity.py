@@ -20,7 +20,7 @@ from __future__ import annotations
 import math
 
 from solvers.linkage.mechanism.kinematics import FourBar
-from solvers.linkage.scene import Restitution
+from solvers.linkage.scene import Scene
 from solvers.numerics.jit import kernel
 
 _STEP = 0.004
@@ -53,8 +53,8 @@ def first_peak(mismatch: float) -> float:
     return previous
 
 
-def worst_elastic_peak(bar: FourBar, stiffness: float, energy: float, restitution: Restitution) -> float:
+def worst_elastic_peak(bar: FourBar, scene: Scene) -> float:
     """First pin-force peak [N] due to elasticity alone, after a blow at the worse end of the restitution's range."""
-    mismatches = [end - bar.restitution for end in (restitution.low, restitution.high)]
+    mismatches = [end - bar.restitution for end in (scene.restitution.low, scene.restitution.high)]
     peaks = (first_peak(mismatch / (1.0 + bar.restitution)) * abs(mismatch) for mismatch in mismatches)
-    return math.sqrt(2.0 * stiffness * energy) * max(peaks)
+    return math.sqrt(2.0 * scene.coupler_stiffness * scene.impact_energy) * max(peaks)

@@ -87,13 +87,6 @@ def sampled_loads(coefficients: Array, u31_end: float) -> tuple[Array, Array]:
 
 
 @kernel
-def _angle_from_end(cotangent: float) -> float:
-    """phi - 2 pi [rad], in [-2 pi, 0], from cot(phi/2): near the blow, where the rocker may be fast, to full
-    precision."""
-    return -2.0 * math.atan2(1.0, -cotangent)
-
-
-@kernel
 def peaks_per_energy(coefficients: Array, u31_end: float) -> tuple[float, float, float, float, float]:
     """Maximum magnitudes of torque/E and force l1/E, each with its crank angle, and of u31."""
     cotangents, samples = sampled_loads(coefficients, u31_end)
@@ -107,8 +100,10 @@ def peaks_per_energy(coefficients: Array, u31_end: float) -> tuple[float, float,
 def refined_peak(
     coefficients: Array, u31_end: float, cotangents: Array, samples: Array, quantity: int
 ) -> tuple[float, float]:
-    """Maximum of a quantity and its phi - 2 pi; all local maxima within the sampling error of the highest sample are
-    refined."""
+    """Maximum of a quantity and its phi - 2 pi [rad]: to full precision near the blow, where the rocker may be fast.
+
+    All local maxima within the sampling error of the highest sample are refined.
+    """
     threshold, last = (1.0 - _SAMPLING_DEFICIT) * largest(samples), cotangents.size - 1
     place, value, points, heights = np.empty(3), np.empty(3), np.empty(5), np.empty(5)
     best, at = -1.0, -2.0 * math.pi
@@ -117,7 +112,7 @@ def refined_peak(
         if sample < threshold or (j > 0 and samples[before] >= sample) or samples[after] > sample:
             continue
         for m in range(3):
-            place[m] = _angle_from_end(cotangents[min(max(j + m - 1, 0), last)])
+            place[m] = -2.0 * math.atan2(1.0, -cotangents[min(max(j + m - 1, 0), last)])
         value[0], value[1], value[2] = samples[before], sample, samples[after]
         for _ in range(MAX_ITERATIONS):
             trial_points(place, value, points)

@@ -24,7 +24,6 @@ from typing import Any
 Number = Any
 """A float, an array, or an interval."""
 
-
 MIN_PARALLELOGRAM_MARGIN = 1e-6
 """Minimum relative distance of a design from the parallelogram, where the crank barely passes the second change
 point."""
@@ -86,9 +85,10 @@ class Ratios:
     rocker_minus_one: Number
 
 
-def plain_ratios(base: float, coupler: float, rocker: float) -> Ratios:
-    """Ratios from given values, with lambda - 1 by subtraction."""
-    return Ratios(base, coupler, rocker, base - 1.0, coupler - 1.0, rocker - 1.0)
+def plain_ratios(base: float, coupler: float, rocker: float, crank: float = 1.0) -> Ratios:
+    """Ratios of given lengths, with lambda - 1 by subtraction."""
+    links = (base, coupler, rocker)
+    return Ratios(*(link / crank for link in links), *((link - crank) / crank for link in links))
 
 
 @dataclass(frozen=True)

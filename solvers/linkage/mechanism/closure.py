@@ -27,15 +27,18 @@ _CLOSURE_TOLERANCE = 1e-12
 
 @dataclass(frozen=True)
 class Closure:
-    """The kind with the smallest closure error, and its surplus in cranks and relative to the longest link."""
+    """The closure surplus in cranks and relative to the longest link."""
 
-    kind: ChangePoint
     surplus: float
     relative: float
 
     @property
     def closes(self) -> bool:
         return abs(self.relative) <= _CLOSURE_TOLERANCE
+
+
+EXACT = Closure(0.0, 0.0)
+"""The closure of a mechanism made of ratios that close."""
 
 
 @dataclass(frozen=True)
@@ -50,18 +53,21 @@ class Window:
     short_stop: float
 
 
-def closure(base: float, crank: float, coupler: float, rocker: float, preferred: ChangePoint | None = None) -> Closure:
-    """The nearest kind, by the surplus relative to the longest link: independent of the unit of length.
+def nearest_kind(
+    base: float, crank: float, coupler: float, rocker: float, preferred: ChangePoint | None = None
+) -> tuple[ChangePoint, Closure]:
+    """The kind with the least surplus relative to the longest link, independent of the unit of length, and its closure.
 
     A parallelogram closes as two kinds at once; ``preferred`` then decides.
     """
     longest = max(base, crank, coupler, rocker)
-    links, found = (base, coupler, rocker), []
+    links, found = (base, coupler, rocker), {}
     for kind in KINDS.values():
         # Scaled by the crank, so that the 1 in the closure is the crank itself.
         surplus = math.fsum((-crank, *(sign * link for sign, link in zip(kind.closure_signs, links, strict=True))))
-        found.append(Closure(kind, surplus / crank, surplus / longest))
-    return min(found, key=lambda c: (0.0 if c.closes else abs(c.relative), c.kind is not preferred))
+        found[kind] = Closure(surplus / crank, surplus / longest)
+    nearest = min(found, key=lambda k: (0.0 if found[k].closes else abs(found[k].relative), k is not preferred))
+    return nearest, found[nearest]
 
 
 def window(bar: FourBar, surplus: float) -> Window:
@@ -115,8 +121,3 @@ def restitution_error(bar: FourBar, crank: float, tolerance: float) -> float:
     opposed = bar.kind.crank_sign != bar.kind.rocker_sign
     change = largest + large - small - smallest if opposed else largest + large + small + smallest
     return sensitivity * tolerance * change
-
-
-def closure_error(crank: float, tolerance: float) -> float:
-    """Maximum closure surplus [cranks] for a tolerance [m] of each of the four lengths."""
-    return 4.0 * tolerance / crank

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 from solvers.errors import InvalidInput, require_positive
-from solvers.linkage.mechanism.change_point import ChangePoint, Ratios
-from solvers.linkage.mechanism.closure import Closure, closure, crank_angle_limit, rotates_fully
+from solvers.linkage.mechanism.change_point import ChangePoint, plain_ratios
+from solvers.linkage.mechanism.closure import EXACT, Closure, crank_angle_limit, nearest_kind, rotates_fully
 from solvers.linkage.mechanism.kinematics import FourBar
 
 _NAMES = ("base", "crank", "coupler", "rocker")
@@ -41,7 +41,7 @@ class Mechanism:
 
     bar: FourBar
     crank: float
-    closure: Closure
+    closure: Closure = EXACT
 
     @cached_property
     def links(self) -> tuple[float, float, float, float]:
@@ -63,7 +63,7 @@ class Mechanism:
         """Whether the links close and the rocker can reverse at the blow."""
         return self.closure.closes and self.bar.reverses
 
-    @property
+    @cached_property
     def confined(self) -> float | None:
         """Maximum crank angle [rad] on either side of the blow; None if unlimited."""
         return None if self.rotatable else crank_angle_limit(self.bar)
@@ -75,7 +75,6 @@ def of_lengths(lengths: Lengths, preferred: ChangePoint | None = None) -> Mechan
 
     ``preferred`` is chosen if the lengths close as more than one kind.
     """
-    found = closure(*lengths.links, preferred)
-    links = (lengths.base, lengths.coupler, lengths.rocker)
-    ratios = Ratios(*(x / lengths.crank for x in links), *((x - lengths.crank) / lengths.crank for x in links))
-    return Mechanism(FourBar(found.kind, ratios), lengths.crank, found)
+    kind, closure = nearest_kind(*lengths.links, preferred)
+    ratios = plain_ratios(lengths.base, lengths.coupler, lengths.rocker, lengths.crank)
+    return Mechanism(FourBar(kind, ratios), lengths.crank, closure)

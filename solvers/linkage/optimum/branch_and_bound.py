@@ -6,7 +6,7 @@ subintervals that remain, and the best is refined without derivatives (the cost 
 
 A design stays away from the ends of the family (the parallelogram, infinitely long links); the bound does not. It
 covers both tails up to where every quantity has converged to a relative 1e-8, except those that grow without bound, as
-sizes do, and are then costly. (Costs that decrease with them indefinitely are rejected beforehand: ``unbounded``.)
+sizes do, and are then costly. (Costs that decrease with them indefinitely are rejected beforehand: ``design``.)
 """
 
 from __future__ import annotations
@@ -18,7 +18,6 @@ from operator import itemgetter
 
 import numpy as np
 
-from solvers.linkage.mechanism.closure import Closure
 from solvers.linkage.mechanism.lengths import Mechanism
 from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.quantities import EXCESS, Quantities
@@ -67,7 +66,7 @@ class FamilyOptimum:
         if self.q is None:
             return None
         bar = self.family.member(self.q)
-        return Mechanism(bar, self.scale / (bar.ratios.rocker * bar.u31_end), Closure(self.family.kind, 0.0, 0.0))
+        return Mechanism(bar, self.scale / (bar.ratios.rocker * bar.u31_end))
 
 
 def search(

@@ -50,6 +50,11 @@ class _Group:
     def without(self, limits: Limits) -> Limits:
         return replace(limits, **{name: 0.0 if name == "min_link" else None for name in self.names})
 
+    def misses(self, limit: float, best: tuple[float, str] | None) -> bool:
+        """Whether the objective's optimum, None without any mechanism, misses a limit."""
+        sign = self.objective.sign
+        return best is None or sign * (self.attained(limit, best[0]) - limit * (1.0 + 1e-9 * sign)) > 0.0
+
 
 def _groups(problem: LinkageProblem) -> tuple[_Group, ...]:
     shorter, smaller = _smaller(problem)
@@ -143,16 +148,12 @@ def _clashing(problem: LinkageProblem, limits: Limits) -> tuple[Shortfall, ...]:
 
 def _out_of_reach(problem: LinkageProblem, others: Limits) -> tuple[Shortfall, ...]:
     """Shortfalls of the limits that cannot be met beside ``others``."""
-    missed = _missed(problem, problem.limits, lambda _: others)
     hint = "" if problem.limits.transmission_angle == TRANSMISSION else "; other transmission angles may help, too"
-    return tuple(
-        entry
-        for each in missed
-        for entry in each.shortfalls(
-            "out of reach even alone" if len(each.limits) == 1 else "both are out of reach together",
-            each.group.advice + hint,
-        )
-    )
+    found: list[Shortfall] = []
+    for each in _missed(problem, problem.limits, lambda _: others):
+        why = "out of reach even alone" if len(each.limits) == 1 else "both are out of reach together"
+        found += each.shortfalls(why, each.group.advice + hint)
+    return tuple(found)
 
 
 @dataclass(frozen=True)
@@ -185,27 +186,16 @@ def _missed(problem: LinkageProblem, asked: Limits, others: Callable[[_Group], L
         except InvalidInput:
             # The size is free, and nothing bounds it on the side that this limit favours.
             continue
-        sign = group.objective.sign
-        if best is not None:
-            required = {
-                name: limit
-                for name, limit in required.items()
-                if sign * (group.attained(limit, best[0]) - limit * (1.0 + 1e-9 * sign)) > 0.0
-            }
+        required = {name: limit for name, limit in required.items() if group.misses(limit, best)}
         if len(required) > 1:
             # Of two sides of the box one may be out of reach by itself: then it alone is reported.
-            single = [name for name in required if _is_missed(problem, _box(problem, (name,), ""), others(group))]
-            required = {name: limit for name, limit in required.items() if not single or name in single}
+            sides = {name: _box(problem, (name,), "") for name in required}
+            found = {name: _best(problem, side.objective, others(group)) for name, side in sides.items()}
+            single = {name: limit for name, limit in required.items() if sides[name].misses(limit, found[name])}
+            required = single or required
         if required:
             out.append(_Missed(group, required, best))
     return out
-
-
-def _is_missed(problem: LinkageProblem, group: _Group, others: Limits) -> bool:
-    """Whether the one limit of a group cannot be met beside the others."""
-    limit = getattr(problem.limits, group.names[0])
-    best = _best(problem, group.objective, others)
-    return best is None or group.attained(limit, best[0]) > limit * (1.0 + 1e-9)
 
 
 def _best(problem: LinkageProblem, objective: Objective, limits: Limits) -> tuple[float, str] | None:

@@ -23,7 +23,7 @@ import numpy as np
 from solvers.linkage.loads.torque_and_pin_force import TORQUE, refined_peak, sampled_loads
 from solvers.linkage.optimum.ratio_of_base_to_rocker import ratios
 from solvers.numerics.arrays import Array
-from solvers.numerics.intervals import add, divide, multiply, scaled, shifted, square_root, squared, subtract
+from solvers.numerics.intervals import add, divide, multiply, scaled, shifted, square_root, squared
 from solvers.numerics.jit import kernel
 
 _MAX_LOCATED = 128
@@ -72,7 +72,7 @@ def _load_lower_bound(low: Array, row: Array, high: Array, gain: float, quantity
     if not b[1] > 0.0:
         return 0.0
     first = divide(multiply(a, squared(h, extent), extent), b, extent)
-    numerator = subtract(first, scaled(divide(m, t, extent), 0.5 * square), extent)
+    numerator = add(first, scaled(divide(m, t, extent), -0.5 * square), extent)
     factor = divide(numerator, multiply(multiply(root_square, t, extent), b, extent), extent)
     if quantity == TORQUE:
         load, scale = divide(multiply(factor, a, extent), b, extent), 2.0 * s * (gain - 1.0) ** 2

@@ -44,9 +44,9 @@ with ``cutoff``, so it need not be sharp; a misfit decides feasibility."""
 class Quantities:
     """Bounds over the ranges [low, high] of q, shape (n,), or quantities of members if both are the same array.
 
-    ``scale`` is the minimum and maximum feasible V (minimum > maximum: none); ``crank`` and ``u31_end_high`` are upper
-    bounds, the others lower ones: per V the crank, the longest link and the enclosing radius; torque per energy and
-    force times V per energy; |u31(2 pi)|. Areas above ``cutoff`` need not be sharp.
+    ``scale`` is the minimum and maximum feasible V (minimum > maximum: none), ``u31_end`` those of |u31(2 pi)|.
+    ``crank`` is an upper bound, the others are lower ones: per V the crank, the longest link and the enclosing radius;
+    torque per energy and force times V per energy. Areas above ``cutoff`` need not be sharp.
     """
 
     problem: LinkageProblem
@@ -142,12 +142,8 @@ class Quantities:
         return self._peak(FORCE)
 
     @property
-    def u31_end_low(self) -> Array:
-        return self._ends(self.members.u31_end)[0]
-
-    @property
-    def u31_end_high(self) -> Array:
-        return self._ends(self.members.u31_end)[1]
+    def u31_end(self) -> tuple[Array, Array]:
+        return self._ends(self.members.u31_end)
 
     @cached_property
     def scale(self) -> tuple[Array, Array]:

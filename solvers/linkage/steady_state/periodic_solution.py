@@ -11,16 +11,19 @@ SI units. Source of the blow: generalised momentum over an impulsive contact.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from operator import attrgetter
 
 from solvers.linkage.mechanism.kinematics import FourBar
-from solvers.linkage.scene import Drive, Scene
+from solvers.linkage.mechanism.lengths import Mechanism
+from solvers.linkage.scene import Scene
 from solvers.linkage.steady_state.collocation import Machine, inertias, integrate_revolution, mesh, speed_spread
 
 _MAX_STEPS, _MIN_PARTS, _MAX_PARTS = 1 << 14, 2, 1 << 9
 _SAFETY = 1.5
 """Safety factor on the difference of two solutions as an estimate of the finer one's error."""
 _ROUNDING = 1e-14
+_COMPARED = attrgetter("blow_frequency", "impact_speed", "irregularity", "power")
 
 
 @dataclass(frozen=True)
@@ -53,26 +56,24 @@ class _Unresolved(ArithmeticError):
     """The crank stops, or a step has no solution."""
 
 
-def steady_state_running(
-    bar: FourBar, scene: Scene, drive: Drive, tool: float, restitution: float, wanted: float
-) -> SteadyState | None:
-    """Steady state with a motor, to the relative accuracy ``wanted``. ``tool`` is the striking radius [m].
+def steady_state_running(mechanism: Mechanism, scene: Scene, wanted: float) -> SteadyState | None:
+    """Steady state with the scene's drive and the middle of its restitution, to the relative accuracy ``wanted``.
 
     Steps are halved until two successive solutions agree. The error estimate is their difference, with a safety factor:
     at order 8 the finer one's error is about 1/256 of it. None if no mesh of up to 16384 steps per revolution yields a
     steady state.
     """
     parts, before = _MIN_PARTS, None
-    jump = speed_ratio_over_blow(bar, drive.crank_inertia, rocker_inertia(bar, scene), restitution) - 1.0
     while parts <= _MAX_PARTS:
         try:
-            now, steps = _steady(bar, scene, drive, tool, restitution, parts)
+            now = _steady(mechanism, scene, parts)
         except _Unresolved:
             now = None
         if now is not None and before is not None:
-            error = _SAFETY * max(abs(a / b - 1.0) for a, b in zip(before, now, strict=True)) + _ROUNDING
-            if error <= max(wanted, 2.0 * _ROUNDING) or 2 * steps > _MAX_STEPS:
-                return SteadyState(*now[:3], jump, now[3], steps, error)
+            pairs = zip(_COMPARED(before), _COMPARED(now), strict=True)
+            error = _SAFETY * max(abs(a / b - 1.0) for a, b in pairs) + _ROUNDING
+            if error <= max(wanted, 2.0 * _ROUNDING) or 2 * now.steps > _MAX_STEPS:
+                return replace(now, error=error)
         before, parts = now, 2 * parts
     return None
 
@@ -88,12 +89,11 @@ def _energy_deficit(bar: FourBar, crank: float, rocker: float, restitution: floa
     return rocker * numerator / (crank + rocker * restitution * u31_start * u31_end) ** 2
 
 
-def _steady(
-    bar: FourBar, scene: Scene, drive: Drive, tool: float, restitution: float, parts: int
-) -> tuple[tuple[float, float, float, float], int]:
-    """Frequency, impact speed, irregularity and power, and the number of steps."""
+def _steady(mechanism: Mechanism, scene: Scene, parts: int) -> SteadyState:
+    """The steady state on one mesh, its error not yet known. Raises _Unresolved."""
     from scipy.optimize import brentq
 
+    bar, drive, restitution = mechanism.bar, scene.drive, scene.restitution.middle
     crank, rocker = drive.crank_inertia, rocker_inertia(bar, scene)
     machine = Machine(bar.coefficients, crank, rocker, drive.stall_torque, drive.slope)
     steps = mesh(bar.coefficients, parts)
@@ -119,9 +119,10 @@ def _steady(
     energy = brentq(excess, low, 4.0 * low, xtol=1e-18 * high, rtol=1e-15)
     work, time = integrate_revolution(inertia, steps, energy, machine)
     speed_after = math.sqrt(2.0 * energy / (crank + rocker * bar.u31_start**2))
-    speed_before = speed_after / speed_ratio_over_blow(bar, crank, rocker, restitution)
+    ratio = speed_ratio_over_blow(bar, crank, rocker, restitution)
     spread = speed_spread(machine, steps, work, energy, bar.u31_start)
     if not math.isfinite(spread):
         raise _Unresolved
-    irregularity = spread * speed_after * time / (2.0 * math.pi)
-    return (1.0 / time, speed_before * bar.u31_end * tool, irregularity, deficit * energy / time), len(steps)
+    impact_speed = speed_after / ratio * bar.u31_end * scene.striking_radius(mechanism)
+    irregularity, power = spread * speed_after * time / (2.0 * math.pi), deficit * energy / time
+    return SteadyState(1.0 / time, impact_speed, irregularity, ratio - 1.0, power, len(steps), error=math.inf)

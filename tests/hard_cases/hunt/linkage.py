@@ -16,7 +16,6 @@ from tests.hard_cases.make_linkage_references import DIGITS, closed_case, near_c
 from tests.hard_cases.test_linkage import bar_of, closed_forms, curve_units, slope_units, units
 
 KINDS = ("largest_coupler", "largest_base", "largest_rocker")
-_CLOSE = 1e-13
 """Tolerance of the minimum box, the tightest that a check requests."""
 
 
@@ -51,7 +50,7 @@ def judge_searched(found: dict) -> Iterator[tuple[str, float]]:
     """Errors of extreme values, compared with the exact extremes near the reported positions."""
     with mp.workdps(DIGITS):
         bar = bar_of(found, closed_case(found, ()))
-    told, box = peaks(bar, 1.0, 1.0), minimum_box(sweep(bar, 1.0), 0.0, tolerance=_CLOSE)
+    told, box = peaks(bar, 1.0, 1.0), minimum_box(sweep(bar, 1.0), 0.0)
     with mp.workdps(DIGITS):
         reference = near_case(found, told.torque_angle, told.force_angle, box.angle)
     for name, value in (("torque", told.torque), ("force", told.force), ("area", box.area)):

@@ -21,7 +21,7 @@ def checked(lengths: tuple[float, float, float, float], scene: linkage.Scene = C
 def test_a_ratio_gives_the_speed_asked_for():
     found = linkage.check(CLEANER, linkage.of_ratio(CLEANER, linkage.LARGEST_BASE, 3.17356675), CLEANER_LIMITS).value
     assert found.strike.impact_speed == pytest.approx(5.0, rel=1e-14)
-    assert found.strike.restitution == pytest.approx(0.3, rel=1e-14)
+    assert found.mechanism.bar.restitution == pytest.approx(0.3, rel=1e-14)
     assert found.box.area * 1e6 == pytest.approx(5834.4929, abs=1e-4)
     assert found.warnings == ()
 
@@ -39,11 +39,11 @@ def test_lengths_are_the_same_mechanism_as_their_ratio():
 def test_a_crank_that_cannot_turn_is_confined_and_told_so():
     bar = linkage.of_ratio(CLEANER, linkage.LARGEST_COUPLER, 1.0)
     found = linkage.check(CLEANER, bar).value
-    assert not found.rotatable
+    assert not found.mechanism.rotatable
     # The links stop where coupler and rocker lie on one line with the crank pin.
     r = bar.bar.ratios
     wall = math.acos((float(r.base) ** 2 + 1 - (float(r.coupler) + float(r.rocker)) ** 2) / (2 * float(r.base)))
-    assert found.confined == pytest.approx(wall, rel=1e-12)
+    assert found.mechanism.confined == pytest.approx(wall, rel=1e-12)
     inside = np.minimum(found.angles, 2 * math.pi - found.angles)
     assert inside.max() < wall
     assert np.isfinite(found.transfer).all()
@@ -63,7 +63,7 @@ def test_missed_closures_get_a_window_instead_of_a_curve(exponent, sign):
     assert found.strike is None
     # A longer coupler is a deficit of the largest coupler's closure.
     assert found.window.blocked == (sign > 0)
-    assert found.rotatable == (sign < 0)
+    assert found.mechanism.rotatable == (sign < 0)
     assert any("miss the closure" in text for text in found.warnings)
 
 
@@ -101,7 +101,7 @@ def test_greatest_u31_is_the_greatest_of_the_curve():
     found = linkage.check(CLEANER, linkage.of_ratio(CLEANER, linkage.LARGEST_BASE, 1.95)).value
     dense = np.linspace(1e-9, math.pi, 200_001)
     curve = np.abs(np.concatenate([found.mechanism.bar.transfer(dense), found.mechanism.bar.transfer(-dense)]))
-    assert found.strike.u31_max == pytest.approx(curve.max(), rel=1e-8)
+    assert found.strike.peaks.u31 == pytest.approx(curve.max(), rel=1e-8)
 
 
 def test_effects_run_only_where_they_are_called_for_and_their_data_are_there():

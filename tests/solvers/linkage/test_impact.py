@@ -11,12 +11,27 @@ from scipy.integrate import solve_ivp
 
 from solvers import linkage
 from solvers.linkage.mechanism.angular_velocity_ratio import transfer_and_slope
-from solvers.linkage.mechanism.kinematics import of_family
-from solvers.linkage.steady_state.periodic_solution import rocker_inertia, speed_ratio_over_blow, steady_state_running
+from solvers.linkage.mechanism.kinematics import FourBar, of_family
+from solvers.linkage.steady_state.periodic_solution import (
+    SteadyState,
+    rocker_inertia,
+    speed_ratio_over_blow,
+    steady_state_running,
+)
 from tests.solvers.linkage.machines import CLEANER
 
 DRIVE = linkage.Drive(stall_torque=5.0, free_speed=2 * math.pi * 27, crank_inertia=2e-3)
 BAR = of_family(linkage.LARGEST_BASE, 0.3, 3.2)
+TOOL = 0.05
+
+
+def running(
+    bar: FourBar, scene: linkage.Scene, drive: linkage.Drive, restitution: float, wanted: float
+) -> SteadyState | None:
+    """The steady state of a tool at its own radius, whose blow has this restitution."""
+    blow = linkage.Restitution(restitution, restitution)
+    scene = replace(scene, restitution=blow, drive=drive, tool_radius=TOOL)
+    return steady_state_running(linkage.Mechanism(bar, 0.01), scene, wanted)
 
 
 def in_time(speed: float) -> tuple[float, float]:
@@ -41,9 +56,8 @@ def in_time(speed: float) -> tuple[float, float]:
 
 @pytest.mark.parametrize("restitution", [0.2, 0.3, 0.4])
 def test_steady_running_repeats_itself_in_time_too(restitution):
-    tool = 0.05
-    found = steady_state_running(BAR, CLEANER, DRIVE, tool, restitution, 1e-9)
-    end = found.impact_speed / (BAR.u31_end * tool)
+    found = running(BAR, CLEANER, DRIVE, restitution, 1e-9)
+    end = found.impact_speed / (BAR.u31_end * TOOL)
     start = end * (1 + found.jump)
     reached, time = in_time(start)
     assert reached == pytest.approx(end, rel=1e-7)
@@ -61,9 +75,9 @@ def test_a_matched_blow_does_not_jolt_the_crank_and_a_mismatched_one_conserves_m
 
 
 def test_the_estimated_error_is_not_exceeded():
-    sharp = steady_state_running(BAR, CLEANER, DRIVE, 0.05, 0.35, 1e-11)
+    sharp = running(BAR, CLEANER, DRIVE, 0.35, 1e-11)
     for wanted in (1e-3, 1e-5, 1e-7):
-        found = steady_state_running(BAR, CLEANER, DRIVE, 0.05, 0.35, wanted)
+        found = running(BAR, CLEANER, DRIVE, 0.35, wanted)
         assert found.error <= wanted
         assert abs(found.blow_frequency / sharp.blow_frequency - 1) <= max(found.error, 1e-12)
         assert abs(found.impact_speed / sharp.impact_speed - 1) <= max(found.error, 1e-12)
@@ -100,7 +114,7 @@ def test_steps_that_were_right_by_chance_do_not_make_the_next_look_better(blow, 
     bar = of_family(linkage.LARGEST_BASE, restitution, ratio)
     scene = linkage.Scene(linkage.Restitution(restitution, restitution), frequency, 5.0, energy)
     drive = linkage.Drive(stall, 2 * math.pi * free, inertia)
-    found = steady_state_running(bar, scene, drive, 0.05, restitution, wanted)
+    found = running(bar, scene, drive, restitution, wanted)
     told = (found.blow_frequency, found.impact_speed, found.irregularity, found.power)
     assert max(abs(a / b - 1) for a, b in zip(told, exact, strict=True)) <= found.error <= max(wanted, 2e-14)
 
@@ -110,14 +124,14 @@ def test_a_motor_whose_line_is_steep_is_as_irregular_as_by_another_integrator(st
     # The motor makes good within a small angle what the blow takes, and its speed has its extremes there.
     bar = of_family(linkage.LARGEST_COUPLER, 0.01, 1.5)
     drive = linkage.Drive(stall, 2 * math.pi * 27, inertia)
-    found = steady_state_running(bar, CLEANER, drive, 0.05, 0.01, 1e-7)
+    found = running(bar, CLEANER, drive, 0.01, 1e-7)
     rocker = rocker_inertia(bar, CLEANER)
 
     def speeds(phi, energy):
         u = bar.transfer(np.where(phi > math.pi, np.minimum(phi - 2 * math.pi, -1e-300), phi))
         return np.sqrt(2 * energy / (inertia + rocker * u * u))
 
-    first = found.impact_speed / (bar.u31_end * 0.05) * (1 + found.jump)
+    first = found.impact_speed / (bar.u31_end * TOOL) * (1 + found.jump)
     turn = solve_ivp(
         lambda phi, energy: stall - drive.slope * speeds(phi, energy),
         (0.0, 2 * math.pi),
@@ -127,14 +141,14 @@ def test_a_motor_whose_line_is_steep_is_as_irregular_as_by_another_integrator(st
         atol=1e-15,
     )
     along = speeds(turn.t, turn.y[0])
-    assert along[-1] == pytest.approx(found.impact_speed / (bar.u31_end * 0.05), rel=1e-5)
+    assert along[-1] == pytest.approx(found.impact_speed / (bar.u31_end * TOOL), rel=1e-5)
     assert found.irregularity == pytest.approx(np.ptp(along) / (2 * math.pi * found.blow_frequency), rel=1e-4)
 
 
 def test_trends():
     def run(**drive: float) -> float:
         made = replace(DRIVE, **drive)
-        return steady_state_running(BAR, CLEANER, made, 0.05, 0.3, 1e-8).irregularity
+        return running(BAR, CLEANER, made, 0.3, 1e-8).irregularity
 
     assert run(crank_inertia=2e-2) < run(crank_inertia=4e-3) < run(crank_inertia=2e-3)
 
@@ -160,13 +174,13 @@ def test_a_rocker_that_comes_within_a_thousandth_of_a_turn_is_not_stepped_over()
     scene = linkage.Scene(linkage.Restitution(1e-3, 1e-3), 10.0, 5.0, 10.0)
     bar = of_family(linkage.LARGEST_COUPLER, 1e-3, 3.0)
     drive = linkage.Drive(8.0, 2 * math.pi * 11, crank_inertia=0.02)
-    found = steady_state_running(bar, scene, drive, 0.05, 1e-3, 1e-10)
-    crude, sharp = (steady_state_running(bar, scene, drive, 0.05, 1e-3, wanted) for wanted in (1e-2, 1e-12))
+    found = running(bar, scene, drive, 1e-3, 1e-10)
+    crude, sharp = (running(bar, scene, drive, 1e-3, wanted) for wanted in (1e-2, 1e-12))
     for name in ("blow_frequency", "impact_speed", "irregularity", "power"):
         assert abs(getattr(crude, name) / getattr(sharp, name) - 1) <= crude.error
     # What the motor gives in a turn is what the blow takes: E- - E+, both from the blow's speeds.
     inertia = rocker_inertia(bar, scene)
-    before = found.impact_speed / (bar.u31_end * 0.05)
+    before = found.impact_speed / (bar.u31_end * TOOL)
     after = before * speed_ratio_over_blow(bar, drive.crank_inertia, inertia, 1e-3)
     taken = 0.5 * (drive.crank_inertia + inertia * bar.u31_end**2) * before**2
     taken -= 0.5 * (drive.crank_inertia + inertia * bar.u31_start**2) * after**2
@@ -175,8 +189,7 @@ def test_a_rocker_that_comes_within_a_thousandth_of_a_turn_is_not_stepped_over()
 
 def test_a_heavy_flywheel_costs_no_digits():
     light, heavy = (
-        steady_state_running(BAR, CLEANER, replace(DRIVE, crank_inertia=inertia), 0.05, 0.35, 1e-10)
-        for inertia in (2e-3, 2e5)
+        running(BAR, CLEANER, replace(DRIVE, crank_inertia=inertia), 0.35, 1e-10) for inertia in (2e-3, 2e5)
     )
     assert heavy.irregularity < 1e-7 * light.irregularity
     assert heavy.error < 1e-10

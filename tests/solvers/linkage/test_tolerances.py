@@ -9,7 +9,7 @@ import pytest
 
 from solvers.linkage import LARGEST_BASE, LARGEST_COUPLER, Lengths, of_lengths
 from solvers.linkage.mechanism.change_point import KINDS, Gain, plain_ratios
-from solvers.linkage.mechanism.closure import closure, restitution_error, rotates_fully, window
+from solvers.linkage.mechanism.closure import nearest_kind, restitution_error, rotates_fully, window
 from solvers.linkage.mechanism.kinematics import FourBar, of_family
 
 
@@ -27,9 +27,9 @@ from solvers.linkage.mechanism.kinematics import FourBar, of_family
     ],
 )
 def test_decimal_lengths_close_in_any_unit(unit, lengths, kind):
-    found = closure(*(unit * length for length in lengths))
-    assert found.closes
-    assert found.kind.name == kind
+    found, closure = nearest_kind(*(unit * length for length in lengths))
+    assert closure.closes
+    assert found.name == kind
 
 
 def test_a_parallelogram_is_taken_as_the_kind_preferred():

@@ -50,16 +50,9 @@ def combined(by_input: Mapping[str, float], standard: Mapping[str, float]) -> fl
     return float(np.hypot.reduce([d * standard.get(name, 0.0) for name, d in by_input.items()]))
 
 
-def linear(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> dict[str, float]:
-    """The ``combined`` uncertainty of each output."""
-    return {out: combined(by_input, standard) for out, by_input in sensitivities(function, values).items()}
-
-
-def _monte_carlo(
-    function: Function, values: Mapping[str, float], standard: Mapping[str, float], draws: int = _DRAWS
-) -> dict[str, NDArray]:
+def _monte_carlo(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> dict[str, NDArray]:
     """Outputs for random inputs; a fixed seed makes results reproducible."""
-    normal = _normal(len(values), draws)
+    normal = _normal(len(values))
     known = {name: standard.get(name, 0.0) for name in values}
     inputs = {n: v + known[n] * normal[i] if known[n] else np.float64(v) for i, (n, v) in enumerate(values.items())}
     with np.errstate(all="ignore"):
@@ -67,13 +60,14 @@ def _monte_carlo(
 
 
 @lru_cache(maxsize=4)
-def _normal(inputs: int, draws: int) -> NDArray:
-    return np.random.default_rng(_SEED).standard_normal((inputs, draws))
+def _normal(inputs: int) -> NDArray:
+    return np.random.default_rng(_SEED).standard_normal((inputs, _DRAWS))
 
 
 def propagate(function: Function, values: Mapping[str, float], standard: Mapping[str, float]) -> Propagated:
     """Linear propagation if Monte Carlo agrees within a tenth, otherwise Monte Carlo."""
-    linear_uncertainty = linear(function, values, standard)
+    derivatives = sensitivities(function, values)
+    linear_uncertainty = {out: combined(by_input, standard) for out, by_input in derivatives.items()}
     samples = _monte_carlo(function, values, standard)
     deviation = {name: float(np.std(found)) for name, found in samples.items()}
     magnitude = {

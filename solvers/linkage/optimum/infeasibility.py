@@ -88,23 +88,20 @@ def _box(problem: LinkageProblem, names: tuple[str, ...], advice: str) -> _Group
 def _smaller(problem: LinkageProblem) -> tuple[str, str]:
     """What shortens the links, and what shrinks all they sweep: speed and frequency if they fix the size, else the
     minimum link, which then determines it."""
-    joints = problem.limits.joint_radius > 0.0
     if problem.fixed_scale is not None:
         shorter = "a higher blow frequency or a lower impact speed would shorten it"
         lower = "a higher blow frequency or a lower impact speed would lower it"
-        smaller = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
-        return shorter, smaller if joints else lower
-    shorter = "a smaller minimum link length would shorten it"
-    lower = (
-        "a smaller minimum link length or smaller joints would lower it"
-        if joints
-        else "a smaller minimum link length would lower it"
-    )
+        with_joints = "a higher blow frequency, a lower impact speed or smaller joints would lower it"
+    else:
+        shorter = "a smaller minimum link length would shorten it"
+        lower = "a smaller minimum link length would lower it"
+        with_joints = "a smaller minimum link length or smaller joints would lower it"
+    smaller = with_joints if problem.limits.joint_radius > 0.0 else lower
     if problem.fixed_u31_end is None:
-        return shorter, lower
+        return shorter, smaller
     # They choose the member, whose size may be greater or less.
     other = "another tool radius, blow frequency or impact speed may, too"
-    return f"{shorter}; {other}", f"{lower}; {other}"
+    return f"{shorter}; {other}", f"{smaller}; {other}"
 
 
 def diagnose(problem: LinkageProblem) -> tuple[Shortfall, ...]:

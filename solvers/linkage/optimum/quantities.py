@@ -26,7 +26,7 @@ from solvers.linkage.optimum.family import Family
 from solvers.linkage.optimum.load_bounds import load_lower_bounds
 from solvers.linkage.optimum.radius_bounds import radius_lower_bounds
 from solvers.linkage.problem import LinkageProblem
-from solvers.linkage.swept_area.bounding_box import minimum_box_areas, minimum_misfits
+from solvers.linkage.swept_area.bounding_box import BOX_TOLERANCE, minimum_box_areas, minimum_misfits
 from solvers.linkage.swept_area.enclosing_circle import enclosing_radii
 from solvers.linkage.swept_area.outline import sweep
 from solvers.numerics.arrays import Array
@@ -35,9 +35,9 @@ EXCESS = 1e-10
 """Relative excess over limits by which a member is still feasible: the search tells members apart by 1e-11, and two
 limits that an answer just meets may leave that one member. Also the allowance for rounding in a bound."""
 
-_AREA_TOLERANCE, _FIT_TOLERANCE, _MEMBER_TOLERANCE = 1e-3, 1e-9, 1e-13
-"""Relative tolerances of the orientation search within bounds, and for a member. A bound of the area is only compared
-with ``cutoff``, so it need not be sharp; a misfit decides feasibility."""
+_AREA_TOLERANCE, _FIT_TOLERANCE = 1e-3, 1e-9
+"""Relative tolerances of the orientation search within bounds. A bound of the area is only compared with ``cutoff``, so
+it need not be sharp; a misfit decides feasibility."""
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class Quantities:
 
     def misfit(self, room: tuple[float, float]) -> Array:
         """The minimum over orientations of max(W/width, H/height) per V without pads."""
-        tolerance = _MEMBER_TOLERANCE if self._single else _FIT_TOLERANCE
+        tolerance = BOX_TOLERANCE if self._single else _FIT_TOLERANCE
         found = minimum_misfits(self._outlines, *self._displacement_bounds, *room, tolerance)
         return np.maximum(found * (1.0 - tolerance), 0.0)
 
@@ -176,7 +176,7 @@ class Quantities:
     def area(self, scale: Array) -> Array:
         """Minimum box area at a V; inf if no orientation keeps within width and height."""
         limits, pads = self.problem.limits, 2.0 * self.problem.limits.joint_radius
-        tolerance = _MEMBER_TOLERANCE if self._single else _AREA_TOLERANCE
+        tolerance = BOX_TOLERANCE if self._single else _AREA_TOLERANCE
         room = (side * (1.0 + 1e-12) for side in limits.sides)
         areas = minimum_box_areas(
             self._outlines, scale, *self._displacement_bounds, pads, *room, tolerance, self.cutoff

@@ -181,3 +181,16 @@ def test_every_wing_has_the_same_rooms():
 def test_files_stay_readable():
     long = {module(path): n for path in FILES if (n := len(path.read_text("utf-8").splitlines())) > 450}
     assert not long
+
+
+def test_rows_are_fetched_before_they_are_decoded():
+    """What fails between two rows would leave the statement open, and its connection in the state of that moment. Only
+    the verification, which is done with its connection, reads row by row."""
+    found = []
+    for path in (ROOT / "app" / "store").glob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))) if "verify" not in path.name else ():
+            if isinstance(node, (ast.For, ast.comprehension)):
+                steps = [step.attr for step in ast.walk(node.iter) if isinstance(step, ast.Attribute)]
+                if "execute" in steps and "all" not in steps:
+                    found.append(f"{path.name}: {ast.unparse(node.iter)}")
+    assert not found

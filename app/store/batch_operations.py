@@ -201,7 +201,7 @@ class Claim:
             .limit(most)
             .with_for_update(skip_locked=True)
         )
-        return [Chunk(**row) for row in connection.execute(query).mappings()]
+        return [Chunk(**row) for row in connection.execute(query).mappings().all()]
 
 
 def _resize(connection: Connection, old: Chunk, new: Chunk, owner: str, leased_until: float) -> None:

@@ -96,7 +96,7 @@ def find_key(connection: Connection, digest: str) -> KeyRecord | None:
 def list_keys(connection: Connection) -> list[KeyRecord]:
     """All keys, revoked ones included, oldest first."""
     query = select(api_keys).order_by(api_keys.c.created_at, api_keys.c.id)
-    return [_record(KeyRecord, api_keys, row) for row in connection.execute(query).mappings()]
+    return [_record(KeyRecord, api_keys, row) for row in connection.execute(query).mappings().all()]
 
 
 def any_key(connection: Connection) -> bool:
@@ -106,7 +106,7 @@ def any_key(connection: Connection) -> bool:
 
 def read_audit(connection: Connection, limit: int) -> list[AuditRecord]:
     """The ``limit`` newest entries of the audit log, newest first. Raises DamagedRecord."""
-    rows = connection.execute(select(audit).order_by(audit.c.id.desc()).limit(limit)).mappings()
+    rows = connection.execute(select(audit).order_by(audit.c.id.desc()).limit(limit)).mappings().all()
     return [_record(AuditRecord, audit, row) for row in rows]
 
 

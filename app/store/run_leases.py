@@ -78,11 +78,11 @@ class TakeOverExpired:
             .limit(self.limit)
             .with_for_update(skip_locked=True)
         )
-        attempts = {run_id: attempts for run_id, attempts in connection.execute(left)}
+        attempts = {run_id: attempts for run_id, attempts in connection.execute(left).all()}
         here = promises.c.run_id.in_(attempts)
         connection.execute(update(promises).where(here).values(owner=self.owner, leased_until=time_now + self.lease_s))
         taken = []
-        for row in connection.execute(select(runs).where(runs.c.id.in_(attempts)).order_by(runs.c.id)).mappings():
+        for row in connection.execute(select(runs).where(runs.c.id.in_(attempts)).order_by(runs.c.id)).mappings().all():
             try:
                 taken.append(TakenOverRun(row_to_run(row), attempts[row["id"]]))
             except DamagedRecord as damage:  # it cannot be solved

@@ -11,13 +11,15 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from sqlalchemy import text
+from sqlalchemy import func, select, text
 
 from app.store.engine import make_engine
 from app.store.errors import DamagedRecord, UnknownRun
 from app.store.faults import FaultKind, StoreFault
+from app.store.keys import CreateKey, KeyRecord, list_keys, read_audit
 from app.store.migrate import NewerDatabase, upgrade
-from app.store.record import RunFilter
+from app.store.models import runs
+from app.store.record import RunFilter, new_run_id, utc_now
 from app.store.repository import RunStore
 from tests.app.store.records import make_record, make_response
 
@@ -90,6 +92,22 @@ def test_a_damaged_run_is_never_shown(store: RunStore, file: Path) -> None:
         await store.ping()
 
     asyncio.run(look())
+
+
+def test_a_read_that_meets_damage_keeps_no_snapshot(store: RunStore, file: Path) -> None:
+    """A statement that is not read to its end would let its connection show an old state to every later read."""
+    for k in range(3):
+        store.write_and_wait(CreateKey(KeyRecord(new_run_id(), f"{k}", "name", "solve", utc_now()), "test"))
+    edit(file, "UPDATE api_keys SET name = 'another' WHERE id = (SELECT min(id) FROM api_keys)")
+    edit(file, "UPDATE audit SET actor = 'another' WHERE id = (SELECT max(id) FROM audit)")
+    kept = []
+    for read in (list_keys, lambda connection: read_audit(connection, 3)):
+        with pytest.raises(DamagedRecord) as caught:
+            store.read(read)
+        kept.append(caught)  # with its traceback and all that this refers to
+    store.put_and_wait(make_record())
+    count = select(func.count()).select_from(runs)
+    assert [store.read(lambda connection: connection.execute(count).scalar_one()) for _ in range(4)] == [1] * 4
 
 
 @pytest.mark.parametrize("value", [b"not a time", "2026-13-45", 7, None])

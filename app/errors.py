@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from app.designs.problems import INVALID, problem_details
+from app.designs.problems import DAMAGED, INVALID, NOT_SHOWN, problem_details
 from app.designs.refusals import summarize
 from app.designs.schema import Entry
 from app.edge.disconnect import ClientDisconnected
@@ -90,8 +90,7 @@ _BUSY: dict[type[Busy], tuple[int, str]] = {
 
 def _damaged(error: DamagedRecord) -> Problem:
     logger.error("record_damaged", table=error.table, key=error.key)
-    detail = "the stored record does not match its hash and is not shown; run crankwright verify for details"
-    return Problem(500, "The record is damaged", detail)
+    return Problem(500, DAMAGED, NOT_SHOWN)
 
 
 def _cursor(error: InvalidCursor) -> Problem:

@@ -14,11 +14,13 @@ from typing import Any
 
 from app.batches.columns import OWN, OWN_TYPES, Column, column, requested
 from app.batches.fields import result_columns, wider
+from app.designs.problems import DAMAGED as DAMAGED_TITLE
+from app.designs.problems import NOT_SHOWN, problem_details
 from app.designs.units import figures
 from app.store.batch_inputs import Source
 from app.store.batch_items import unpacked
 from app.store.batch_reads import items_after, items_spread
-from app.store.batch_records import BatchRecord, Item, ItemStatus, item_id
+from app.store.batch_records import DAMAGED, BatchRecord, Item, ItemStatus, item_id
 from app.store.repository import RunStore
 
 _PAGE = 500
@@ -67,7 +69,7 @@ def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, An
 
 def parts_of(batch: BatchRecord, item: Item) -> dict[str, Any]:
     """The parts of an item by name, with those of every item: identity, verdict, accuracy, why there is no result."""
-    parts = unpacked(item.content, batch.dictionary)
+    parts = _stored_parts(batch, item)
     verdict, accuracy = parts.get("verdict") or {}, parts.get("accuracy") or {}
     own = {
         "index": item.index,
@@ -81,6 +83,13 @@ def parts_of(batch: BatchRecord, item: Item) -> dict[str, Any]:
         "problem": _problem(parts.get("problem")),
     }
     return {**parts, OWN: own}
+
+
+def _stored_parts(batch: BatchRecord, item: Item) -> dict[str, Any]:
+    """The stored parts of an item by name; of a damaged one only why it is not shown."""
+    if item.status == DAMAGED:
+        return {"problem": problem_details(DAMAGED_TITLE, 500, NOT_SHOWN)}
+    return unpacked(item.content, batch.dictionary)
 
 
 def row_of(columns: Sequence[Column], parts: Mapping[str, Any]) -> dict[str, Any]:
@@ -116,7 +125,7 @@ def _problem(problem: Any) -> str | None:
 
 
 async def rows(store: RunStore, batch: BatchRecord, wanted: Wanted) -> AsyncIterator[list[dict[str, Any]]]:
-    """The rows of finished items in item order, a page at a time."""
+    """The rows of finished items in item order, a page at a time; a damaged item has a row that says so."""
     chosen = _chosen(batch, wanted)
     varied = () if chosen else await varied_of(store, batch)
     after = -1
@@ -156,7 +165,7 @@ async def _varied_fields(store: RunStore, batch: BatchRecord) -> tuple[str, ...]
         first: dict[str, Any] | None = None
         found: dict[str, None] = {}
         for item in items_after(connection, batch.number, -1, _SAMPLE_SIZE):
-            spec = unpacked(item.content, batch.dictionary).get("spec")
+            spec = _stored_parts(batch, item).get("spec")
             if not isinstance(spec, dict) or item.status == ItemStatus.REFUSED:
                 continue
             fields = {name: value for name, value in flat(spec) if name != "name"}
@@ -210,7 +219,7 @@ async def unanswered(store: RunStore, batch: BatchRecord, most: int) -> list[dic
     def look(connection: Any) -> list[dict[str, Any]]:
         found = []
         for item in items_after(connection, batch.number, -1, most, statuses):
-            parts = unpacked(item.content, batch.dictionary)
+            parts = _stored_parts(batch, item)
             found.append(
                 {
                     "line": item.line or item.index + 1,

@@ -13,6 +13,11 @@ UNTYPED = "about:blank"
 INVALID = "The request is not valid"
 OUT_OF_TIME = "The time budget ran out"
 SOLVER_FAILED = "The solver failed"
+DAMAGED, NOT_SHOWN = (
+    "The record is damaged",
+    "the stored record does not match its hash and is not shown; run crankwright verify for details",
+)
+"""Title and detail of the problem of a damaged record."""
 
 MEANINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -58,7 +63,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "No valid key": "A key is asked for, and none that is valid was sent.",
         "Beyond the key's scope": "The key is valid, but not for this.",
         "The store cannot be used": "The database cannot do now what it must; nothing was stored.",
-        "The record is damaged": "What is stored no longer says what was written, so it is not shown.",
+        DAMAGED: "What is stored no longer says what was written, so it is not shown.",
         "Something went wrong": "The request was understood; the fault is the service's.",
     }
 )

@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
 from sqlalchemy import Connection, Row, and_, exists, or_, select
 from sqlalchemy.sql.functions import count
 
+from app.logging import get_logger
 from app.store.batch_items import digest
 from app.store.batch_operations import batch_columns, record_of
-from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, ChunkState, Item
+from app.store.batch_records import ACTIVE, DAMAGED, BatchRecord, BatchStatus, ChunkState, Item
 from app.store.errors import DamagedRecord, UnknownBatch
 from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches
 from app.store.viewer import viewer
+
+logger = get_logger(__name__)
 
 STORED_ITEM = [
     batch_items.c[name] for name in ("batch", "index", "line", "status", "holds", "figure", "content", "digest")
@@ -61,7 +64,7 @@ def list_batches(connection: Connection, wanted: BatchFilter, before: str | None
         query = query.where(batches.c.id < before)
     if not viewer.get().everything:
         query = query.where(batches.c.owner == viewer.get().owner)
-    return [record_of(row) for row in connection.execute(query).mappings()]
+    return [record_of(row) for row in connection.execute(query).mappings().all()]
 
 
 def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
@@ -73,7 +76,7 @@ def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
         .where(batches.c.status.in_(ACTIVE), exists().where(batch_chunks.c.batch == batches.c.number, free))
         .order_by(batches.c.number)
     )
-    return [(row.owner, row.number) for row in connection.execute(query)]
+    return [(row.owner, row.number) for row in connection.execute(query).all()]
 
 
 def active_batches_of(connection: Connection, owner: str | None) -> int:
@@ -97,33 +100,39 @@ def block_of(connection: Connection, number: int, first: int) -> bytes:
 def items_after(
     connection: Connection, number: int, after: int, limit: int, statuses: tuple[str, ...] = ()
 ) -> list[Item]:
-    """Finished items with index > ``after`` in index order; empty ``statuses`` selects all."""
+    """Finished items with index > ``after`` in index order, damaged ones as ``item_of`` has them; empty ``statuses``
+    selects all."""
     query = select(*STORED_ITEM).where(batch_items.c.batch == number, batch_items.c.index > after)
     if statuses:
         query = query.where(batch_items.c.status.in_(statuses))
-    return [item_of(row) for row in connection.execute(query.order_by(batch_items.c.index).limit(limit))]
+    return [item_of(row) for row in connection.execute(query.order_by(batch_items.c.index).limit(limit)).all()]
 
 
 def items_spread(connection: Connection, number: int, step: int, limit: int) -> list[Item]:
-    """Finished items whose index is a multiple of ``step``."""
+    """Finished items whose index is a multiple of ``step``, damaged ones as ``item_of`` has them."""
     index = batch_items.c.index
     query = select(*STORED_ITEM).where(batch_items.c.batch == number, index % step == 0).order_by(index).limit(limit)
-    return [item_of(row) for row in connection.execute(query)]
+    return [item_of(row) for row in connection.execute(query).all()]
 
 
-def unchecked_items_after(connection: Connection, number: int, after: int, limit: int) -> Iterator[tuple[Item, bool]]:
+def unchecked_items_after(connection: Connection, number: int, after: int, limit: int) -> list[tuple[Item, bool]]:
     """Finished items with index > ``after``, each with whether its digest matches."""
     query = select(*STORED_ITEM).where(batch_items.c.batch == number, batch_items.c.index > after)
-    for row in connection.execute(query.order_by(batch_items.c.index).limit(limit)):
-        yield _unchecked(row)
+    return [_unchecked(row) for row in connection.execute(query.order_by(batch_items.c.index).limit(limit)).all()]
 
 
 def item_of(row: Row[Any]) -> Item:
-    """The item of a row. Raises DamagedRecord if its digest does not match."""
+    """The item of a row. Of one that does not match its digest only the place is known, index and figure; its status is
+    ``DAMAGED``."""
     found, sound = _unchecked(row)
-    if not sound:
-        raise DamagedRecord(batch_items.name, f"{row.batch} {row.index}")
-    return found
+    if sound:
+        return found
+    logger.error("record_damaged", table=batch_items.name, key=_key(row))
+    return Item(row.index, None, DAMAGED, None, row.figure, b"")
+
+
+def _key(row: Row[Any]) -> str:
+    return f"{row.batch} {row.index}"
 
 
 def _unchecked(row: Row[Any]) -> tuple[Item, bool]:
@@ -136,11 +145,17 @@ def items_asking(connection: Connection, number: int, asked: Collection[int]) ->
     query = select(*STORED_ITEM, batch_items.c.asked).where(
         batch_items.c.batch == number, batch_items.c.asked.in_(asked)
     )
-    found = {row.asked: _unchecked(row) for row in connection.execute(query)}
+    found = {row.asked: _unchecked(row) for row in connection.execute(query).all()}
     return {number: item for number, (item, sound) in found.items() if sound}
 
 
 def find_item(connection: Connection, number: int, index: int) -> Item | None:
+    """The finished item with this index, None if there is none. Raises DamagedRecord."""
     query = select(*STORED_ITEM).where(batch_items.c.batch == number, batch_items.c.index == index)
     row = connection.execute(query).first()
-    return None if row is None else item_of(row)
+    if row is None:
+        return None
+    found, sound = _unchecked(row)
+    if not sound:
+        raise DamagedRecord(batch_items.name, _key(row))
+    return found

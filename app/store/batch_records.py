@@ -37,6 +37,8 @@ class ItemStatus(StrEnum):
     REFUSED = "refused"
 
 
+DAMAGED = "damaged"
+"""Status of an item read from a row that does not match its digest; never stored."""
 ACTIVE = (BatchStatus.QUEUED, BatchStatus.RUNNING)
 
 

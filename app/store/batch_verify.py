@@ -69,7 +69,7 @@ def _items(connection: Connection, batch: BatchRecord, done: list[range]) -> Ite
     counted: Counter[str] = Counter()
     expected = _beyond(done, -1)
     after = -1
-    while page := list(unchecked_items_after(connection, batch.number, after, _PAGE)):
+    while page := unchecked_items_after(connection, batch.number, after, _PAGE):
         for item, sound in page:
             key = f"{batch.id} {item.index}"
             if next(expected, None) != item.index:

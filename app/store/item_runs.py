@@ -13,7 +13,7 @@ from sqlalchemy import ColumnElement, Connection, Select, and_, select
 from app.store.batch_inputs import Row, Source, UnreadableRow, unpacked_rows
 from app.store.batch_items import name_of, open_run, run_of, unpacked
 from app.store.batch_reads import STORED_ITEM, block_of, find_batch, find_item, item_of
-from app.store.batch_records import BatchRecord, ChunkState, Item, ItemStatus, item_id, split_item_id
+from app.store.batch_records import DAMAGED, BatchRecord, ChunkState, Item, ItemStatus, item_id, split_item_id
 from app.store.errors import UnknownRun
 from app.store.models import batch_chunks, batch_items
 from app.store.record import OPEN_STATUSES, RunFilter, RunOrder, RunRecord, RunStatus
@@ -40,7 +40,7 @@ _LONGEST_SEARCH_S = 1.0
 
 
 def get_item_run(connection: Connection, run_id: str) -> RunRecord:
-    """An item, finished or not, as a run record. Raises UnknownRun."""
+    """An item, finished or not, as a run record. Raises UnknownRun and DamagedRecord."""
     split = split_item_id(run_id)
     batch = find_batch(connection, split[0]) if split else None
     if split is None or batch is None or split[1] >= batch.total:
@@ -57,26 +57,31 @@ def list_item_runs(
     after: Place | None,
     size: int,
     order: RunOrder,
-) -> tuple[list[RunRecord], Place | None]:
-    """At most ``size`` items of a batch as runs, in the given order, after ``after``; and the place from which the next
-    page goes on, None if no more match. Pages of a search for a name may have fewer, even none, before the last one.
+) -> tuple[list[RunRecord], list[str], Place | None]:
+    """At most ``size`` items of a batch as runs, in the given order, after ``after``; the ids of damaged ones between
+    them; and the place from which the next page goes on, None if no more match. Pages of a search for a name may have
+    fewer, even none, before the last one.
     """
     if not _may_match(batch, wanted):
-        return [], None
+        return [], [], None
     by_figure = order in _BY_FIGURE
     find = _by_figure if by_figure else _by_index
     rows = size + 1 if wanted.name is None and wanted.text is None else _ROWS
     found: list[RunRecord] = []
+    damaged: list[str] = []
     end, last = time.monotonic() + _LONGEST_SEARCH_S, after
     for item in find(connection, batch, wanted, after, rows, order):
         if _matches(item, wanted):
-            if len(found) == size:
-                return found, last
-            found.append(item.run())
+            if len(found) + len(damaged) == size:
+                return found, damaged, last
+            if item.status == DAMAGED:
+                damaged.append(item.id)
+            else:
+                found.append(item.run())
         last = (item.figure if by_figure else item.id), item.id  # type: ignore[assignment]
         if time.monotonic() > end:
-            return found, last
-    return found, None
+            return found, damaged, last
+    return found, damaged, None
 
 
 @dataclass(frozen=True)
@@ -89,6 +94,10 @@ class _Answered:
     @property
     def id(self) -> str:
         return item_id(self.batch.id, self.item.index)
+
+    @property
+    def status(self) -> str:
+        return self.item.status
 
     @property
     def figure(self) -> float | None:
@@ -139,7 +148,7 @@ def _may_match(batch: BatchRecord, wanted: RunFilter) -> bool:
 
 
 def _matches(item: _Found, wanted: RunFilter) -> bool:
-    if wanted.name is None and wanted.text is None:
+    if item.status == DAMAGED or (wanted.name is None and wanted.text is None):
         return True
     name = item.name or ""
     return wanted.name in (None, name) and (wanted.text is None or wanted.text.lower() in name.lower())
@@ -164,7 +173,7 @@ def _by_figure(
     at = None if after is None else (after[0], _index_of(after))
     while True:
         here = query if at is None else query.where(_beyond(at, down))
-        places = [(row.figure, row.index) for row in connection.execute(here)]
+        places = [(row.figure, row.index) for row in connection.execute(here).all()]
         for start in range(0, len(places), rows):
             some = [index for _, index in places[start : start + rows]]
             found = _answered(connection, batch, index.in_(some))
@@ -205,7 +214,7 @@ def _by_index(
 
 def _answered(connection: Connection, batch: BatchRecord, where: ColumnElement[bool]) -> dict[int, _Found]:
     query = select(*STORED_ITEM).where(batch_items.c.batch == batch.number, where)
-    return {row.index: _Answered(batch, item_of(row)) for row in connection.execute(query)}
+    return {row.index: _Answered(batch, item_of(row)) for row in connection.execute(query).all()}
 
 
 def _answered_page(
@@ -213,7 +222,7 @@ def _answered_page(
 ) -> dict[int, _Found]:
     index = batch_items.c.index
     query = _restricted(select(*STORED_ITEM), batch, wanted).where(index < at if down else index > at)
-    found = connection.execute(query.order_by(index.desc() if down else index.asc()).limit(rows))
+    found = connection.execute(query.order_by(index.desc() if down else index.asc()).limit(rows)).all()
     return {row.index: _Answered(batch, item_of(row)) for row in found}
 
 

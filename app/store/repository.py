@@ -345,9 +345,9 @@ def _list_batch(
     size: int,
     order: RunOrder,
 ) -> RunPage:
-    found, last = list_item_runs(connection, batch, wanted, after, size, order)
+    found, damaged, last = list_item_runs(connection, batch, wanted, after, size, order)
     items = tuple(RunSummary(**{name: getattr(run, name) for name in SUMMARY_FIELDS}) for run in found)
-    return RunPage(items, None if last is None else _encode_cursor(*last))
+    return RunPage(items, None if last is None else _encode_cursor(*last), tuple(damaged))
 
 
 def _beyond(column: ColumnElement, descending: bool, after: Place) -> ColumnElement[bool]:

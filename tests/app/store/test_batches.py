@@ -25,9 +25,9 @@ from app.store.batch_operations import (
     Split,
 )
 from app.store.batch_reads import get_batch, items_after
-from app.store.batch_records import BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
+from app.store.batch_records import DAMAGED, BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
 from app.store.engine import WRITE
-from app.store.errors import IdempotencyConflict, UnknownBatch, UnknownRun
+from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownBatch, UnknownRun
 from app.store.hashing import canonical_json
 from app.store.models import batch_items, batches
 from app.store.record import RunFilter, RunOrder, utc_now
@@ -298,12 +298,51 @@ def test_a_verdict_is_no_filter_of_open_items(database_url: str) -> None:
     run(database_url, story)
 
 
+async def finished(store: RunStore) -> BatchRecord:
+    """A batch of ten items that has ended."""
+    batch = await received(store)
+    for chunk in await store.write(Claim(batch.number, "a", 30.0, 2, 100)):
+        await store.write(Finish(chunk, "a", items(batch, chunk)))
+    return batch
+
+
+def damage(store: RunStore, batch: BatchRecord, index: int) -> None:
+    """Change an item behind the store's back."""
+    here = batch_items.c.batch == batch.number, batch_items.c.index == index
+    with store._engine.connect().execution_options(**WRITE) as connection, connection.begin():
+        connection.execute(update(batch_items).where(*here).values(content=b"wrong", holds=index % 2 != 0))
+
+
+def test_a_damaged_item_is_named_and_the_others_are_shown(database_url: str) -> None:
+    async def story(store: RunStore) -> None:
+        batch = await finished(store)
+        damage(store, batch, 4)
+        bad = item_id(batch.id, 4)
+        stored = await store.query(lambda connection: items_after(connection, batch.number, -1, 100))
+        assert [item.index for item in stored if item.status != DAMAGED] == [0, 1, 2, 3, 5, 6, 7, 8, 9]
+        assert stored[4] == Item(4, None, DAMAGED, None, 4.0, b"")
+        with pytest.raises(DamagedRecord):
+            await store.get(bad)
+        for order in (RunOrder.NEWEST, RunOrder.OLDEST, RunOrder.LEAST, RunOrder.GREATEST):
+            for size in (1, 2, 3, 50):
+                shown, named, cursor = [], [], None
+                while True:
+                    page = await store.list_runs(RunFilter(batch_id=batch.id), cursor, size, order)
+                    shown += [run.id for run in page.items]
+                    named += page.damaged
+                    if (cursor := page.next_cursor) is None:
+                        break
+                assert sorted([*shown, bad]) == [item_id(batch.id, k) for k in range(10)] and named == [bad]
+        searched = await store.list_runs(RunFilter(batch_id=batch.id, text="pin"))
+        assert len(searched.items) == 9 and searched.damaged == (bad,)
+
+    run(database_url, story)
+
+
 def test_verify_detects_loss_and_corruption(database_url: str) -> None:
     async def story(store: RunStore) -> None:
         for _ in range(3):
-            batch = await received(store)
-            for chunk in await store.write(Claim(batch.number, "a", 30.0, 2, 100)):
-                await store.write(Finish(chunk, "a", items(batch, chunk)))
+            await finished(store)
         with store._engine.connect().execution_options(**WRITE) as connection, connection.begin():
             connection.execute(
                 update(batch_items).where(batch_items.c.batch == 1, batch_items.c.index == 4).values(figure=0.5)

@@ -29,7 +29,7 @@ async def healthz() -> dict[str, str]:
 async def startedz(request: Request, response: Response) -> dict[str, str]:
     """200 as soon as all kernels have been compiled once; never 503 again afterwards."""
     service: Service = request.app.state.service
-    started = all(each.state in ("warm", "failed") for each in service.executor.warmup_status)
+    started = service.executor.warm
     response.status_code = 200 if started else 503
     return {"status": "started" if started else "starting"}
 
@@ -40,15 +40,14 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
     warm-up status of every kind."""
     service: Service = request.app.state.service
     fault = await _store_fault(service)
-    alive, warmup_status = service.executor.ready, service.executor.warmup_status
-    warm = all(each.state in ("warm", "failed") for each in warmup_status)
+    executor = service.executor
     stopping = service.stopping.is_set()
-    ready = alive and warm and fault is None and not stopping
+    ready = executor.ready and executor.warm and fault is None and not stopping
     response.status_code = 200 if ready else 503
     return {
         "status": "ready" if ready else "stopping" if stopping else "not ready" if fault else "warming up",
         "database": fault or "ok",
-        "workers": "warm" if alive else "starting",
+        "workers": "warm" if executor.ready else "starting",
         "kernels": {
             each.kind: {
                 "state": each.state,
@@ -56,7 +55,7 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
                 "of": each.of,
                 "remaining_s": round(each.remaining_s),
             }
-            for each in warmup_status
+            for each in executor.warmup_status
         },
     }
 

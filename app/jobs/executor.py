@@ -38,8 +38,12 @@ class Executor(Protocol):
         """Whether a call would be answered now."""
 
     @property
+    def warm(self) -> bool:
+        """Whether all kernels have been compiled, or have failed to; once true, it stays so."""
+
+    @property
     def warmup_status(self) -> list[WarmupStatus]:
-        """Warm-up status of every kind; empty if nothing has to be compiled."""
+        """Warm-up status of every kind; empty if nothing has to be compiled, or while it is not known what has to."""
 
     def start(self) -> None:
         """Start warming up, without blocking."""
@@ -125,6 +129,10 @@ class ProcessPool:
     def ready(self) -> bool:
         """Whether at least one worker is alive."""
         return self._foreground.ready
+
+    @property
+    def warm(self) -> bool:
+        return self.wait_until_warm(0.0)
 
     @property
     def warmup_status(self) -> list[WarmupStatus]:

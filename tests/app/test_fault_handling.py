@@ -169,14 +169,15 @@ def test_metrics_count_solves_without_an_answer_and_effects(tmp_path, error, rea
 
 
 @pytest.mark.parametrize(
-    ("states", "alive", "statuses"),
+    ("states", "warm", "alive", "statuses"),
     [
-        (["compiling", "warm"], True, (200, 503, 503)),
-        (["warm", "failed"], False, (200, 200, 503)),
-        (["warm", "failed"], True, (200, 200, 200)),
+        ([], False, True, (200, 503, 503)),  # it is not known yet what has to be compiled
+        (["compiling", "warm"], False, True, (200, 503, 503)),
+        (["warm", "failed"], True, False, (200, 200, 503)),
+        (["warm", "failed"], True, True, (200, 200, 200)),
     ],
 )
-def test_live_started_and_ready_are_told_apart(states, alive, statuses):
+def test_live_started_and_ready_are_told_apart(states, warm, alive, statuses):
     async def ping() -> None: ...
 
     kernels = [SimpleNamespace(kind=str(k), state=state, compiled=0, of=1, remaining_s=1.0)
@@ -184,7 +185,7 @@ def test_live_started_and_ready_are_told_apart(states, alive, statuses):
     application = FastAPI()
     application.include_router(operation.router)
     application.state.service = SimpleNamespace(
-        executor=SimpleNamespace(warmup_status=kernels, ready=alive), store=SimpleNamespace(ping=ping),
+        executor=SimpleNamespace(warmup_status=kernels, warm=warm, ready=alive), store=SimpleNamespace(ping=ping),
         stopping=threading.Event(),
     )  # fmt: skip
     client = TestClient(application)

@@ -11,6 +11,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -307,6 +308,13 @@ def test_an_answer_that_waits_counts_even_if_the_loop_was_late(single: ProcessPo
         return await call
 
     assert asyncio.run(late())["payload"] == 5
+
+
+def test_a_pool_is_not_warm_before_it_knows_what_must_be_compiled(pool: ProcessPool) -> None:
+    cold = ProcessPool(replace(settings(), kernels=True))
+    assert cold.warmup_status == [] and not cold.warm
+    cold.close()
+    assert pool.warmup_status == [] and pool.warm  # it has no kernels
 
 
 def test_a_worker_that_cannot_warm_up_fails_the_call_instead_of_hanging() -> None:

@@ -36,6 +36,7 @@ from app.store.batch_reads import BatchFilter, active_batches_of, get_batch, lis
 from app.store.batch_records import BatchRecord, BatchStatus, new_batch_id
 from app.store.errors import InvalidCursor
 from app.store.hashing import canonical_json
+from app.store.idempotency import is_used
 from app.store.leases import LEASE_S
 from app.store.record import utc_now
 from app.store.repository import RunStore
@@ -119,7 +120,10 @@ class BatchService:
     async def _take(
         self, ask: Asked, source: Source, rows: AsyncIterator[list[Row]], key: str | None, digest: Any
     ) -> bytes:
-        await self._check_share()
+        own = own_key(key) if key else None
+        # Only a batch that is new needs a share; what comes under a known key is answered as before, or refused.
+        if own is None or not await self._is_used(own):
+            await self._check_share()
         some = await anext(rows, [])
         record = await self._record(ask, source, some[0] if some else None)
         number = await self.store.write(Open(record))
@@ -136,8 +140,8 @@ class BatchService:
                 raise Problem(422, INVALID, "there is no row", [entry("", "there is no row", "one row at least")])
             shown = batch_json(_acknowledged(record, receiver.total))
             answer = json.dumps(shown, separators=(",", ":"), ensure_ascii=False).encode()
-            own = key and own_key(key)
-            first = await self.store.write(Acknowledge(number, receiver.total, own, digest.hexdigest(), answer))
+            since = self.store.keys_valid_since
+            first = await self.store.write(Acknowledge(number, receiver.total, own, digest.hexdigest(), answer, since))
             kept = True
         finally:
             if not kept:
@@ -148,8 +152,12 @@ class BatchService:
 
     async def first_answer(self, key: str, request_hash: str) -> bytes | None:
         """The answer first given under an idempotency key, or None. Raises IdempotencyConflict."""
-        own = own_key(key)
-        return await self.store.query(lambda connection: find_answer(connection, own, request_hash))
+        own, since = own_key(key), self.store.keys_valid_since
+        return await self.store.query(lambda connection: find_answer(connection, own, request_hash, since))
+
+    async def _is_used(self, own: str) -> bool:
+        since = self.store.keys_valid_since
+        return await self.store.query(lambda connection: is_used(connection, own, since))
 
     async def _record(self, ask: Asked, source: Source, first: Row | None) -> BatchRecord:
         return BatchRecord(

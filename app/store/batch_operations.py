@@ -12,6 +12,7 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from datetime import datetime
 from functools import lru_cache
 from importlib import import_module
 from typing import Any
@@ -21,7 +22,7 @@ from sqlalchemy import Connection, Dialect, delete, func, insert, select, update
 from app.store.batch_items import DIGEST_BYTES, ITEM_COLUMNS, unsealed
 from app.store.batch_records import ACTIVE, BatchRecord, BatchStatus, Block, Chunk, ChunkState, ItemStatus
 from app.store.errors import IdempotencyConflict
-from app.store.idempotency import lock_key
+from app.store.idempotency import batch_under, lock_key, run_under
 from app.store.leases import now
 from app.store.models import batch_blocks, batch_chunks, batch_items, batches, idempotency_keys
 from app.store.record import utc_now
@@ -76,7 +77,7 @@ class Acknowledge:
     """Publish a fully received batch together with the answer to its sender.
 
     Returns None, or the answer first given under the same idempotency key, in which case this batch is dropped. Raises
-    IdempotencyConflict if the key belongs to another request, also to that of a run.
+    IdempotencyConflict if the key belongs to another request, also to that of a run made after ``since``.
     """
 
     number: int
@@ -84,14 +85,17 @@ class Acknowledge:
     key: str | None
     request_hash: str
     answer: bytes
+    since: datetime | None = None
 
     def __call__(self, connection: Connection) -> bytes | None:
         if self.key:
             lock_key(connection, self.key)
-            first = find_answer(connection, self.key, self.request_hash)
+            first = find_answer(connection, self.key, self.request_hash, self.since)
             if first is not None:
                 _drop(connection, self.number)
                 return first
+            # an expired one of a run is replaced
+            connection.execute(delete(idempotency_keys).where(idempotency_keys.c.key == self.key))
         ended = {"status": BatchStatus.ENDED, "ended_at": utc_now()} if self.total == 0 else {}
         values = {
             "status": BatchStatus.QUEUED,
@@ -106,12 +110,12 @@ class Acknowledge:
         return None
 
 
-def find_answer(connection: Connection, key: str, request_hash: str) -> bytes | None:
-    """The answer given under the key, or None. Raises IdempotencyConflict if the key belongs to another request."""
-    query = select(batches.c.request_hash, batches.c.answer).where(batches.c.idempotency_key == key)
-    row = connection.execute(query).first()
+def find_answer(connection: Connection, key: str, request_hash: str, since: datetime | None = None) -> bytes | None:
+    """The answer given under the key, or None. Raises IdempotencyConflict if the key belongs to another request, be it
+    that of a run made after ``since``."""
+    row = batch_under(connection, key)
     if row is None:
-        if connection.execute(select(idempotency_keys.c.key).where(idempotency_keys.c.key == key)).first():
+        if run_under(connection, key, since) is not None:
             raise IdempotencyConflict(key)
         return None
     if row.request_hash != request_hash:

@@ -9,10 +9,9 @@ from datetime import datetime
 from sqlalchemy import Connection, delete, select, update
 
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownRun
-from app.store.idempotency import lock_key
+from app.store.idempotency import batch_under, lock_key, run_under
 from app.store.insertion import Insertion
-from app.store.maintenance import lowest_id_at
-from app.store.models import batches, idempotency_keys, promises, runs
+from app.store.models import idempotency_keys, promises, runs
 from app.store.record import OPEN_STATUSES, Finish, RunRecord, RunStatus, StoredResponse
 from app.store.rows import check, response_to_row, row_to_response, row_to_run, run_to_row
 
@@ -90,9 +89,9 @@ def find_response(
 
     Raises IdempotencyConflict if the key belongs to another request or to a batch, and DamagedRecord.
     """
-    row = connection.execute(select(idempotency_keys).where(idempotency_keys.c.key == key)).mappings().first()
-    if row is None or (since is not None and row["run_id"] < lowest_id_at(since)):
-        if connection.execute(select(batches.c.number).where(batches.c.idempotency_key == key)).first():
+    row = run_under(connection, key, since)
+    if row is None:
+        if batch_under(connection, key) is not None:
             raise IdempotencyConflict(key)
         return None
     check(idempotency_keys.name, "key", row)

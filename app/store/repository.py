@@ -152,7 +152,7 @@ class RunStore:
     async def find_response(self, key: str, request_hash: str) -> StoredResponse | None:
         """The response stored under an idempotency key, None for a new key. Raises IdempotencyConflict."""
         own = own_key(key)
-        return await self._read(lambda connection: find_response(connection, own, request_hash, self._since()))
+        return await self._read(lambda connection: find_response(connection, own, request_hash, self.keys_valid_since))
 
     async def find_answer(self, spec_hash: str, solver_name: str, solver_version: str) -> RunRecord | None:
         """The newest intact run of the same spec answered (succeeded or infeasible) by the same solver version.
@@ -192,7 +192,7 @@ class RunStore:
 
     async def expire_keys(self) -> int:
         """Delete expired idempotency keys; returns their number."""
-        since, deleted = self._since(), 0
+        since, deleted = self.keys_valid_since, 0
         while since is not None and (count := await self._writer.submit(ExpireKeys(since))):
             deleted += count
         return deleted
@@ -200,10 +200,11 @@ class RunStore:
     def _insertion(self, record: RunRecord, response: StoredResponse | None) -> Put | PutOnce:
         if response is None:
             return Put(record)
-        return PutOnce(record, replace(response, key=own_key(response.key)), self._since())
+        return PutOnce(record, replace(response, key=own_key(response.key)), self.keys_valid_since)
 
-    def _since(self) -> datetime | None:
-        """Creation time from which idempotency keys are still valid; None if they do not expire."""
+    @property
+    def keys_valid_since(self) -> datetime | None:
+        """Creation time of runs from which idempotency keys are still valid; None if they do not expire."""
         return None if self._key_lifetime is None else utc_now() - self._key_lifetime
 
     def _committed(self, seconds: float, fault: StoreFault | None) -> None:

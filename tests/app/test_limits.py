@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+import hashlib
+import io
 import json
 import re
 from collections.abc import AsyncIterator, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import pyarrow.parquet
 import pytest
 from starlette.testclient import TestClient
 
@@ -155,6 +158,32 @@ def test_accepted_runs_are_limited_in_total_and_per_caller(store):
         with pytest.raises(Busy):
             await submit_later(service, "c")
         await service.close()
+
+    asyncio.run(story())
+
+
+@pytest.mark.parametrize("form", ["ndjson", "csv", "parquet"])
+def test_a_batch_sent_again_under_its_key_needs_no_share(store, form):
+    example = example_of(KINDS["pin-profile"], Mode.CHECK)
+    contents = {"ndjson": json.dumps(example).encode(), "csv": b"load.force_n\n1\n"}
+
+    async def submit(service: BatchService, key: str) -> bytes:
+        async def body() -> AsyncIterator[bytes]:
+            yield contents[form]
+
+        asked = Asked("pin-profile", "check")
+        if form == "parquet":
+            file = io.BytesIO()
+            pyarrow.parquet.write_table(pyarrow.table({"load.force_n": [1.0]}), file)
+            return await service.take_parquet(asked, file, key, hashlib.sha256())
+        return await service.take_lines(asked, form == "csv", body(), key)
+
+    async def story() -> None:
+        service = BatchService(store, Endless(), 0.01, most_open=1)
+        first = await submit(service, "key-1")
+        assert await submit(service, "key-1") == first
+        with pytest.raises(ShareUsed):
+            await submit(service, "key-2")
 
     asyncio.run(story())
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Awaitable
+from datetime import timedelta
 
 import pytest
 from sqlalchemy import Connection
 
-from app.store.batch_operations import Acknowledge, Open
+from app.store.batch_operations import Acknowledge, Open, find_answer
 from app.store.engine import WRITE, make_engine
 from app.store.errors import IdempotencyConflict, UnknownRun
 from app.store.operations import PutOnce
+from app.store.record import utc_now
 from app.store.repository import RunStore
 from app.store.verify import verify
 from tests.app.store.records import make_record, make_response
@@ -34,6 +36,25 @@ def test_a_batchs_key_is_refused_to_a_run(database_url: str) -> None:
         await refused(store.put(run, make_response(run, KEY)))
         with pytest.raises(UnknownRun):
             await store.get(run.id)
+
+    with RunStore(database_url) as store:
+        asyncio.run(story(store))
+    assert verify(database_url).sound
+
+
+def test_an_expired_key_of_a_run_serves_a_batch(database_url: str) -> None:
+    """Whether or not its row has been deleted yet."""
+    run = make_record()
+
+    async def story(store: RunStore) -> None:
+        await store.put(run, make_response(run, KEY))
+        now = utc_now() + timedelta(seconds=1)
+        number = await store.write(Open(record()))
+        await refused(store.write(Acknowledge(number, 0, KEY, "h" * 64, b"{}", now - timedelta(days=1))))
+        assert await store.query(lambda connection: find_answer(connection, KEY, "h" * 64, now)) is None
+        assert await store.write(Acknowledge(number, 0, KEY, "h" * 64, b"{}", now)) is None
+        assert await store.query(lambda connection: find_answer(connection, KEY, "h" * 64)) == b"{}"
+        await refused(store.find_response(KEY, "a" * 64))
 
     with RunStore(database_url) as store:
         asyncio.run(story(store))

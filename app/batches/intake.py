@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import csv
+import io
 import re
 import time
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
@@ -140,7 +141,7 @@ def _delimiter_of(line: bytes) -> bytes:
 def header_of(row: Row) -> tuple[tuple[str, ...], str]:
     """The column names in the first row of a CSV, and what separates them. Raises ValueError."""
     text, delimiter = row.content.decode(), _delimiter_of(row.content.partition(b"\n")[0]).decode()
-    [record] = list(csv.reader(text.splitlines(keepends=True), delimiter=delimiter, strict=True))
+    [record] = list(csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True))
     return tuple(name.strip() for name in record), delimiter
 
 

@@ -7,6 +7,7 @@ validates it.
 from __future__ import annotations
 
 import csv
+import io
 import json
 import re
 import zlib
@@ -91,7 +92,7 @@ class Source:
         except UnicodeDecodeError:
             raise UnreadableRow("is no UTF-8") from None
         try:
-            records = list(csv.reader(text.splitlines(keepends=True), delimiter=self.delimiter, strict=True))
+            records = list(csv.reader(io.StringIO(text, newline=""), delimiter=self.delimiter, strict=True))
         except csv.Error as error:
             raise UnreadableRow(f"cannot be read as CSV: {error}") from None
         if len(records) != 1:

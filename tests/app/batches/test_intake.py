@@ -8,7 +8,7 @@ import random
 
 import pytest
 
-from app.batches.intake import Lines, in_slices
+from app.batches.intake import Lines, header_of, in_slices
 from app.store.batch_inputs import Row, Source, packed_rows, unpacked_rows
 
 
@@ -37,6 +37,14 @@ def test_rows_end_where_the_csv_module_ends_them(delimiter: str) -> None:
         found = [row.line + row.content.count(b"\n") for row in rows]
         # The csv module ends the last record with the text, here it lacks the line break.
         assert found[:-1] == ends[:-1] and len(found) == len(ends), table
+
+
+@pytest.mark.parametrize("separator", ["\u2028", "\u2029", "\x85", "\x0b", "\x0c", "\x1c", "\x1d", "\x1e"])
+def test_a_separator_that_ends_no_line_of_csv_is_text(separator: str) -> None:
+    text = f"first{separator}second"
+    header, row = cut(f"name,{text}\n{text},1\n".encode(), 1000)
+    assert header_of(header) == (("name", text), ",")
+    assert Source("csv", ("name", "x"), frozenset({"name"})).body(row) == {"name": text, "x": 1}
 
 
 def test_an_inch_mark_in_a_cell_is_text() -> None:

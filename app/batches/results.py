@@ -27,6 +27,8 @@ _PAGE = 500
 _SAMPLE_SIZE = 2000
 _PARQUET_ROWS = 20_000
 _INT64 = 2**63
+_SHORT_ARRAY = 16
+"""Length up to which the entries of an array that varies are columns of their own; of a longer one its JSON text is."""
 HEAD = ("index", "line", "run_id", "status", "holds")
 _LAST = ("accuracy.estimated", "accuracy.met", "diagnosis", "problem")
 _OF_HEAD, [_GOVERNED_BY], _OF_END = (
@@ -65,6 +67,19 @@ def flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, An
             yield from flat(inner, f"{prefix}.{name}" if prefix else name, depth + 1)
     elif not isinstance(value, list):
         yield prefix, value
+
+
+def _entries(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
+    """The scalars of a JSON value with their dotted names, those in short arrays too, and the longer arrays."""
+    if isinstance(value, Mapping):
+        inner: Iterable[tuple[Any, Any]] = value.items()
+    elif isinstance(value, list) and len(value) <= _SHORT_ARRAY:
+        inner = enumerate(value)
+    else:
+        yield name, value
+        return
+    for step, entry in inner:
+        yield from _entries(entry, f"{name}.{step}" if name else str(step))
 
 
 def parts_of(batch: BatchRecord, item: Item) -> dict[str, Any]:
@@ -168,7 +183,7 @@ async def _varied_fields(store: RunStore, batch: BatchRecord) -> tuple[str, ...]
             spec = _stored_parts(batch, item).get("spec")
             if not isinstance(spec, dict) or item.status == ItemStatus.REFUSED:
                 continue
-            fields = {name: value for name, value in flat(spec) if name != "name"}
+            fields = {name: value for name, value in _entries(spec) if name != "name"}
             first = fields if first is None else first
             found |= {name: None for name in {**first, **fields} if first.get(name) != fields.get(name)}
         return tuple(found)

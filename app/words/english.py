@@ -15,6 +15,7 @@ _WORDS = {
     "coupler peak": "peak force in the coupler",
     "crank speed jump": "jump of the crank's speed at the blow, relative",
     "enclosing radius": "radius of the enclosing circle",
+    "engine.indicated power": "indicated power of all cylinders",
     "equivalent stress max": "greatest equivalent stress",
     "flywheel inertia wanted": "flywheel's moment of inertia needed",
     "force limit": "greatest force that a solid pin carries",

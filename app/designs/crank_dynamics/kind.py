@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -278,6 +278,14 @@ def _scalars(found: crank.CrankDynamics, scene: crank.Scene) -> dict[str, Any]:
     }
 
 
+def _figure(_mode: Mode, result: Mapping[str, Any]) -> tuple[str, float]:
+    """The power of the whole engine, under its path in the result."""
+    engine = result["engine"]
+    if engine is None:
+        return "indicated_power_w", result["indicated_power_w"]
+    return "engine.indicated_power_w", engine["indicated_power_w"]
+
+
 CRANK_DYNAMICS = Kind(
     slug="crank-dynamics",
     title="Crank dynamics",
@@ -294,7 +302,7 @@ CRANK_DYNAMICS = Kind(
     },
     known_effects=crank.EFFECTS,
     plots=PLOTS,
-    figure=lambda _mode, result: ("indicated_power_w", (result["engine"] or result)["indicated_power_w"]),
+    figure=_figure,
     main_results=MAIN_RESULTS,
     whole="engine",
     form=FORM,

@@ -56,7 +56,7 @@ def test_crank_dynamics_in_the_contracts_names(client, dynamics_request):
     assert power == pytest.approx(result["indicated_power_w"], rel=1e-12)
     assert result["reciprocating_mass_kg"] == pytest.approx(0.45 + 0.6 * 40 / 140)
     assert result["engine"]["indicated_power_w"] == pytest.approx(4 * result["indicated_power_w"])
-    assert run["figure"] == {"name": "indicated_power_w", "value": result["engine"]["indicated_power_w"]}
+    assert run["figure"] == {"name": "engine.indicated_power_w", "value": result["engine"]["indicated_power_w"]}
     assert result["irregularity"] > 0
     assert {w["feeds"] for w in result["worst"]} == {"pin-profile", "flexible-rod", None}
     assert {e["name"] for e in run["effects"]} == {

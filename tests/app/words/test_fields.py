@@ -23,6 +23,7 @@ from app.words.solver_texts import spoken
         ("stability_safety", "safety against buckling", ""),
         ("rod_mass_at_pin_kg_u", "± rod's mass at the wrist pin", "kg"),
         ("mass_g", "mass", "g"),
+        ("engine.indicated_power_w", "indicated power of all cylinders", "W"),
     ],
 )
 def test_names_are_worded(name, words, unit):

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import math
-from collections.abc import Awaitable, Callable, Iterable, Mapping
+from collections.abc import Awaitable, Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from pydantic import ValidationError
 
-from app.designs.problems import DAMAGED, INVALID, NOT_SHOWN, problem_details
+from app.designs.problems import DAMAGED, DISK_FULL, INVALID, NO_ROOM, NOT_SHOWN, problem_details
 from app.designs.refusals import summarize
 from app.designs.schema import Entry
 from app.edge.disconnect import ClientDisconnected
@@ -93,6 +95,30 @@ def _damaged(error: DamagedRecord) -> Problem:
     return Problem(500, DAMAGED, NOT_SHOWN)
 
 
+def _disk_full(error: BaseException | None) -> Problem | None:
+    """The problem of an operating system error, if it says that a disk is full."""
+    if not isinstance(error, OSError) or error.errno not in (errno.ENOSPC, errno.EDQUOT):
+        return None
+    logger.error("temporary_files_full", reason=str(error))
+    return Problem(507, DISK_FULL, NO_ROOM)
+
+
+@contextmanager
+def refusing_if_disk_is_full() -> Iterator[None]:
+    """Raise Problem 507 instead of the operating system's error that a disk is full."""
+    try:
+        yield
+    except OSError as error:
+        if full := _disk_full(error):
+            raise full from error
+        raise
+
+
+def _http(error: Any) -> Problem:
+    # The framework calls every error in the reading of a form, which it keeps in a file, a 400.
+    return _disk_full(error.__cause__) or Problem(error.status_code, error.detail, error.detail, headers=error.headers)
+
+
 def _cursor(error: InvalidCursor) -> Problem:
     entry = {"pointer": "/cursor", "detail": str(error), "allowed": "the next_cursor of an earlier page"}
     return Problem(422, INVALID, str(error), [entry])
@@ -129,7 +155,7 @@ def install(app: FastAPI, page: Callable[[Request, Problem], Response | None]) -
         **_PROBLEMS,
         # The location begins with the parameter's kind: query, header or path.
         RequestValidationError: lambda error: refusal(error.errors(), depth=1),
-        HTTPException: lambda error: Problem(error.status_code, error.detail, error.detail, headers=error.headers),
+        HTTPException: _http,
     }
 
     def handler(problem_of: Callable[[Any], Problem]) -> Callable[[Request, Any], Awaitable[Response]]:

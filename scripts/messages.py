@@ -28,7 +28,7 @@ from app.designs import claims
 from app.designs.crank_dynamics.chain import INSTANTS
 from app.designs.drawing import sentences_of
 from app.designs.kind import Kind, Mode
-from app.designs.problems import OUT_OF_TIME, SOLVER_FAILED
+from app.designs.problems import DAMAGED, DISK_FULL, NO_ROOM, NOT_SHOWN, OUT_OF_TIME, SOLVER_FAILED
 from app.designs.refusals import ALLOWED_BY_TYPE, LIMITS
 from app.designs.registry import KINDS
 from app.exports.registry import EXPORTS
@@ -77,6 +77,7 @@ _ELSEWHERE = (
     "one unknown",
     "recommended accuracy",
     "governed by",
+    "engine.indicated power",
     "status",
     "holds",
     "thin ring with load factor",
@@ -88,6 +89,10 @@ _ELSEWHERE = (
     "bushing",
     OUT_OF_TIME,
     SOLVER_FAILED,
+    DAMAGED,
+    NOT_SHOWN,
+    DISK_FULL,
+    NO_ROOM,
     "The memory bound was reached",
     "The result is not finite",
     "The service stopped",

@@ -26,7 +26,7 @@ from app.designs.problems import INVALID
 from app.designs.refusals import MAX_ENTRIES, with_suggestion
 from app.designs.registry import KINDS, job_of
 from app.designs.schema import entry
-from app.errors import Problem
+from app.errors import Problem, refusing_if_disk_is_full
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import BatchRecord, BatchStatus, ItemStatus
 from app.store.hashing import canonical_json
@@ -101,7 +101,7 @@ async def submit_batch(
     stream = request.stream()
     if media_type in _LINES:
         return _answer(await service.take_lines(asked, _LINES[media_type], stream, idempotency_key, digest))
-    with tempfile.TemporaryDirectory(prefix="crankwright-") as folder:
+    with refusing_if_disk_is_full(), tempfile.TemporaryDirectory(prefix="crankwright-") as folder:
         file = Path(folder) / "batch.parquet"
         with file.open("wb") as sink:
             async for part in stream:

@@ -18,6 +18,8 @@ DAMAGED, NOT_SHOWN = (
     "the stored record does not match its hash and is not shown; run crankwright verify for details",
 )
 """Title and detail of the problem of a damaged record."""
+DISK_FULL, NO_ROOM = "The disk is full", "there is no room for the file that was sent; nothing was stored"
+"""Title and detail of the problem of a full temporary directory."""
 
 MEANINGS: Mapping[str, str] = MappingProxyType(
     {
@@ -63,6 +65,7 @@ MEANINGS: Mapping[str, str] = MappingProxyType(
         "No valid key": "A key is asked for, and none that is valid was sent.",
         "Beyond the key's scope": "The key is valid, but not for this.",
         "The store cannot be used": "The database cannot do now what it must; nothing was stored.",
+        DISK_FULL: "The service has no room for a file that was sent; nothing was stored.",
         DAMAGED: "What is stored no longer says what was written, so it is not shown.",
         "Something went wrong": "The request was understood; the fault is the service's.",
     }

@@ -25,6 +25,8 @@ STORE_SECONDS = Histogram("crankwright_store_seconds", "Seconds per group of wri
 STORE_FAULTS = Counter("crankwright_store_faults", "Groups of writes that failed", ["trouble"])
 WAITING = Gauge("crankwright_queue_waiting", "Solves waiting for a worker", ["length"])
 RUNNING = Gauge("crankwright_queue_running", "Solves running in a worker", ["length"])
+BATCH_ITEMS = Counter("crankwright_batch_items", "Items of batches answered here", ["kind", "mode", "status"])
+OPEN_BATCH_ITEMS = Gauge("crankwright_batch_items_open", "Items of all batches in the store that have no answer yet")
 ACCEPTED = Gauge("crankwright_runs_promised", "Open runs accepted with 202")
 
 
@@ -66,6 +68,12 @@ def record_solve(kind: str, mode: str, status: str, seconds: float, effects: Eff
     labelled(SOLVES, kind, mode, status).inc()
     labelled(SOLVE_SECONDS, kind, mode).observe(seconds)
     EFFECTS.solved[kind, effects] += 1
+
+
+def record_items(kind: str, mode: str, number: Mapping[str, int]) -> None:
+    """Record stored items of a batch, their number by status."""
+    for status, count in number.items():
+        labelled(BATCH_ITEMS, kind, mode, status).inc(count)
 
 
 def record_write(seconds: float, fault: StoreFault | None) -> None:

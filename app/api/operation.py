@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import asyncio
+from contextlib import suppress
 
 from fastapi import APIRouter, Request, Response
 from prometheus_client import CONTENT_TYPE_LATEST, generate_latest
 
+from app import metrics
 from app.designs.registry import KINDS
 from app.errors import Problem
+from app.store.batch_reads import open_items
 from app.store.errors import StoreError
 from app.store.faults import FaultKind, StoreFault
 from app.submission import Service
@@ -61,8 +64,11 @@ async def readyz(request: Request, response: Response) -> dict[str, object]:
 
 
 @router.get("/metrics", include_in_schema=False)
-async def metrics() -> Response:
-    """All metrics in Prometheus format."""
+async def all_metrics(request: Request) -> Response:
+    """All metrics in Prometheus format. Those of a store that does not answer stay as they were."""
+    service: Service = request.app.state.service
+    with suppress(StoreError, TimeoutError):
+        metrics.OPEN_BATCH_ITEMS.set(await asyncio.wait_for(service.store.query(open_items), _TIMEOUT_S))
     return Response(generate_latest(), media_type=CONTENT_TYPE_LATEST)
 
 

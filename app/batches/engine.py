@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 from pydantic import BaseModel
 
-from app import runs
+from app import metrics, runs
 from app.batches.chunk import failed_item, parts_of
 from app.batches.task import Needs, Task
 from app.designs.accuracy import MAX_BUDGET_S
@@ -271,7 +271,11 @@ class BatchEngine:
         except JobError as error:
             await self._recover(batch, chunk, error)
         else:
-            await self._store.write(Finish(chunk, self.owner, items))
+            await self._finish(batch, chunk, items)
+
+    async def _finish(self, batch: BatchRecord, chunk: Chunk, items: bytes) -> None:
+        if counted := await self._store.write(Finish(chunk, self.owner, items)):
+            metrics.record_items(batch.kind, batch.mode, counted)
 
     async def _solve(self, batch: BatchRecord, chunk: Chunk) -> bytes:
         """The chunk's items, ``sealed``."""
@@ -357,4 +361,4 @@ class BatchEngine:
             failed_item(index, row, source, batch.dictionary, status, title, detail)
             for index, row in enumerate(rows, chunk.first)
         ]
-        await self._store.write(Finish(chunk, self.owner, sealed(batch.number, items)))
+        await self._finish(batch, chunk, sealed(batch.number, items))

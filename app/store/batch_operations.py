@@ -264,18 +264,18 @@ def _change_held(connection: Connection, owner: str, values: dict[str, Any]) -> 
 
 @dataclass(frozen=True)
 class Finish:
-    """Atomically store a chunk's answers, ``sealed``, and mark it done. False, without effect, if the owner lost its
-    lease."""
+    """Atomically store a chunk's answers, ``sealed``, and mark it done. Returns the number of items of each status;
+    None, without effect, if the owner lost its lease."""
 
     chunk: Chunk
     owner: str
     items: bytes
 
-    def __call__(self, connection: Connection) -> bool:
+    def __call__(self, connection: Connection) -> Counter[str] | None:
         if not _lock(connection, self.chunk.batch):
-            return False
+            return None
         if not _update_leased(connection, self.chunk, self.owner, {"state": ChunkState.DONE, "leased_until": None}):
-            return False
+            return None
         rows = unsealed(self.items)
         put_items(connection, rows)
         counted = Counter(row[_STATUS] for row in rows)
@@ -285,7 +285,7 @@ class Finish:
         done = sum(batches.c[str(status)] for status in ItemStatus)
         ended = {"status": BatchStatus.ENDED, "ended_at": utc_now()}
         connection.execute(update(batches).where(here, done == batches.c.total).values(ended))
-        return True
+        return counted
 
 
 def _update_leased(connection: Connection, chunk: Chunk, owner: str, values: dict[str, Any]) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Any
 
-from sqlalchemy import Connection, Row, and_, exists, or_, select
+from sqlalchemy import Connection, Row, and_, exists, func, or_, select
 from sqlalchemy.sql.functions import count
 
 from app.logging import get_logger
@@ -77,6 +77,12 @@ def batches_to_solve(connection: Connection) -> list[tuple[str | None, int]]:
         .order_by(batches.c.number)
     )
     return [(row.owner, row.number) for row in connection.execute(query).all()]
+
+
+def open_items(connection: Connection) -> int:
+    """The number of items without an answer in all batches that have not ended."""
+    left = batches.c.total - batches.c.succeeded - batches.c.infeasible - batches.c.failed - batches.c.refused
+    return connection.execute(select(func.sum(left)).where(batches.c.status.in_(ACTIVE))).scalar_one() or 0
 
 
 def active_batches_of(connection: Connection, owner: str | None) -> int:

@@ -10,6 +10,7 @@ import sqlite3
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -121,6 +122,24 @@ def test_metrics_cover_solves_queues_and_the_store(tmp_path):
     for length in ("short", "long"):
         assert f'crankwright_queue_waiting{{length="{length}"}} 0.0' in after
     assert "crankwright_solve_seconds_bucket" in after and "crankwright_runs_promised" in after
+
+
+def test_metrics_count_items_of_batches(tmp_path):
+    solved = 'crankwright_batch_items_total{kind="crank-masses",mode="analysis",status="succeeded"}'
+
+    def number(name: str) -> float:
+        lines = service.client.get("/metrics").text.splitlines()
+        return sum(float(line.rpartition(" ")[2]) for line in lines if line.startswith(name + " "))
+
+    with keyed(tmp_path, batch_workers=1, batch_niceness=0) as service:
+        service.warm()
+        wanted, end = number(solved) + 3, time.monotonic() + 60
+        place = "/api/v1/batches?kind=crank-masses&mode=analysis"
+        rows = 3 * (json.dumps(BODY).encode() + b"\n")
+        assert service.client.post(place, content=rows, headers={"Content-Type": "application/x-ndjson"}).is_success
+        while number(solved) < wanted and time.monotonic() < end:
+            time.sleep(0.1)
+        assert number(solved) == wanted and number("crankwright_batch_items_open") == 0
 
 
 @pytest.mark.parametrize(("error", "status"), [(BudgetExceeded(1.5), 504), (MemoryExceeded("too much"), 507)])

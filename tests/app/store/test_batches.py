@@ -24,7 +24,7 @@ from app.store.batch_operations import (
     Renew,
     Split,
 )
-from app.store.batch_reads import get_batch, items_after
+from app.store.batch_reads import get_batch, items_after, open_items
 from app.store.batch_records import DAMAGED, BatchRecord, Block, Chunk, Item, item_id, new_batch_id, split_item_id
 from app.store.engine import WRITE
 from app.store.errors import DamagedRecord, IdempotencyConflict, UnknownBatch, UnknownRun
@@ -315,7 +315,11 @@ def damage(store: RunStore, batch: BatchRecord, index: int) -> None:
 
 def test_a_damaged_item_is_named_and_the_others_are_shown(database_url: str) -> None:
     async def story(store: RunStore) -> None:
+        assert await store.query(open_items) == 0
+        await received(store)
+        assert await store.query(open_items) == 10
         batch = await finished(store)
+        assert await store.query(open_items) == 10
         damage(store, batch, 4)
         bad = item_id(batch.id, 4)
         stored = await store.query(lambda connection: items_after(connection, batch.number, -1, 100))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import json
 import re
 import subprocess
 import sys
@@ -10,14 +11,15 @@ from pathlib import Path
 
 import httpx
 import pytest
-from crankwright_client import AsyncClient, Client, NoAnswer, Problem, Retries, RunFailed
+from crankwright_client import AsyncClient, Client, NoAnswer, Problem, Retries, Run, RunFailed
 from starlette.testclient import TestClient
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
 
 ROOT = Path(__file__).parents[2]
-QUICK = Retries(attempts=3, first_s=0.001)
+QUICK = Retries(attempts=3, first_s=0.001, waiting_s=0.0)
+BATCH = {"id": "1", "status": "running", "links": {"self": "/api/v1/batches/1", "results": "/api/v1/batches/1/results"}}
 PIN = KINDS["pin-profile"].example(Mode.CHECK)
 
 
@@ -108,6 +110,80 @@ def test_retries_are_limited(last):
     with Client(transport=transport, retries=QUICK) as client, pytest.raises(NoAnswer, match="3 times"):
         client.check("pin-profile", PIN)
     assert len(asked) == 3
+
+
+PATIENT = Retries(attempts=3, first_s=0.001, most_s=0.002, waiting_s=60.0)
+
+
+def restarting(answer: dict) -> tuple[httpx.MockTransport, list[httpx.Request]]:
+    """A service that restarts, then returns this answer."""
+    away = [httpx.Response(502) if k % 2 else httpx.ConnectError("no") for k in range(8)]
+    return answering(*away, httpx.Response(200, json=answer))
+
+
+def test_waiting_outlasts_a_restart():
+    transport, asked = restarting({**BATCH, "status": "ended"})
+    with Client(transport=transport, retries=PATIENT) as client:
+        assert client.wait_for_batch(BATCH)["status"] == "ended"
+    assert len(asked) == 9
+
+    async def waited() -> str:
+        async with AsyncClient(transport=restarting(run_json())[0], retries=PATIENT) as client:
+            return (await client.wait(Run(run_json("running")))).status
+
+    assert asyncio.run(waited()) == "succeeded"
+
+
+def test_waiting_ends_at_its_own_time():
+    transport, asked = answering(*3 * [httpx.Response(503)])
+    with Client(transport=transport, retries=PATIENT) as client, pytest.raises(NoAnswer, match="3 times"):
+        client.wait_for_batch(BATCH, timeout_s=0.1)
+    assert len(asked) == 3
+
+
+def lost_once(status: str) -> httpx.MockTransport:
+    """A service that loses its answer to the first DELETE of a run or a batch of this status at its end."""
+    deleted = []
+
+    def handle(request: httpx.Request) -> httpx.Response:
+        if request.method == "GET":
+            return httpx.Response(200, json={**BATCH, **run_json(status)})
+        deleted.append(request)
+        if len(deleted) == 1:
+            raise httpx.ReadError("connection lost")
+        return httpx.Response(409, json={"status": 409, "title": "It has ended", "detail": status})
+
+    return httpx.MockTransport(handle)
+
+
+def test_cancelling_survives_a_lost_answer():
+    with Client(transport=lost_once("cancelled"), retries=QUICK) as client:
+        assert client.cancel("1").status == "cancelled"
+    with Client(transport=lost_once("cancelled"), retries=QUICK) as client:
+        assert client.cancel_batch(BATCH)["status"] == "cancelled"
+    with Client(transport=lost_once("succeeded"), retries=QUICK) as client, pytest.raises(Problem, match="409"):
+        client.cancel("1")
+
+    async def cancelled() -> tuple[str, str]:
+        async with AsyncClient(transport=lost_once("cancelled"), retries=QUICK) as client:
+            return (await client.cancel("1")).status, (await client.cancel_batch(BATCH))["status"]
+
+    assert asyncio.run(cancelled()) == ("cancelled", "cancelled")
+
+
+def test_rows_may_contain_any_line_separator_of_unicode():
+    rows = [{"index": k, "problem": f"a{letter}b"} for k, letter in enumerate("\u2028\u2029\x85\x0b")]
+    content = "".join(json.dumps(row, ensure_ascii=False) + "\n" for row in rows).encode()
+
+    def handle(_request: httpx.Request) -> httpx.Response:
+        return httpx.Response(200, content=content, headers={"Content-Type": "application/x-ndjson"})
+
+    async def found() -> list[dict]:
+        async with AsyncClient(transport=httpx.MockTransport(handle)) as client:
+            return await client.results(BATCH)
+
+    with Client(transport=httpx.MockTransport(handle)) as client:
+        assert list(client.results(BATCH)) == asyncio.run(found()) == rows
 
 
 def test_what_cannot_be_sent_is_not_retried():
@@ -259,5 +335,5 @@ def test_a_key_may_have_white_space_around_and_is_never_shown(make):
 
 
 def test_a_file_of_another_type_is_no_batch(tmp_path):
-    with Client() as client, pytest.raises(ValueError, match=r"x\.txt is no batch: allowed are files in \.csv"):
-        client.batch("pin-profile", "check", tmp_path / "x.txt")
+    with Client() as client, pytest.raises(ValueError, match=r"x\.json is no batch: allowed .* sweep\(\)"):
+        client.batch("pin-profile", "check", tmp_path / "x.json")

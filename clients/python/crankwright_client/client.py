@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import asyncio
-import json
 import time
 from collections.abc import AsyncIterator, Callable, Iterable, Iterator, Mapping
+from itertools import count
 from os import PathLike
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 
 from crankwright_client import wire
-from crankwright_client.errors import NoAnswer
+from crankwright_client.errors import NoAnswer, Problem
 from crankwright_client.retries import MAY_PASS, Retries, asked_wait_s, may_succeed
 from crankwright_client.run import OPEN, Run
 from crankwright_client.types import Batch
@@ -39,7 +39,8 @@ class _Settings:
 class Client:
     """Client of the service at ``url``, with an API ``key`` if required; white space around the key is ignored.
 
-    Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys. Responses
+    Temporary failures (429, 502, 503, 504, lost connections) are retried, safely thanks to idempotency keys; while
+    waiting for a run or a batch for longer, so that the service may restart meanwhile (see ``Retries``). Responses
     other than 2xx are raised as ``Problem``, runs that end without an answer as ``RunFailed``, exhausted retries as
     ``NoAnswer``; a request's own ``key`` that no header can carry as ValueError, other requests that cannot be sent as
     httpx's errors. An infeasible design is an answer: ``run.status`` is "infeasible" and ``run.result`` the diagnosis.
@@ -95,18 +96,19 @@ class Client:
             if ends is not None and time.monotonic() > ends:
                 raise NoAnswer(f"run {run.id} is still {run.status}")
             time.sleep(_POLL_S)
-            run = self.run(run.id)
+            run = wire.run_of(self._send(wire.look(run.id), self._retries.until(ends)))
             if progress is not None:
                 progress(run)
         return run
 
     def run(self, run_id: str) -> Run:
         """A run, whatever its status."""
-        return wire.run_of(self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
+        return wire.run_of(self._send(wire.look(run_id)))
 
     def cancel(self, run_id: str) -> Run:
-        """Cancel a queued or running run. Raises Problem with status 409 if it has ended."""
-        return Run(self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}")).json())
+        """Cancel a queued or running run. One that is cancelled already is returned as it is; raises Problem with
+        status 409 if it has ended otherwise."""
+        return Run(self._cancelled(f"{wire.PREFIX}/runs/{run_id}"))
 
     def runs(self, **filters: Any) -> Iterator[dict[str, Any]]:
         """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
@@ -146,21 +148,21 @@ class Client:
             if ends is not None and time.monotonic() > ends:
                 raise NoAnswer(f"batch {batch['id']} is still {batch['status']}")
             time.sleep(_POLL_S)
-            batch = self._send(wire.Call("GET", batch["links"]["self"])).json()
+            batch = self._send(wire.Call("GET", batch["links"]["self"]), self._retries.until(ends)).json()
             if progress is not None:
                 progress(batch)
         return batch
 
     def cancel_batch(self, batch: Batch) -> Batch:
-        """Cancel a batch; finished items are kept. Raises Problem with status 409 if it has ended."""
-        return self._send(wire.Call("DELETE", batch["links"]["self"])).json()
+        """Cancel a batch; finished items are kept. One that is cancelled already is returned as it is; raises Problem
+        with status 409 if it has ended otherwise."""
+        return self._cancelled(batch["links"]["self"])
 
     def results(
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> Iterator[dict[str, Any]]:
         """The results of finished items, in order."""
-        answer = self._send(wire.results(batch, "ndjson", status, fields))
-        return (json.loads(line) for line in answer.iter_lines() if line)
+        return wire.rows_of(self._send(wire.results(batch, "ndjson", status, fields)))
 
     def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
         """The results as a pandas DataFrame indexed by item; requires pandas."""
@@ -186,8 +188,20 @@ class Client:
         file.write_bytes(self.export(run, name, **options))
         return file
 
-    def _send(self, call: wire.Call) -> httpx.Response:
-        for attempt in range(1, self._retries.attempts + 1):
+    def _cancelled(self, place: str) -> Any:
+        try:
+            return self._send(wire.Call("DELETE", place)).json()
+        except Problem as problem:
+            # The answer to a first DELETE may have been lost.
+            if problem.status != 409:
+                raise
+            found = self._send(wire.Call("GET", place)).json()
+            if found["status"] != "cancelled":
+                raise
+            return found
+
+    def _send(self, call: wire.Call, until: float = 0.0) -> httpx.Response:
+        for attempt in count(1):
             response, why = None, ""
             try:
                 response = self._http.request(
@@ -197,9 +211,9 @@ class Client:
                 why = str(error) or type(error).__name__
             if response is not None and not may_succeed(response):
                 return wire.checked(response)
-            if attempt < self._retries.attempts:
-                time.sleep(self._retries.wait_s(attempt, response))
-        raise NoAnswer(_why(call, self._retries, response, why))
+            if self._retries.used_up(attempt, until):
+                raise NoAnswer(_why(call, attempt, response, why))
+            time.sleep(self._retries.wait_s(attempt, response))
 
 
 class AsyncClient:
@@ -255,18 +269,19 @@ class AsyncClient:
             if ends is not None and time.monotonic() > ends:
                 raise NoAnswer(f"run {run.id} is still {run.status}")
             await asyncio.sleep(_POLL_S)
-            run = await self.run(run.id)
+            run = wire.run_of(await self._send(wire.look(run.id), self._retries.until(ends)))
             if progress is not None:
                 progress(run)
         return run
 
     async def run(self, run_id: str) -> Run:
         """A run, whatever its status."""
-        return wire.run_of(await self._send(wire.Call("GET", f"{wire.PREFIX}/runs/{run_id}")))
+        return wire.run_of(await self._send(wire.look(run_id)))
 
     async def cancel(self, run_id: str) -> Run:
-        """Cancel a queued or running run. Raises Problem with status 409 if it has ended."""
-        return Run((await self._send(wire.Call("DELETE", f"{wire.PREFIX}/runs/{run_id}"))).json())
+        """Cancel a queued or running run. One that is cancelled already is returned as it is; raises Problem with
+        status 409 if it has ended otherwise."""
+        return Run(await self._cancelled(f"{wire.PREFIX}/runs/{run_id}"))
 
     async def runs(self, **filters: Any) -> AsyncIterator[dict[str, Any]]:
         """All runs matching the filters (kind, mode, status, name, holds, created_after, batch_id),
@@ -307,21 +322,21 @@ class AsyncClient:
             if ends is not None and time.monotonic() > ends:
                 raise NoAnswer(f"batch {batch['id']} is still {batch['status']}")
             await asyncio.sleep(_POLL_S)
-            batch = (await self._send(wire.Call("GET", batch["links"]["self"]))).json()
+            batch = (await self._send(wire.Call("GET", batch["links"]["self"]), self._retries.until(ends))).json()
             if progress is not None:
                 progress(batch)
         return batch
 
     async def cancel_batch(self, batch: Batch) -> Batch:
-        """Cancel a batch; finished items are kept. Raises Problem with status 409 if it has ended."""
-        return (await self._send(wire.Call("DELETE", batch["links"]["self"]))).json()
+        """Cancel a batch; finished items are kept. One that is cancelled already is returned as it is; raises Problem
+        with status 409 if it has ended otherwise."""
+        return await self._cancelled(batch["links"]["self"])
 
     async def results(
         self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()
     ) -> list[dict[str, Any]]:
         """The results of finished items, in order."""
-        answer = await self._send(wire.results(batch, "ndjson", status, fields))
-        return [json.loads(line) for line in answer.iter_lines() if line]
+        return list(wire.rows_of(await self._send(wire.results(batch, "ndjson", status, fields))))
 
     async def frame(self, batch: Batch, *, status: str | None = None, fields: Iterable[str] = ()) -> Any:
         """The results as a pandas DataFrame indexed by item; requires pandas."""
@@ -347,8 +362,20 @@ class AsyncClient:
         file.write_bytes(await self.export(run, name, **options))
         return file
 
-    async def _send(self, call: wire.Call) -> httpx.Response:
-        for attempt in range(1, self._retries.attempts + 1):
+    async def _cancelled(self, place: str) -> Any:
+        try:
+            return (await self._send(wire.Call("DELETE", place))).json()
+        except Problem as problem:
+            # The answer to a first DELETE may have been lost.
+            if problem.status != 409:
+                raise
+            found = (await self._send(wire.Call("GET", place))).json()
+            if found["status"] != "cancelled":
+                raise
+            return found
+
+    async def _send(self, call: wire.Call, until: float = 0.0) -> httpx.Response:
+        for attempt in count(1):
             response, why = None, ""
             try:
                 response = await self._http.request(
@@ -358,11 +385,11 @@ class AsyncClient:
                 why = str(error) or type(error).__name__
             if response is not None and not may_succeed(response):
                 return wire.checked(response)
-            if attempt < self._retries.attempts:
-                await asyncio.sleep(self._retries.wait_s(attempt, response))
-        raise NoAnswer(_why(call, self._retries, response, why))
+            if self._retries.used_up(attempt, until):
+                raise NoAnswer(_why(call, attempt, response, why))
+            await asyncio.sleep(self._retries.wait_s(attempt, response))
 
 
-def _why(call: wire.Call, retries: Retries, response: httpx.Response | None, why: str) -> str:
+def _why(call: wire.Call, attempts: int, response: httpx.Response | None, why: str) -> str:
     told = why if response is None else f"{response.status_code} {response.reason_phrase}"
-    return f"{call.method} {call.path}: {told}, {retries.attempts} times"
+    return f"{call.method} {call.path}: {told}, {attempts} times"

@@ -6,6 +6,7 @@ Every POST carries an idempotency key, so a retry never solves or stores anythin
 from __future__ import annotations
 
 import random
+import time
 from dataclasses import dataclass
 
 import httpx
@@ -19,18 +20,32 @@ MAY_PASS = (httpx.NetworkError, httpx.TimeoutException, httpx.RemoteProtocolErro
 
 @dataclass(frozen=True)
 class Retries:
-    """``attempts`` in total; delays double from ``first_s`` up to ``most_s``, unless the service sends Retry-After."""
+    """``attempts`` in total; delays double from ``first_s`` up to ``most_s``, unless the service sends Retry-After.
+
+    While a run or a batch is waited for, attempts go on for ``waiting_s`` at least: it is solved without its client,
+    and a service that restarts resumes it.
+    """
 
     attempts: int = 6
     first_s: float = 0.25
     most_s: float = 30.0
+    waiting_s: float = 300.0
+
+    def until(self, ends: float | None) -> float:
+        """The monotonic time until which a look at a run or a batch is repeated; ``ends`` is when waiting ends."""
+        patient = time.monotonic() + self.waiting_s
+        return patient if ends is None else min(patient, ends)
+
+    def used_up(self, attempt: int, until: float) -> bool:
+        """Whether this attempt (from 1) was the last of a request repeated until a monotonic time."""
+        return attempt >= self.attempts and time.monotonic() >= until
 
     def wait_s(self, attempt: int, response: httpx.Response | None) -> float:
         """Seconds before the next attempt, after ``attempt`` attempts (from 1)."""
         asked = asked_wait_s(response)
         if asked is not None:
-            return min(asked, self.most_s)
-        longest = min(self.first_s * 2.0 ** (attempt - 1), self.most_s)
+            return min(max(asked, self.first_s), self.most_s)
+        longest = min(self.first_s * 2.0 ** min(attempt - 1, 60), self.most_s)
         # jitter, so that clients refused together do not return together
         return longest * random.uniform(0.5, 1.0)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import uuid
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike
 from pathlib import Path
@@ -72,7 +72,8 @@ def rows(
     if isinstance(specs, str | PathLike):
         file = Path(specs)
         if file.suffix.lower() not in ROWS:
-            raise ValueError(f"specs: {file} is no batch: allowed are files in {', '.join(ROWS)}")
+            allowed = f"allowed are files in {', '.join(ROWS)}; a sweep is sent by sweep()"
+            raise ValueError(f"specs: {file} is no batch: {allowed}")
         form, content = ROWS[file.suffix.lower()], file.read_bytes()
     else:
         content = b"\n".join(json.dumps(spec, allow_nan=False).encode() for spec in specs)
@@ -91,8 +92,18 @@ def results(batch: Batch, form: str, status: str | None = None, fields: Iterable
     return Call("GET", batch["links"]["results"], params=_given(format=form, status=status, fields=",".join(fields)))
 
 
+def rows_of(answer: httpx.Response) -> Iterator[dict[str, Any]]:
+    """The rows of an answer in NDJSON, whose strings may contain every line separator of Unicode but the line feed."""
+    return (json.loads(line) for line in answer.content.split(b"\n") if line)
+
+
 def _given(**values: Any) -> dict[str, str]:
     return {name: str(value) for name, value in values.items() if value}
+
+
+def look(run_id: str) -> Call:
+    """A run, whatever its status."""
+    return Call("GET", f"{PREFIX}/runs/{run_id}")
 
 
 def listing(filters: Mapping[str, Any], cursor: str | None) -> Call:

@@ -234,30 +234,30 @@ def batch(
     database_url: DatabaseUrl = DATABASE,
 ) -> None:
     """Design, check or analyse every row of CASES (.csv, .ndjson, .parquet, or a sweep in .json). Repeating the command
-    resumes an interrupted batch. Exit code 5 if any row was refused or failed."""
+    resumes an interrupted batch, and starts a new one after a cancelled one. Exit code 5 if any row was refused, failed
+    or was cancelled."""
     import asyncio
     from http.client import HTTPException
-    from urllib.error import HTTPError
 
-    from app.batches import offline
+    from app.batches.case_files import check_files
+    from app.batches.offline import here
+    from app.batches.remote import check_service, there
     from app.errors import Problem
     from app.printing import shown_batch
 
     _configure_log()
     api_key, detail = api_key.strip(), "full" if full else "scalars"
     try:
-        offline.check_files(cases, output)
+        check_files(cases, output)
         if url:
-            offline.check_service(url, api_key)
+            check_service(url, api_key)
         with shown_batch() as told:
             if url:
-                ended = offline.remote(url, api_key or None, cases, kind, mode, detail, output, told)
+                ended = there(url, api_key or None, cases, kind, mode, detail, output, told)
             else:
-                ended = asyncio.run(offline.here(cases, kind, mode, detail, output, database_url, workers, told))
+                ended = asyncio.run(here(cases, kind, mode, detail, output, database_url, workers, told))
     except Problem as problem:
         _refuse(problem.body)
-    except HTTPError as error:
-        _refuse(_problem_of(error.code, error.read()))
     except (OSError, HTTPException) as error:
         typer.echo(
             f"The batch is not complete: {getattr(error, 'reason', error)}; repeat the command to resume", err=True
@@ -269,15 +269,9 @@ def batch(
     items = ended["items"]
     counted = ", ".join(f"{items[name]} {name}" for name in items if items[name] and name not in ("total", "done"))
     typer.echo(f"{items['total']} items: {counted}; results in {output}")
-    raise typer.Exit(5 if items["refused"] or items["failed"] else 0)
-
-
-def _problem_of(status: int, body: bytes) -> dict[str, Any]:
-    try:
-        problem = json.loads(body)
-        return problem if "title" in problem and "detail" in problem else {}["title"]
-    except (ValueError, TypeError, KeyError):
-        return {"title": "The service refused", "detail": f"HTTP status {status}"}
+    if items["cancelled"]:
+        typer.echo("The batch was cancelled; repeat the command to solve all rows in a new one", err=True)
+    raise typer.Exit(5 if items["refused"] or items["failed"] or items["cancelled"] else 0)
 
 
 @app.command()

@@ -15,9 +15,9 @@ from fastapi import APIRouter, Form, Query, Request, Response, UploadFile
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from app.access.scopes import Scope
+from app.batches.case_files import form_of
 from app.batches.columns import column
 from app.batches.fields import numbers
-from app.batches.offline import form_of
 from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
 from app.batches.service import Asked, BatchService
 from app.batches.sweep import SAMPLED, Combine, Sweep

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import csv
 import json
-import logging
 import shutil
-from collections.abc import Iterator
+from collections.abc import AsyncIterator
 from pathlib import Path
 from typing import Any
 
@@ -14,24 +13,19 @@ import pytest
 from typer.testing import CliRunner
 
 from app.batches import offline
+from app.batches.service import BatchService
 from app.cli import app
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
+from app.errors import Problem
+from app.jobs.executor import PoolSettings
 from app.logging import get_logger
+from app.store.batch_records import BatchRecord
+from app.store.errors import StoreError
 from app.store.verify import verify
 
 runner = CliRunner()
 PIN = KINDS["pin-profile"].example(Mode.CHECK)
-
-
-@pytest.fixture(autouse=True)
-def log_as_before() -> Iterator[None]:
-    """The command logs to the standard error of its runner, which is closed at its end."""
-    root = logging.getLogger()
-    level, handlers = root.level, list(root.handlers)
-    yield
-    root.handlers[:] = handlers
-    root.setLevel(level)
 
 
 def call(folder: Path, cases: Path, output: Path, *options: str):
@@ -115,28 +109,11 @@ def test_files_are_checked_before_solving(tmp_path: Path, cases: str, output: st
     assert (tmp_path / "cases.csv").read_text() == "name\na\n"
 
 
-@pytest.mark.parametrize(
-    ("url", "key", "code", "told"),
-    [
-        ("http://127.0.0.1:9", "cw_secret\n", 1, "The batch is not complete: [Errno 111]"),
-        ("http://127.0.0.1:9", "cw_\x01secret", 2, "No API key: the key has characters that no key has"),
-        ("127.0.0.1:9", "", 2, "No service: '127.0.0.1:9' is no address"),
-        ("http://127.0.0.1:port", "", 2, "No service: 'http://127.0.0.1:port' is no address"),
-        ("http://", "", 2, "No service: 'http://' is no address"),
-    ],
-)
-def test_the_service_and_its_key_are_checked(tmp_path: Path, url: str, key: str, code: int, told: str) -> None:
-    cases = tmp_path / "cases.ndjson"
-    cases.write_text(json.dumps(PIN))
-    answer = call(tmp_path, cases, tmp_path / "results.csv", "--url", url, "--api-key", key)
-    assert answer.exit_code == code and told in answer.stderr and "secret" not in answer.stderr
-
-
 def test_records_are_logged_as_the_settings_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     async def here(*_given: Any) -> dict[str, Any]:
         get_logger("app.batches.engine").info("below the level")
         get_logger("app.batches.engine").error("batch_chunk_failed", first=0)
-        return {"items": {"total": 0, "done": 0, "refused": 0, "failed": 0}}
+        return {"items": {"total": 0, "done": 0, "refused": 0, "failed": 0, "cancelled": 0}}
 
     monkeypatch.setattr(offline, "here", here)
     monkeypatch.setenv("CRANKWRIGHT_LOG_FORMAT", "json")
@@ -146,3 +123,55 @@ def test_records_are_logged_as_the_settings_say(tmp_path: Path, monkeypatch: pyt
     [line] = call(tmp_path, cases, tmp_path / "results.csv").stderr.splitlines()
     record = json.loads(line)
     assert (record["event"], record["level"], record["first"]) == ("batch_chunk_failed", "error", 0)
+
+
+def test_a_cancelled_batch_is_told_and_a_repeated_command_starts_a_new_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cases, output = tmp_path / "cases.ndjson", tmp_path / "results.csv"
+    cases.write_text(json.dumps(PIN))
+    follow = BatchService.progress
+
+    async def cancelled(service: BatchService, batch_id: str, stopping: Any) -> AsyncIterator[BatchRecord]:
+        await service.cancel(batch_id)
+        async for batch in follow(service, batch_id, stopping):
+            yield batch
+
+    # The engine would solve the only row before it is cancelled.
+    monkeypatch.setattr(BatchService, "start", lambda _service: None)
+    monkeypatch.setattr(BatchService, "progress", cancelled)
+    answer = call(tmp_path, cases, output)
+    assert answer.exit_code == 5 and "1 items: 1 cancelled" in answer.stdout, answer.output
+    assert "The batch was cancelled; repeat the command" in answer.stderr
+    monkeypatch.undo()
+    answer = call(tmp_path, cases, output)
+    assert answer.exit_code == 0 and "1 items: 1 succeeded" in answer.stdout, answer.output
+
+
+def test_workers_are_as_the_settings_say(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[PoolSettings] = []
+
+    def pool(settings: PoolSettings) -> None:
+        made.append(settings)
+        raise Problem(503, "No pool", "in this test")
+
+    monkeypatch.setattr(offline, "ProcessPool", pool)
+    monkeypatch.setenv("CRANKWRIGHT_BATCH_NICENESS", "3")
+    monkeypatch.setenv("CRANKWRIGHT_SOLVE_MEMORY_BYTES", str(64 << 20))
+    cases = tmp_path / "cases.ndjson"
+    cases.write_text(json.dumps(PIN))
+    assert "No pool" in call(tmp_path, cases, tmp_path / "results.csv").stderr
+    [settings] = made
+    assert (settings.background_niceness, settings.memory_bytes, settings.background_workers) == (3, 64 << 20, 1)
+
+
+def test_a_database_that_cannot_be_used_ends_before_a_pool_is_made(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(offline, "ProcessPool", lambda _settings: pytest.fail("a pool was made"))
+    cases = tmp_path / "cases.ndjson"
+    cases.write_text(json.dumps(PIN))
+    answer = runner.invoke(
+        app, ["batch", "pin-profile", "check", str(cases), "-o", str(tmp_path / "r.csv"), "--database-url", "nonsense"]
+    )
+    assert isinstance(answer.exception, StoreError)

@@ -70,8 +70,9 @@ def test_the_map_of_the_code_names_what_exists():
         assert (ROOT / name).exists(), name
 
 
-def test_every_effect_setting_and_command_is_documented():
+def test_every_effect_setting_command_and_export_is_documented():
     from app.cli import app as cli
+    from app.exports.registry import EXPORTS
     from app.settings import Settings
     from solvers import rod
 
@@ -83,3 +84,6 @@ def test_every_effect_setting_and_command_is_documented():
         assert f"`CRANKWRIGHT_{name.upper()}`" in guide
     for command in cli.registered_commands:
         assert f"crankwright {command.name or command.callback.__name__}" in guide
+    exports = (ROOT / "docs/exports.md").read_text("utf-8")
+    for name in EXPORTS:
+        assert f"| `{name}` |" in exports

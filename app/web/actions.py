@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 from fastapi import APIRouter, Form, Request, Response
 from fastapi.responses import RedirectResponse
@@ -14,22 +14,15 @@ from app.designs.registry import KINDS, job_of, modes_of
 from app.edge.disconnect import cancel_on_disconnect
 from app.errors import Problem
 from app.submission import Service
+from app.web.form_pages import begun
 from app.web.forms.faults import placed
+from app.web.forms.tree import form_of
 from app.web.run_pages import run_of, shown
 from app.web.stock import FORM, rounded, stock_offer
 from app.words.effects import switched
 from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
-
-
-async def _submitted(request: Request, run: dict[str, Any], mode: Mode, spec: dict[str, Any]) -> str:
-    """Submit a new run of the same kind and return its id; designs and studies run in the background."""
-    service: Service = request.app.state.service
-    kind = KINDS[run["kind"]]
-    asked = parse(job_of(kind, mode).request, json.dumps(spec).encode())
-    begin = service.submit_later if mode in (Mode.DESIGN, Mode.ACCURACY) else service.submit
-    return (await begin(kind, mode, asked, None, "")).run_id
 
 
 def _redirect(path: str) -> Response:
@@ -43,7 +36,10 @@ async def study_accuracy(request: Request, run_id: str) -> Response:
     kind = KINDS[run["kind"]]
     if run["mode"] not in kind.jobs or Mode.ACCURACY not in modes_of(kind):
         raise Problem(409, "Nothing to study", "the accuracy of this run is no choice")
-    return _redirect(f"/runs/{await _submitted(request, run, Mode.ACCURACY, {'spec': run['spec']})}")
+    service: Service = request.app.state.service
+    asked = parse(job_of(kind, Mode.ACCURACY).request, json.dumps({"spec": run["spec"]}).encode())
+    study = await service.submit_later(kind, Mode.ACCURACY, asked, None, "")
+    return _redirect(f"/runs/{study.run_id}")
 
 
 @router.post("/runs/{run_id}/effects")
@@ -53,11 +49,15 @@ async def switch_effect(
     name: Annotated[str, Form(max_length=64)],
     state: Annotated[Literal["on", "off"], Form()],
 ) -> Response:
-    """Rerun with one effect switched on or off."""
+    """Rerun with one effect switched on or off, or show the form with messages at the fields that do not allow it."""
     run = await run_of(request, run_id)
-    if run["mode"] not in KINDS[run["kind"]].jobs:
+    kind = KINDS[run["kind"]]
+    if run["mode"] not in kind.jobs:
         raise Problem(409, "Nothing to switch", "effects are those of a design, a check or an analysis")
-    return _redirect(f"/runs/{await _submitted(request, run, Mode(run['mode']), switched(run, name, state == 'on'))}")
+    mode, spec = Mode(run["mode"]), switched(run, name, state == "on")
+    texts: dict[str, str] = {}
+    form_of(kind, mode).take(spec, texts)
+    return await begun(request, kind, mode, texts, spec)
 
 
 @router.post("/runs/{run_id}/stock")
@@ -80,17 +80,18 @@ async def to_stock(
     try:
         asked = parse(job_of(kind, Mode.DESIGN).request, json.dumps(spec).encode())
         work = service.submit_within(kind, Mode.DESIGN, asked, request.app.state.settings.form_patience_s)
-        begun = await cancel_on_disconnect(request.receive, work)
+        rounded_id = await cancel_on_disconnect(request.receive, work)
     except Problem as problem:
         with measuring(System.METRIC):
             faults = placed(FORM, texts, problem)
         return shown(request, run, 422, texts, faults)
-    return _redirect(f"/runs/compare?a={run_id}&b={begun}")
+    return _redirect(f"/runs/compare?a={run_id}&b={rounded_id}")
 
 
+@router.get("/runs/{run_id}/effects")
 @router.get("/runs/{run_id}/stock")
 async def back_to_run(request: Request, run_id: str) -> Response:
-    """The run's page: here it is shown with messages, from where language and units can be changed."""
+    """The run's page: what was posted here is shown with messages, from where language and units can be changed."""
     await run_of(request, run_id)
     return _redirect(f"/runs/{run_id}")
 

@@ -174,16 +174,22 @@ async def submit(
     if was is not None:
         old = _kind_and_mode(slug, was)[1]
         return await _shown(request, kind, chosen, _carried(kind, old, chosen, texts, _example(form, kind, chosen)))
+    return await begun(request, kind, chosen, texts, form.value(texts))
+
+
+async def begun(request: Request, kind: Kind, mode: Mode, texts: Texts, spec: Mapping[str, Any]) -> Response:
+    """Submit the run of ``spec`` and redirect to its page, or show the form with ``texts`` and with messages at the
+    faulty fields."""
     service: Service = request.app.state.service
     try:
-        asked = _asked(kind, chosen, form.value(texts))
-        work = service.submit_within(kind, chosen, asked, request.app.state.settings.form_patience_s)
+        work = service.submit_within(kind, mode, _asked(kind, mode, spec), request.app.state.settings.form_patience_s)
         run_id = await cancel_on_disconnect(request.receive, work)
     except Problem as problem:
-        return await _shown(request, kind, chosen, texts, placed(form, texts, problem), 422)
+        faults = placed(form_of(kind, mode), texts, problem)
+        return await _shown(request, kind, mode, texts, faults, 422)
     except Busy as error:
         refused, why = busy(error), _("Not now: %(why)s") % {"why": _(str(error))}
-        shown = await _shown(request, kind, chosen, texts, status=refused.status, notice=why)
+        shown = await _shown(request, kind, mode, texts, status=refused.status, notice=why)
         shown.headers.update(refused.headers)
         return shown
     return RedirectResponse(f"/runs/{run_id}", status_code=303)

@@ -13,6 +13,9 @@ from app.words.languages import Language, language
 from app.words.languages import gettext as _
 from app.words.units import unit_shown
 
+_GAP = re.compile(r'\s+(?![^\W\d]|[°"])')
+"""White space between numbers, not before a unit."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Numbers(Node):
@@ -34,15 +37,26 @@ def cells_of(line: str, columns: int = 0) -> list[str]:
     """Split a line at tabs or semicolons, else at spaces; at commas only if there is no other separator.
 
     Cells between two separators, or before the first or behind the last one, may be empty. A single comma is a decimal
-    one where the language writes it so and no number of columns says otherwise; units stay with the numbers of a list.
+    one where the language writes it so and no number of columns says otherwise; units stay with their numbers.
     """
     if re.search(r"[\t;]", line):
         return [cell.strip() for cell in re.split(r"[\t;]", line)]
-    gap = r"\s+" if columns else r"\s+(?![^\W\d])"
-    cells = [cell.rstrip(",") for cell in re.split(gap, line.strip()) if cell.strip(" ,")]
+    cells = [cell.rstrip(",") for cell in _GAP.split(line.strip()) if cell.strip(" ,")]
     commas = line.count(",")
     listed = columns == commas + 1 if columns else commas > 1 or language() == Language.EN
     return [cell.strip() for cell in line.split(",")] if len(cells) == 1 and commas and listed else cells
+
+
+def _without_end(cells: list[str], columns: int) -> list[str]:
+    """The cells without empty ones behind the last column."""
+    while len(cells) > columns and not cells[-1]:
+        cells = cells[:-1]
+    return cells
+
+
+def _fitted(cells: list[str], columns: int) -> list[str]:
+    """The cells of a row; those behind the last column stay with its cell, which is no number then."""
+    return [*cells[: columns - 1], "; ".join(cells[columns - 1 :])] if len(cells) > columns else cells
 
 
 @dataclass(frozen=True)
@@ -74,13 +88,13 @@ class Table(Node):
 
     def rows(self, texts: Texts) -> list[list[str]]:
         wide = len(self.headings)
-        rows = [cells_of(line, wide) for line in texts.get(self.name, "").splitlines()]
+        rows = [_without_end(cells_of(line, wide), wide) for line in texts.get(self.name, "").splitlines()]
         return [row for row in rows if any(row)]
 
     def put(self, into: dict[str, Any], texts: Texts) -> None:
         if not applies(self.when, texts):
             return
-        rows = self.rows(texts)
+        rows = [_fitted(row, len(self.headings)) for row in self.rows(texts)]
         if self.shape == "columns":
             into.update(self._by_column(rows))
         elif self.shape == "rows":
@@ -120,7 +134,12 @@ class Table(Node):
         return [list(line) for line in zip(*lists, strict=False)]
 
     def fault(self, pointer: str, words: str, texts: Texts) -> str:
-        if alone := self._without_group(self.rows(texts)):
+        rows = self.rows(texts)
+        for place, row in enumerate(rows, start=1):
+            if len(row) > len(self.headings):
+                values = {"row": place, "found": len(row), "expected": len(self.headings)}
+                return _("row %(row)s has %(found)s values; %(expected)s are expected") % values
+        if alone := self._without_group(rows):
             return _("row %(row)s") % {"row": alone[0]} + f", {self.first}: " + _("is missing")
         indices = [part for part in pointer.split("/") if part.isdigit()]
         row = _("row %(row)s") % {"row": int(indices[-1]) + 1} + ", " if indices else ""

@@ -25,13 +25,17 @@
 
   // -- tables: cells over a text of lines, which is what is sent ---------------------------------------------------
   const MOST_ROWS = 400;
-  // As the service splits lines: at tabs or semicolons, else at spaces; at commas where that gives as many as columns.
+  // As the service splits lines: at tabs or semicolons, else at spaces but those before units; at commas where that gives
+  // as many as columns.
   function cellsOf(line, columns) {
     if (/[\t;]/.test(line)) return line.split(/[\t;]/).map((cell) => cell.trim());
-    const cells = line.trim().split(/\s+/).map((cell) => cell.replace(/,$/, ""));
+    const cells = line.trim().split(/\s+(?![\p{L}°"])/u).map((cell) => cell.replace(/,$/, ""));
     const listed = line.split(",").map((cell) => cell.trim());
     return cells.length === 1 && listed.length === columns ? listed : cells;
   }
+  // What does not fit stays with the last cell, where the service refuses it.
+  const fitted = (cells, columns) => cells.length > columns
+    ? [...cells.slice(0, columns - 1), cells.slice(columns - 1).filter((cell) => cell !== "").join("; ")] : cells;
   // The rows of pasted or dropped text, without headings on top of the figures.
   const rowsOf = (text, columns) => text.replace(/\r/g, "").split("\n").map((line) => cellsOf(line, columns))
     .filter((row) => /^[-+\u2212.,]?\d/.test(row.find((cell) => cell !== "") ?? ""));
@@ -93,7 +97,7 @@
       const lines = area.value.split("\n").filter((line) => line.trim() !== "");
       const large = lines.length > MOST_ROWS;
       body.replaceChildren();
-      if (!large) lines.forEach((line) => newRow(cellsOf(line, headings.length)));
+      if (!large) lines.forEach((line) => newRow(fitted(cellsOf(line, headings.length), headings.length)));
       number();
       const plain = large || text.getAttribute("aria-pressed") === "true";
       area.hidden = !plain;
@@ -137,7 +141,7 @@
       const atCommas = columns > 2 || document.documentElement.lang === "en";
       rowsOf(pasted, atCommas ? columns : 1).forEach((values, i) => {
         if (i) row = row.nextElementSibling ?? newRow([], row);
-        values.slice(0, columns).forEach((value, j) => { inputs(row)[first + j].value = value; });
+        fitted(values, columns).forEach((value, j) => { inputs(row)[first + j].value = value; });
       });
       number();
       write();

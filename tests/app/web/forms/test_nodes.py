@@ -155,6 +155,37 @@ def test_an_empty_cell_is_a_fault_of_its_own_row_and_column(row, column):
     assert fault.startswith(f"row 2, {column}: is not a number")
 
 
+@pytest.mark.parametrize("row", ["270 1 200", "270;1;200", "270\t1\t\t200", "270 1 200 MPa"])
+def test_more_values_than_columns_are_a_fault_of_their_row(row):
+    texts = texts_of("flexible-rod", Mode.CHECK) | {"load": "table", "load.table.points": f"0\t1\t\n{row}\n300;1"}
+    found = len(row.replace(" MPa", "").replace(";", " ").replace("\t", " ").split(" "))
+    assert refused("flexible-rod", Mode.CHECK, texts) == {
+        "load.table.points": f"row 2 has {found} values; 2 are expected"
+    }
+
+
+def test_a_point_with_more_values_than_its_table_is_a_fault():
+    texts = texts_of("pin-profile", Mode.CHECK) | {"given": "points", "profile.bore": "0 14\n20 1 200"}
+    assert refused("pin-profile", Mode.CHECK, texts) == {"profile.bore": "row 2 has 3 values; 2 are expected"}
+    texts = texts_of("crank-dynamics", Mode.ANALYSIS)
+    (name,) = [name for name, text in texts.items() if text.startswith("1\t") and name.endswith("strokes")]
+    first, *others = texts[name].split("\n")
+    wide = first.count("\t") + 1
+    texts[name] = "\n".join([f"{first}\t5", *others])
+    assert refused("crank-dynamics", Mode.ANALYSIS, texts)[name] == f"row 1 has {wide + 1} values; {wide} are expected"
+
+
+def test_units_stay_with_their_numbers():
+    texts = texts_of("flexible-rod", Mode.CHECK) | {
+        "load": "table",
+        "load.table.points": "0 ° 1 MPa\n90 ° 200 kPa\n180 1",
+    }
+    load = asked("flexible-rod", Mode.CHECK, texts).load
+    assert (load.angle_deg, load.pressure_mpa) == ([0, 90, 180], [1, 0.2, 1])
+    texts = texts_of("flexible-rod", Mode.DESIGN) | {"stock_h_mm.on": "on", "stock_h_mm": '0.02 " 0.5 mm'}
+    assert form_of(KINDS["flexible-rod"], Mode.DESIGN).value(texts)["stock_h_mm"] == pytest.approx([0.508, 0.5])
+
+
 def test_a_point_without_its_stroke_is_a_fault():
     texts = texts_of("crank-dynamics", Mode.ANALYSIS)
     (name,) = [name for name, text in texts.items() if text.startswith("1\t") and name.endswith("strokes")]

@@ -20,7 +20,7 @@ from app.batches.columns import column
 from app.batches.fields import numbers
 from app.batches.results import MEDIA_TYPES, Format, Wanted, points, unanswered
 from app.batches.service import Asked, BatchService
-from app.batches.sweep import SAMPLED, Combine, Sweep
+from app.batches.sweep import Combine, Sweep
 from app.batches.view import batch_json
 from app.designs.kind import Kind, Mode
 from app.designs.registry import KINDS
@@ -29,19 +29,17 @@ from app.errors import Problem
 from app.store.batch_reads import BatchFilter
 from app.store.batch_records import ACTIVE, BatchStatus
 from app.store.errors import UnknownBatch
-from app.web.forms.faults import faults_of
-from app.web.forms.numbers import number
+from app.web.forms.faults import Faults, faults_of
 from app.web.languages import COOKIE, UNITS_COOKIE, if_allowed, keep
 from app.web.rendering import page
-from app.words.fields import named, plain
+from app.web.sweep_form import VARIED_FIELDS, asked_in, placed_in
+from app.words.fields import named, named_in, plain
 from app.words.languages import Language, gettext, speaking
 from app.words.solver_texts import spoken
 from app.words.units import System, measuring
 
 router = APIRouter(include_in_schema=False)
 _PAGE_SIZE = 50
-_VARIED_FIELDS = 3
-"""Number of varied fields in the sweep form; files and the API allow more."""
 _READ_BYTES = 1 << 20
 _MAX_UNANSWERED, _MAX_REASONS = 200, 20
 """Number of items without an answer that are looked at for their reasons, and of reasons shown; the downloads have
@@ -76,6 +74,7 @@ async def _list(
     cursor: str | None = None,
     problem: dict[str, Any] | None = None,
     given: dict[str, str] | None = None,
+    sweep_faults: Faults | None = None,
 ) -> HTMLResponse:
     found, following = await _service(request).list(BatchFilter(), cursor, _PAGE_SIZE)
     kind, mode = _valid_kind_and_mode(kind, mode)
@@ -88,10 +87,11 @@ async def _list(
         kind=kind,
         mode=mode,
         fields=numbers(kind, mode),
-        varied=range(_VARIED_FIELDS),
+        varied=range(VARIED_FIELDS),
         ways=_ways(),
         problem=problem,
         faults=faults_of(problem),
+        sweep_faults=sweep_faults or Faults(),
         given=given or {},
         kept_by=if_allowed(f"/batches/sweep?kind={kind}&mode={mode}", Scope.BATCH),
     )
@@ -183,10 +183,10 @@ async def sweep(request: Request, language: Language | None = None, units: Syste
             return shown
     try:
         base = await _base(request, form.get("run", "").strip(), kind, mode)
-        asked = Sweep.read(json.dumps(_asked(form, kind, mode, base)).encode())
+        asked = Sweep.read(json.dumps(asked_in(form, kind, mode, base)).encode())
         return _to(await _service(request).take_sweep(asked, None, hashlib.sha256()))
     except Problem as problem:
-        return await _list(request, kind, mode, problem=problem.body, given=form)
+        return await _list(request, kind, mode, problem=problem.body, given=form, sweep_faults=placed_in(form, problem))
 
 
 async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str, Any]:
@@ -196,26 +196,6 @@ async def _base(request: Request, run_id: str, kind: str, mode: str) -> dict[str
     if (run.kind, run.mode) != (kind, mode):
         raise Problem(422, "The run does not fit", f"the run is a {run.mode} of {run.kind}")
     return json.loads(run.spec)
-
-
-def _asked(form: dict[str, str], kind: str, mode: str, base: dict[str, Any]) -> dict[str, Any]:
-    way = form.get("combine", "grid")
-    vary: dict[str, Any] = {}
-    for k in range(_VARIED_FIELDS):
-        field = form.get(f"field{k}", "").strip()
-        if field:
-            ends = {"from": _number(form.get(f"from{k}", "")), "to": _number(form.get(f"to{k}", ""))}
-            steps = {} if way in SAMPLED else {"steps": _number(form.get(f"steps{k}", ""), whole=True)}
-            vary[field] = {**ends, **steps, "scale": "log" if form.get(f"log{k}") else "linear"}
-    found: dict[str, Any] = {"kind": kind, "mode": mode, "name": form.get("name", ""), "base": base, "vary": vary}
-    if way in SAMPLED:
-        found["samples"] = _number(form.get("samples", ""), whole=True)
-    return {**found, "combine": way}
-
-
-def _number(text: str, whole: bool = False) -> float | int | str | None:
-    found = number(text) if text.strip() else None
-    return int(found) if whole and isinstance(found, float) and found.is_integer() else found
 
 
 @router.get("/batches/{batch_id}")
@@ -276,8 +256,9 @@ def _field_words(kind: Kind, mode: str, told: dict[str, Any]) -> dict[str, str]:
     results = {}
     for name in told["results"]:
         group, _, own = name.rpartition(".")
-        words = named(own)[0]
-        results[name] = _named(f"{words} ({named(group)[0]})" if group and last[own] > 1 else words, name)
+        words, unit = named_in(name)
+        repeated = group and last[own] > 1 and not split_unit(group)[1]
+        results[name] = _with_unit(f"{words} ({named(group)[0]})" if repeated else words, unit)
     return {
         **{name: _of_request(kind, mode, name) for name in told["varied"]},
         **results,
@@ -308,9 +289,12 @@ def _without_index(name: str) -> str:
 
 
 def _named(words: str, name: str) -> str:
-    """The label with the unit from the name's suffix; range ends by index."""
-    unit, index = split_unit(_without_index(name).rpartition(".")[2])[1], name.rpartition(".")[2]
-    words = f"{words} {int(index) + 1}" if index.isdigit() else words
+    """The label with the unit of the field; range ends by index."""
+    index = name.rpartition(".")[2]
+    return _with_unit(f"{words} {int(index) + 1}" if index.isdigit() else words, named_in(_without_index(name))[1])
+
+
+def _with_unit(words: str, unit: str) -> str:
     return f"{words}, {unit}" if unit else words
 
 

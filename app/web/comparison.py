@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from app.designs.kind import Kind
 from app.designs.registry import KINDS
 from app.designs.units import figures, split_unit, tidy
-from app.words.fields import choice, named
+from app.words.fields import choice, named_in
 from app.words.inputs import Input, differing
 from app.words.languages import gettext as _
 from app.words.units import told, unit_shown
@@ -50,20 +50,20 @@ def _results(kind: Kind, a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row
 
 
 def _numbers(result: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    """The scalars of a result, including those of small groups (dimensions, lengths)."""
+    """The scalars of a result, including those of small groups (dimensions, lengths); parts of one quantity have its
+    name in theirs."""
     found = []
     for name, value in result.items():
         if isinstance(value, dict) and name not in ("certificate", "closure", "series", "cycle", "front"):
-            unit = name.rpartition("_")[2] if split_unit(name)[1] else ""
             inner = {n: v for n, v in value.items() if isinstance(v, (int, float)) and not isinstance(v, bool)}
-            found += [(f"{n}_{unit}" if unit and not split_unit(n)[1] else n, v) for n, v in inner.items()]
+            found += [(f"{name}.{n}" if split_unit(name)[1] else n, v) for n, v in inner.items()]
         elif isinstance(value, (bool, int, float)):
             found.append((name, value))
     return sorted(found, key=lambda item: item[0] not in ("b_mm", "h_mm", "l_mm"))
 
 
 def _row(kind: Kind, name: str, a: Any, b: Any) -> Row:
-    words, unit = named(name)
+    words, unit = named_in(name)
     chosen = [choice(kind, name, value) for value in (a, b)]
     if any(chosen):
         change = _("the same") if a == b else ""
@@ -92,16 +92,34 @@ def _text(value: Any) -> str:
 
 def _margins(a: Mapping[str, Any], b: Mapping[str, Any]) -> list[Row]:
     """Margins of the criteria of both runs."""
-    sides = [{c["name"]: c for c in (run["verdict"] or {"criteria": []})["criteria"]} for run in (a, b)]
     rows = []
-    for name in {**sides[0], **sides[1]}:
-        left, right = (side.get(name) for side in sides)
+    for left, right in _pairs(*((run["verdict"] or {"criteria": []})["criteria"] for run in (a, b))):
         label, unit = ((left or right)[key] for key in ("label", "unit"))
         values = [
             None if not side or side["reached"] is None else told(side["reached"], unit) for side in (left, right)
         ]
         rows.append(Row(_(label), "", *(_criterion(side) for side in (left, right)), difference(*values)))
     return rows
+
+
+Judged = Mapping[str, Any]
+"""A criterion of a stored verdict."""
+
+
+def _pairs(a: Sequence[Judged], b: Sequence[Judged]) -> Iterator[tuple[Judged | None, Judged | None]]:
+    """The criteria of two verdicts side by side: those of one name, else those that judge the same, of which one was
+    asked for and the other is required of every part."""
+    known, left = {criterion["name"] for criterion in a}, {criterion["name"]: criterion for criterion in b}
+    for criterion in a:
+        same = (n for n, other in left.items() if n not in known and _judges(other) == _judges(criterion))
+        name = criterion["name"] if criterion["name"] in left else next(same, "")
+        yield criterion, left.pop(name, None)
+    yield from ((None, criterion) for criterion in left.values())
+
+
+def _judges(criterion: Judged) -> tuple[str, str]:
+    """What a criterion judges: bounds of different sense on one quantity are different criteria."""
+    return criterion["label"], criterion["sense"]
 
 
 def _criterion(found: Mapping[str, Any] | None) -> str:

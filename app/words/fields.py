@@ -19,6 +19,15 @@ def named(name: str) -> tuple[str, str]:
     return sign + (in_english(words) if language() == "en" else gettext(words)), unit
 
 
+def named_in(path: str) -> tuple[str, str]:
+    """Label and unit of a result by its dotted path; a part of a quantity is named with it:
+    ``contact_pressures_mpa.small_end`` → (small end (contact pressures), MPa)."""
+    group, _, own = path.rpartition(".")
+    words, unit = named(own)
+    whole, unit_of_all = named(group.rpartition(".")[2])
+    return (f"{words} ({whole})", unit_of_all) if unit_of_all and not unit else (words, unit)
+
+
 def plain(name: object) -> str:
     """An identifier of the contract as translated text."""
     return gettext(str(name).replace("_", " ").replace("-", " "))

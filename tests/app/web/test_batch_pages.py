@@ -187,6 +187,25 @@ def test_an_invalid_form_reports_the_reason(client: TestClient, change: dict[str
         assert answer.status_code == 422 and 'role="alert"' in answer.text
 
 
+@pytest.mark.parametrize(
+    ("change", "field", "label"),
+    [
+        ({"to0": "1x"}, "to0", "Field 1, To"),
+        ({"steps0": "many"}, "steps0", "Field 1, Steps"),
+        ({"from1": "1", "field1": "no_such_mm", "to1": "2", "steps1": "2"}, "field1", "Field 2"),
+        ({"combine": "sobol", "samples": "few"}, "samples", "Number of samples, instead of steps"),
+    ],
+)
+def test_a_wrong_entry_of_a_sweep_is_shown_at_its_field(
+    client: TestClient, change: dict[str, str], field: str, label: str
+) -> None:
+    page = client.post("/batches/sweep", data={**SWEEP, **change}).text
+    assert f'<a href="#{field}">{label}</a>' in page and "vary." not in page
+    (shown,) = re.findall(rf'<input id="{field}"[^>]*>', page)
+    assert 'aria-invalid="true"' in shown and f'aria-describedby="{field}-error"' in shown
+    assert page.count("aria-invalid") == 1 and 'autofocus id="the-faults"' in page
+
+
 def test_a_page_of_an_unknown_batch_says_so_in_the_language_of_the_page(client: TestClient) -> None:
     for language, title in (("en", "No such batch"), ("ru", "Нет такого пакета"), ("uk", "Немає такого пакета")):
         headers = {"Accept": "text/html", "Accept-Language": language}
@@ -220,6 +239,15 @@ def test_axes_of_the_map_are_named_as_in_the_form_and_in_its_language():
     assert (fields["mass_g"], values["true"]) == ("масса, g", "да")
     # The criterion that governs may have the name of a result, whose axis has a unit.
     assert fields["min_wall_mm"].endswith(", mm")
+
+
+def test_parts_of_a_quantity_have_its_name_and_unit_on_the_map():
+    told = {"varied": [], "results": ["contact_pressures_mpa.small_end", "ring_stresses_mpa.inner_top"], "points": []}
+    words = _field_words(KINDS["pin-profile"], "check", told)
+    assert words["contact_pressures_mpa.small_end"] == "small end (contact pressures), MPa"
+    assert words["ring_stresses_mpa.inner_top"] == "inside, under the load (ring stresses), MPa"
+    steps = _field_words(KINDS["flexible-rod"], "design", {"varied": ["step_mm.b"], "results": [], "points": []})
+    assert steps["step_mm.b"].endswith(", mm")
 
 
 def test_results_of_one_name_are_told_apart_on_the_map():

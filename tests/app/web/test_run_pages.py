@@ -11,7 +11,7 @@ import pytest
 
 from app.designs.kind import Mode
 from app.designs.registry import KINDS
-from app.web.comparison import difference
+from app.web.comparison import _pairs, difference
 from app.words.shaping import sentences
 
 HTML = {"accept": "text/html"}
@@ -140,6 +140,24 @@ def test_a_comparison_has_criteria_of_one_label_apart(client):
     assert criteria.count(">speed of the blow<") == 2 and "(4 m/s), does not hold" in criteria
 
 
+def test_a_criterion_asked_for_in_one_run_is_compared_with_the_same_in_the_other(client):
+    spec = example("pin-profile", Mode.CHECK)
+    page = compared(client, "checks/pin-profile", spec, {**spec, "limits": {"max_ring_stress_mpa": 100.0}})
+    criteria = page[page.index("<h2>Criteria") : page.index("<h2>Results")]
+    assert criteria.count(">hoop stress of the ring<") == 1
+    assert "(at most 150 MPa)" in criteria and "(at most 100 MPa)" in criteria
+    assert "not judged" not in criteria
+    assert "small end (contact pressures), MPa" in page
+
+
+def test_every_criterion_has_its_row_where_one_quantity_is_judged_twice():
+    asked = {"name": "min_fatigue_safety", "label": "fatigue safety", "sense": "at_least"}
+    basic = {**asked, "name": "fatigue_safety"}
+    bound = {**basic, "name": "other", "sense": "at_most"}
+    assert list(_pairs([asked, basic], [basic, bound])) == [(asked, None), (basic, basic), (None, bound)]
+    assert list(_pairs([asked], [basic])) == [(asked, basic)] and list(_pairs([basic], [asked])) == [(basic, asked)]
+
+
 def test_choices_are_worded_in_a_comparison_as_on_the_page_of_a_run(client):
     spec = example("flexible-rod", Mode.CHECK)
     thicker = {**spec, "dimensions": {**spec["dimensions"], "h_mm": 0.5}}
@@ -215,6 +233,34 @@ def test_an_effect_is_switched_into_a_new_run(client, pins):
     assert "active" in back.text
     assert client.post(at, data={"name": "no_such", "state": "on"}).status_code == 422
     assert client.post(at, data={"name": "shear_deflection", "state": "maybe"}).status_code == 422
+
+
+@pytest.mark.parametrize(
+    ("path", "spec", "switch", "marked"),
+    [
+        (
+            "checks/impact-linkage",
+            example("impact-linkage", Mode.CHECK, drive=None, effects="auto"),
+            {"name": "impact_dynamics", "state": "on"},
+            "drive",
+        ),
+        (
+            "checks/pin-profile",
+            example("pin-profile", Mode.CHECK, limits={"max_ovalization_um": 500.0}),
+            {"name": "ovalization", "state": "off"},
+            "limits.max_ovalization_um",
+        ),
+    ],
+    ids=["data missing", "needed by a limit"],
+)
+def test_an_effect_that_cannot_be_switched_leads_to_the_form(client, path, spec, switch, marked):
+    run = made(client, path, spec)
+    before = client.get("/api/v1/runs").json()["items"][0]["id"]
+    answer = client.post(f"/runs/{run['id']}/effects", data=switch, headers=HTML)
+    assert answer.status_code == 422
+    assert f'<a href="#{marked}">' in answer.text and 'id="the-form"' in answer.text
+    assert client.get("/api/v1/runs").json()["items"][0]["id"] == before
+    assert client.get(f"/runs/{run['id']}/effects").url.path == f"/runs/{run['id']}"
 
 
 def test_a_running_run_is_cancelled_once(client):

@@ -63,7 +63,7 @@ def drawing(request: dict[str, Any]) -> Drawing | None:
         edges = (0.0, down - 0.5 * value), (0.0, down + 0.5 * value)
         dimensions.append(Dimension(*edges, _named("b", value, path), "y", -0.06 * skirt, -level, path))
     for level, (value, path) in enumerate(sizes["h_mm"][::-1]):
-        place = (0.35 + 0.4 * level) * l
+        place = (0.15 + 0.7 * level if least else 0.35) * l
         edges = (place, -0.5 * value), (place, 0.5 * value)
         dimensions.append(Dimension(*edges, _named("h", value, path), "y", place, 0, path))
     return Drawing(

@@ -25,7 +25,7 @@ from app.designs.drawing import (
 from app.designs.pictures.chart import STYLE
 
 WIDTH, HEIGHT = 430.0, 360.0
-_STEP, _GAP, _ARROW, _LETTER = 25.0, 4.0, 7.0, 7.6
+_STEP, _GAP, _ARROW, _LETTER, _CAP = 25.0, 4.0, 7.0, 7.6, 10.0
 _ROOM = 14.0
 _STYLES = {
     Layer.OUTLINE: 'fill="none" stroke="currentColor" stroke-width="2"',
@@ -237,33 +237,47 @@ def _head(tip: Place, ux: float, uy: float) -> str:
 
 
 def _measure(sheet: _Sheet, start: Place, end: Place, dimension: Dimension) -> str:
-    """The text along the line, or beside its end if it is too long."""
+    """The text along the line, or beside it if it is too long."""
     words, size = dimension.words, math.hypot(end[0] - start[0], end[1] - start[1])
     x, y = 0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])
     long = _LETTER * len(words)
     if long + 4.0 > size:
-        if dimension.axis == "y":
-            # beyond the higher end
-            y = min(start[1], end[1]) - 2.0 * _ARROW - 4.0
-            anchor = "middle"
-            sheet.use(x - 0.5 * long, y - 12.0)
-            sheet.use(x + 0.5 * long, y)
-        else:
-            x, y, anchor = (
-                max(start[0], end[0]) + (2.0 * _ARROW if size < 3.0 * _ARROW else 0.0) + 5.0,
-                y + 4.0,
-                "start",
-            )
+        if dimension.axis != "y":
+            x = max(start[0], end[0]) + (2.0 * _ARROW if size < 3.0 * _ARROW else 0.0) + 5.0
             sheet.use(x + long, y)
-        return _words(x, y, words, anchor)
+            return _words(x, y + 4.0, words, "start")
+        if dimension.level == 0:
+            return _inside_part(sheet, (x, y), size, words)
+        # On the side away from the part, where neither its outline nor the extension lines are.
+        x += 5.0 + _CAP if dimension.level > 0 else -5.0
+        sheet.use(x - _CAP, y - 0.5 * long)
+        sheet.use(x, y + 0.5 * long)
+        return _words(x, y, words, "middle", _turned(-90.0, x, y))
     turn = math.degrees(math.atan2(end[1] - start[1], end[0] - start[0]))
     turn = turn - 180.0 if turn > 90.0 else turn + 180.0 if turn <= -90.0 else turn
     turn = -90.0 if abs(turn) == 90.0 else turn
     angle = math.radians(turn)
     x, y = x + 5.0 * math.sin(angle), y - 5.0 * math.cos(angle)
     sheet.use(x - 12.0 * abs(math.sin(angle)), y - 14.0 * math.cos(angle))
-    turned = f' transform="rotate({turn:.1f} {x:.1f} {y:.1f})"' if abs(turn) > 0.05 else ""
-    return _words(x, y, words, "middle", turned)
+    return _words(x, y, words, "middle", _turned(turn, x, y))
+
+
+def _inside_part(sheet: _Sheet, middle: Place, size: float, words: str) -> str:
+    """The text of a vertical line within the part: beside its upper half, above the centre line, or beyond the upper
+    arrow where there is no room between the two."""
+    (x, y), half = middle, 0.5 * size
+    long = _LETTER * len(words)
+    if half > 4.0 + 1.5 * _CAP:
+        return _words(x + 5.0, y - 4.0, words, "start")
+    y -= half + 2.0 * _ARROW + 4.0
+    sheet.use(x - 0.5 * long, y - 12.0)
+    sheet.use(x + 0.5 * long, y)
+    return _words(x, y, words, "middle")
+
+
+def _turned(turn: float, x: float, y: float) -> str:
+    """The attribute that turns a text by ``turn`` [°] about its place."""
+    return f' transform="rotate({turn:.1f} {x:.1f} {y:.1f})"' if abs(turn) > 0.05 else ""
 
 
 def _words(x: float, y: float, words: str, anchor: str, more: str = "") -> str:

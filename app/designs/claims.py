@@ -35,7 +35,7 @@ _PIN_FORMS = {
     "free": "any bore, halves alike or not",
     "drillable": "any bore that does not widen toward the middle",
     "constant": "one bore all along",
-    "stepped": "so many cylinders from each end, that do not widen toward the middle; halves alike",
+    "stepped": "the requested number of steps from each end, not widening toward the middle; halves alike",
     "double_cone": "a cone from each end to the middle, narrowing or widening; halves alike",
     "cone_cylinder": "a cone from each end, narrowing or widening, that runs into a cylinder; halves alike",
 }
@@ -43,7 +43,7 @@ _BUSHING_FORMS = {
     "free": "any outside",
     "drillable": "any outside that does not narrow toward the middle",
     "constant": "one outer diameter all along",
-    "stepped": "so many outer diameters from each end, that do not fall toward the middle; halves alike",
+    "stepped": "the requested number of steps from each end, not narrowing toward the middle; halves alike",
 }
 _PIN_RANGES = {
     "constant": "every size",

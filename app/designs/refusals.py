@@ -28,8 +28,8 @@ LIMITS = {
     "ge": "at least {}",
     "lt": "less than {}",
     "le": "at most {}",
-    "min_length": "at least {} long",
-    "max_length": "at most {} long",
+    "min_length": "no fewer than {}",
+    "max_length": "no more than {}",
     "expected": "{}",
 }
 ALLOWED_BY_TYPE = {

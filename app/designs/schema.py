@@ -233,7 +233,10 @@ class ShortfallResult(Strict):
 
     requirement: str
     required: float
-    attainable: float | None = Field(description="best attainable value, accurate to accuracy.estimated; null: unknown")
+    attainable: float | None = Field(
+        description="best value beside those of the other requirements that can be met, accurate to "
+        "accuracy.estimated; null: unknown"
+    )
     advice: str
 
 

@@ -117,7 +117,7 @@ def _diagnosis(result: Mapping[str, Any]) -> Table:
         words, unit = named(item["requirement"])
         best = _("nothing") if item["attainable"] is None else f"{_number(item['attainable'])} {unit}".rstrip()
         rows.append((words, f"{_number(item['required'])} {unit}".rstrip(), best, spoken(item["advice"])))
-    head = (_("requirement"), _("required"), _("attainable"), _("advice"))
+    head = (_("requirement"), _("required"), _("attainable beside the others"), _("advice"))
     return Table(head, tuple(rows), frozenset({1, 2}), (20, 16, 16, 48))
 
 

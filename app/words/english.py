@@ -20,6 +20,7 @@ _WORDS = {
     "flywheel inertia wanted": "flywheel's moment of inertia needed",
     "force limit": "greatest force that a solid pin carries",
     "free mass": "mass of the lightest of any form",
+    "gain still promised": "predicted further improvement",
     "inner side": "inside, at the side",
     "inner top": "inside, under the load",
     "irregularity": "irregularity of the speed",

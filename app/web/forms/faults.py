@@ -24,8 +24,13 @@ SAYS = {
     "is not a number": "is not a number; 1.5, 1,5 and 1 500 are",
     "is not a whole number": "is not a whole number",
     "is not a finite number": "is no finite number",
+    "has too few items": "has too few values",
+    "has too many items": "has too many values",
+    "has too many characters": "has too many characters",
 }
-_REPLACED_BY_ALLOWED = ("is none of the values it can have", "has too few ", "has too many ", "is not an ")
+_COUNTS = (LIMITS["min_length"], LIMITS["max_length"])
+"""Limits that are counts, without a unit."""
+_REPLACED_BY_ALLOWED = ("is none of the values it can have", "is not an ")
 _REDUNDANT_LIMITS = {
     "a number", "a number, without quotes", "a number with a decimal point and without quotes", REQUIRED,
     "a whole number", "a finite number",
@@ -87,7 +92,7 @@ def _limit(text: str, unit: str, keep_names: bool) -> str:
         before, _sep, behind = pattern.partition("{}")
         figure = text.removeprefix(before).removesuffix(behind)
         if before and f"{before}{figure}{behind}" == text:
-            return _(pattern).format(_shown(figure, unit))
+            return _(pattern).format(figure if pattern in _COUNTS else _shown(figure, unit))
     return spoken(text, keep_names)
 
 

@@ -2650,7 +2650,8 @@ class ShortfallResult(TypedDict):
     required: float
     """the required value"""
     attainable: float | None
-    """best attainable value, accurate to accuracy.estimated; null: unknown"""
+    """best value beside those of the other requirements that can be met, accurate to accuracy.estimated; null:
+    unknown"""
     advice: str
     """what would have to change to meet the requirement"""
 

@@ -107,7 +107,9 @@ def test_two_runs_are_compared(client, pins):
     assert "15000 N" in page and "9000 N" in page
     assert "(-40 %)" in page
     assert page.count('class="verdict holds"') == 2
-    assert "None: both were asked the same" in client.get(f"/runs/compare?run={pins[0]['id']}&run={pins[0]['id']}").text
+    assert (
+        "None: both have the same inputs" in client.get(f"/runs/compare?run={pins[0]['id']}&run={pins[0]['id']}").text
+    )
 
 
 def rows(page: str) -> dict[str, list[str]]:
@@ -261,6 +263,12 @@ def test_an_effect_that_cannot_be_switched_leads_to_the_form(client, path, spec,
     assert f'<a href="#{marked}">' in answer.text and 'id="the-form"' in answer.text
     assert client.get("/api/v1/runs").json()["items"][0]["id"] == before
     assert client.get(f"/runs/{run['id']}/effects").url.path == f"/runs/{run['id']}"
+
+
+def test_no_thickness_to_round_to_is_told_as_a_count(client, design_request):
+    run = made(client, "designs/flexible-rod", design_request)
+    page = client.post(f"/runs/{run['id']}/stock", data={"sizes": " ", "width": "0.5", "length": "0.5"}).text
+    assert "has too few values (allowed: no fewer than 1)" in page
 
 
 def test_a_running_run_is_cancelled_once(client):

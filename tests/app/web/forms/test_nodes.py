@@ -12,7 +12,7 @@ from app.designs.kind import Mode
 from app.designs.refusals import REQUIRED
 from app.designs.registry import KINDS
 from app.errors import Problem
-from app.web.forms.faults import placed
+from app.web.forms.faults import placed, said
 from app.web.forms.nodes import Number, applies
 from app.web.forms.numbers import number, shown
 from app.web.forms.tables import cells_of
@@ -173,6 +173,13 @@ def test_a_point_with_more_values_than_its_table_is_a_fault():
     wide = first.count("\t") + 1
     texts[name] = "\n".join([f"{first}\t5", *others])
     assert refused("crank-dynamics", Mode.ANALYSIS, texts)[name] == f"row 1 has {wide + 1} values; {wide} are expected"
+
+
+@pytest.mark.parametrize("units", System)
+def test_a_number_of_values_has_no_unit(units):
+    with measuring(units):
+        found = said({"detail": "has too few items", "allowed": "no fewer than 1"}, {}, "mm")
+    assert found == "has too few values (allowed: no fewer than 1)"
 
 
 def test_units_stay_with_their_numbers():

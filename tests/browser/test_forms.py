@@ -133,7 +133,7 @@ def test_rod_design_with_what_is_added_by_a_click(page, address):
     assert page.evaluate("document.activeElement.id") == "the-faults"
     assert box(page, "Thicknesses in stock").input_value() == "0,4; 0.5; 0.6"
     limit.uncheck()
-    page.get_by_label("What is best").select_option("mass")
+    page.get_by_label("Objective").select_option("mass")
     assert "It holds" in send(page, "Design")
     assert "h = 0.5 mm" in page.locator("main").inner_text()
 
@@ -214,7 +214,7 @@ def test_linkage_check_by_its_lengths(page, address):
 def test_linkage_design(page, address):
     page.goto(f"{address}/designs/impact-linkage?mode=design")
     page.get_by_label("longest link: the base").uncheck()
-    page.get_by_label("What is best").select_option("longest_link")
+    page.get_by_label("Objective").select_option("longest_link")
     page.get_by_role("checkbox", name="Height of the box, at most").uncheck()
     assert "It holds" in send(page, "Design")
 
@@ -251,7 +251,7 @@ def test_crank_masses_by_weighing(page, address):
         ("impact-linkage", "design", "Height of the box, at most", "140", "limits.height_mm", "≤ 140", "Design"),
         ("impact-linkage", "check", "Base/crank λ₀", "3.2", "ratios.lambda0", "base 74.075", "Check"),
         ("crank-dynamics", "analysis", "Rod length L", "150", "mechanism.rod_length_mm", "L 150", "Analyse"),
-        ("crank-masses", "analysis", "Distance of the knife edges", "161", "pivot_distance_mm", "161", "Analyse"),
+        ("crank-masses", "analysis", "Distance between the knife edges", "161", "pivot_distance_mm", "161", "Analyse"),
     ],
 )
 def test_a_value_is_changed_drawn_judged_and_changed_again(

@@ -6,7 +6,7 @@ FORM = FormWords(
     sections={"Rod": ("method",)},
     labels={
         "method": "How it is measured",
-        "pivot_distance_mm": "Distance of the knife edges",
+        "pivot_distance_mm": "Distance between the knife edges",
         "period_small_end_s": "Period, hung at the small end",
         "period_big_end_s": "Period, hung at the big end",
         "rod_mass_kg": "Mass of the rod",
@@ -14,7 +14,7 @@ FORM = FormWords(
         "gravity_m_s2": "Gravity",
         "small_end_bore_radius_mm": "Radius of the small end's bore",
         "big_end_bore_radius_mm": "Radius of the big end's bore",
-        "length_mm": "Distance of the pin centres",
+        "length_mm": "Distance between the pin centres",
         "small_end_reading_kg": "Scale under the small end",
         "big_end_reading_kg": "Scale under the big end",
         "bore_mm": "Bore of the engine",

@@ -19,7 +19,7 @@ FORM = FormWords(
         "Load": ("load",),
         "Material and strength": ("material", "criterion"),
         "Bore": ("form", "bore_mm", "profile"),
-        "What it must keep": ("limits",),
+        "Limits": ("limits",),
     },
     switches={
         "given": Switch(
@@ -69,7 +69,7 @@ FORM = FormWords(
         "limits.max_ovalization_um": "takes ovalization into account",
         "limits.max_slope": "change of diameter per length, for what a tool can turn",
         "limits.min_wall_mm": "",
-        "material.name": "for orientation, not for release: the allowable stress is a convention, not the steel's own",
+        "material.name": "for preliminary design, not for release: the allowable stress is a convention, not a property of the steel",
         "material.allowable_shear_mpa": "empty: only the equivalent stress is judged",
         "profile": "a line for each point; two points at one place are a step; half a part stands for both halves",
     },

@@ -103,7 +103,7 @@ def test_items_without_an_answer_say_why(client: TestClient) -> None:
     assert [client.get(row[1]).status_code for row in rows] == [200, 200]
     assert "<li><code>load.force_n</code>" in client.get(rows[1][1]).text
     assert "<code>load.force_n</code>" in text and "Why there is no answer" not in text
-    assert re.search(r"required 1000000 N, attainable \d+ N\.", text)
+    assert re.search(r"required 1000000 N, attainable beside the others \d+ N\.", text)
     results = f"/api/v1{place}/results"
     told = [json.loads(line) for line in client.get(results).text.splitlines()]
     assert told[0]["diagnosis"].startswith("force_n: required 1000000, attainable ") and told[0]["problem"] is None

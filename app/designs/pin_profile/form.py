@@ -69,7 +69,8 @@ FORM = FormWords(
         "limits.max_ovalization_um": "takes ovalization into account",
         "limits.max_slope": "change of diameter per length, for what a tool can turn",
         "limits.min_wall_mm": "",
-        "material.name": "for preliminary design, not for release: the allowable stress is a convention, not a property of the steel",
+        "material.name": "for preliminary design, not for release: the allowable stress is a convention, "
+        "not a property of the steel",
         "material.allowable_shear_mpa": "empty: only the equivalent stress is judged",
         "profile": "a line for each point; two points at one place are a step; half a part stands for both halves",
     },

@@ -248,7 +248,7 @@ class StripSearch:
             if nearest is None:
                 return None
             if self.relaxes and self.is_nearly_met(nearest.best.excess):
-                return Optimum(nearest, searches=context.search_count)
+                return Optimum(nearest)
             ends = [] if nearest.best.feasible else [nearest]
             for start in self._promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self._optimum_from(context, [start])
@@ -258,7 +258,7 @@ class StripSearch:
                 end = context.search_from(start, context.slice_around(start))
                 ends += [] if end is None else [end]
             closest = min(ends, key=lambda end: end.best.excess, default=None)
-            return optimum if closest is None else Optimum(closest, searches=context.search_count)
+            return optimum if closest is None else Optimum(closest)
         except OutOfTime:
             self.out_of_time = True
             return context.best_within_budget()

@@ -16,6 +16,7 @@ from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Limits
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
+from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.problem import Objective
 from solvers.rod.scene import Dimensions
@@ -66,11 +67,11 @@ def infeasible_certificate(proof: Proof, beyond: tuple[str, ...], searches: int,
 
 
 def full_certificate(
-    objective: Objective, value: float | None, proof: Proof, relaxed: float | None, influence: float,
-    beyond: tuple[str, ...], optimum: Optimum, density: float,
-) -> Certificate:  # fmt: skip
+    context: Context, proof: Proof, relaxed: float | None, influence: float, beyond: tuple[str, ...], optimum: Optimum
+) -> Certificate:
     """Certificate of an answer on the full model; ``relaxed`` is the result of ``relaxed_bound``, or None."""
-    scale = density if objective.per_density else 1.0
+    objective = context.problem.objective
+    scale = context.model.scene.material.density if objective.per_density else 1.0
 
     def objective_value(log_cost: float) -> float:
         return scale * math.exp(objective.sign * log_cost)
@@ -95,7 +96,7 @@ def full_certificate(
         evidence["free_directions"] = len(optimum.conditions.tangent)
     if optimum.second_order is not None and optimum.second_order.curvature is not None:
         evidence["least_curvature"] = optimum.second_order.curvature
-    evidence |= {"local_searches": optimum.searches, "local_optima": optimum.local_optima}
+    evidence |= {"local_searches": context.search_count, "local_optima": context.local_optima_count}
     if optimum.ratio_range is not None:
         low, high = optimum.ratio_range
         evidence["optimality"] = (
@@ -104,7 +105,7 @@ def full_certificate(
         )
     if math.isfinite(optimum.local.predicted_gain):
         evidence["gain_still_promised"] = optimum.local.predicted_gain
-    bound, gap = _bound(objective, value, relaxed, objective_value)
+    bound, gap = _bound(objective, objective.read(optimum.local.best.outcome.value), relaxed, objective_value)
     return Certificate(FULL_METHOD, bound, gap, evidence)
 
 

@@ -91,15 +91,12 @@ class Answers:
     ) -> Outcome[RodDesign]:
         """Outcome for the best strip on the full model."""
         p, best = self.problem, optimum.local.best
-        result, density = best.outcome.value, p.scene.material.density
         active = () if optimum.conditions is None else optimum.conditions.active
         relaxed, influence = certificate.relaxed_bound(
-            self.cycle, p.objective, self.limits, self.sizes, proof, result.dimensions,
+            self.cycle, p.objective, self.limits, self.sizes, proof, best.outcome.value.dimensions,
             lambda d: self.influence(d, beyond),
         )  # fmt: skip
-        statement = certificate.full_certificate(
-            p.objective, p.objective.read(result), proof, relaxed, influence, beyond, optimum, density
-        )
+        statement = certificate.full_certificate(context, proof, relaxed, influence, beyond, optimum)
         estimated = objective_error(context, optimum)
         at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
         if context.model.is_lightly_damped and not at_vertex:

@@ -15,7 +15,7 @@ from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
-from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, local_search
+from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, is_among, local_search
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
@@ -59,6 +59,16 @@ class Context:
     def search_count(self) -> int:
         """Number of local searches."""
         return len(self.start_points)
+
+    @property
+    def local_optima_count(self) -> int:
+        """Number of different strips that the searches have found; with resonances searches at full accuracy only
+        refine the others' results."""
+        found: list[LocalResult] = []
+        for result in (self.coarse or self).results:
+            if not is_among(result.best.x, found):
+                found.append(result)
+        return len(found)
 
     @property
     def bounds(self) -> Bounds:
@@ -137,7 +147,7 @@ class Context:
             outcome = self.model.check(d)
             if self.problem.requirements.met_by(outcome.value):
                 at = Iterate(logarithms(d), outcome, self.cost(outcome), 0.0, None, self.task.limits)
-                return Optimum(LocalResult(at, math.inf), searches=self.search_count, local_optima=len(self.results))
+                return Optimum(LocalResult(at, math.inf))
         return None
 
     def corrected_core_limits(self, d: Dimensions, check: RodCheck, margin: float = 0.0) -> Limits:

@@ -12,12 +12,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-import numpy as np
-
-from solvers.rod.optimum.full_model.model import Array
 from solvers.rod.optimum.full_model.strip import dimensions_of
 from solvers.rod.optimum.search.context import Context
-from solvers.rod.optimum.search.local_search import SAME_STRIP, LocalResult
 from solvers.rod.optimum.search.optimality import CURVATURE_STEP, first_order_conditions, second_order
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.search.other_gaps import refined_best, search_other_gaps
@@ -36,7 +32,7 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
         exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
     local = exploratory.best()
     if local is None or local.feasible_best is None:
-        return None if local is None else Optimum(local, searches=context.search_count, local_optima=1)
+        return None if local is None else Optimum(local)
     if exploratory is not context:
         context.confirm_vibration(local)
         return _optimum_over_gaps(context, exploratory)
@@ -53,24 +49,14 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
             # Searches from the predicted points refute the prediction.
             second = replace(second, predicted_gain=0.0)
             break
-    return Optimum(context.best(), conditions, second, context.search_count, _distinct_count(context.results))
+    return Optimum(context.best(), conditions, second)
 
 
 def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None:
     """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
     gain, ratio_range = search_other_gaps(exploratory, context.bounds)
     best = refined_best(context, exploratory.results, lambda _: context.bounds)
-    local_optima = _distinct_count(exploratory.results)
     if best is None or best.feasible_best is None:
-        return None if best is None else Optimum(best, searches=context.search_count, local_optima=local_optima)
+        return None if best is None else Optimum(best)
     conditions = first_order_conditions(context, best.best, context.bounds, context.bounds)
-    return Optimum(best, conditions, None, context.search_count, local_optima, gain, ratio_range)
-
-
-def _distinct_count(results: list[LocalResult]) -> int:
-    """Number of different strips among the results."""
-    found: list[Array] = []
-    for result in results:
-        if all(np.max(np.abs(result.best.x - x)) >= SAME_STRIP for x in found):
-            found.append(result.best.x)
-    return len(found)
+    return Optimum(best, conditions, remaining_gain=gain, ratio_range=ratio_range)

@@ -46,7 +46,7 @@ def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> 
     model = context.model.at_accuracy(factor * accuracy)
     if model.has_resonances:
         model = model.finer(None if model.is_excited_by_corners else context.coarse.model)
-    refined = replace(context, model=model, task=task, coarse=None)
+    refined = replace(context, model=model, task=task)
     result = local_search(refined.model, task, search_bounds, best.x, _RADIUS)
     if result is None or result.feasible_best is None:
         return context, optimum

@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -60,8 +61,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     if local is None:
         return None
     conditions = None if local.feasible_best is None else _conditions(context, local)
-    searches, count = context.search_count, len(exploratory.results)
-    return Optimum(local, conditions, None, searches, count, optimum.remaining_gain, optimum.ratio_range)
+    return replace(optimum, local=local, conditions=conditions)
 
 
 def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
@@ -83,7 +83,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     if best is None:
         return None
     if best.feasible_best is None:
-        return Optimum(best, searches=context.search_count, local_optima=len(context.results))
+        return Optimum(best)
     gain, ratio_range = 0.0, None
     if context.model.has_resonances:
         context.confirm_vibration(best)
@@ -91,8 +91,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         strip = context.best().best.outcome.value.dimensions
         gain, ratio_range = search_other_gaps(context, context.slice_around(strip))
     best = context.best()
-    local_optima = len(context.results)
-    return Optimum(best, _conditions(context, best), None, context.search_count, local_optima, gain, ratio_range)
+    return Optimum(best, _conditions(context, best), remaining_gain=gain, ratio_range=ratio_range)
 
 
 def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> None:

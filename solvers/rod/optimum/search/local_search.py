@@ -164,6 +164,11 @@ def _is_same(x: Array, other: Array) -> bool:
     return float(np.max(np.abs(x - other))) < SAME_STRIP
 
 
+def is_among(x: Array, results: Sequence[LocalResult]) -> bool:
+    """Whether one of the results is the strip x = ln(b, h, l)."""
+    return any(_is_same(x, result.best.x) for result in results)
+
+
 def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None) -> Iterate | None:
     """The check and the active-peak model at a strip, including the peaks of ``earlier`` rows; None if it buckles."""
     outcome, x = model.check(d), logarithms(d)

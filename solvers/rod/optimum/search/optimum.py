@@ -22,13 +22,11 @@ class SecondOrder:
 
 @dataclass
 class Optimum:
-    """The best result of all local searches; ``local_optima`` is the number of different strips found."""
+    """The best result of all local searches."""
 
     local: LocalResult
     conditions: Stationarity | None = None
     second_order: SecondOrder | None = None
-    searches: int = 0
-    local_optima: int = 0
     remaining_gain: float = 0.0
     """Estimate of the gain in ln objective in other gaps between resonances, if the search there was cut short."""
     ratio_range: tuple[float, float] | None = None

@@ -8,13 +8,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-import numpy as np
-
-from solvers.rod.optimum.full_model.model import Array
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.gaps import Gaps
-from solvers.rod.optimum.search.local_search import SAME_STRIP, TOTAL_GAIN_RATIO, LocalResult
+from solvers.rod.optimum.search.local_search import TOTAL_GAIN_RATIO, LocalResult, is_among
 from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
@@ -36,7 +33,7 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
     improvement, or none that may bring more than the negligible gain. Returns the estimated gain in ln objective that
     remains, and the minimum and maximum frequency ratio searched."""
     gaps, gain, failed = Gaps(context.task, bounds), 0.0, 0
-    is_untried = lambda d: not is_near(logarithms(d), context.results, SAME_STRIP)  # noqa: E731
+    is_untried = lambda d: not is_among(logarithms(d), context.results)  # noqa: E731
     for _ in range(_MAX_GAP_SEARCHES):
         best = context.best()
         finished = best is None or best.feasible_best is None or failed == _MAX_GAP_FAILURES
@@ -47,7 +44,7 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
         if result is not None:
             gaps.exclude(result.best)
             is_tie = result.best.feasible and result.best.log_cost < best.best.log_cost + _TIE
-            if is_tie and not is_near(logarithms(start), [result], SAME_STRIP):
+            if is_tie and not is_among(logarithms(start), [result]):
                 gaps.add_path(result.best)
         gain = best.best.log_cost - context.best().best.log_cost
         failed = 0 if gain > context.task.min_gain else failed + 1
@@ -88,11 +85,6 @@ def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) 
     best_upper, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
     for result in others:
         may_be_best = result.feasible_best is not None and result.best.log_cost - uncertainty(result) < best_upper
-        if may_be_best and not is_near(result.best.x, out, SAME_STRIP):
+        if may_be_best and not is_among(result.best.x, out):
             out.append(result)
     return out[:_MAX_CANDIDATES]
-
-
-def is_near(x: Array, results: list[LocalResult], distance: float) -> bool:
-    """Whether one of the results lies within ``distance`` of x."""
-    return any(np.max(np.abs(x - result.best.x)) < distance for result in results)

@@ -61,7 +61,7 @@ def answers(seed: int, slacks: Sequence[float]) -> list[Answer]:
         outcome = rod.design(asked)
         if outcome.status is Status.SUCCEEDED:
             active = frozenset(effect.name for effect in outcome.effects if effect.state is EffectState.ACTIVE)
-            cost = asked.objective.log_cost(outcome.value.check, asked.scene.material.density)
+            cost = asked.objective.log_cost(outcome.value.check, asked.scene)
             found.append(Answer(slack, cost, outcome.accuracy.estimated, active))
     return found
 

@@ -106,7 +106,7 @@ def test_no_import_points_upward(lower, above):
 ROOMS = {
     "solvers/rod": (
         "scene", "load", "strip", "piston", "cycle", "vibration", "linear_check", "influences", "effects", "check",
-        "bulk", "rows", "constraints", "problem", "verdict", "optimum", "design",
+        "bulk", "rows", "objectives", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/rod/optimum": (
         "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer",

@@ -14,7 +14,8 @@ from solvers.rod.design import RodDesign, design
 from solvers.rod.effects import EFFECTS, choose_for, compose
 from solvers.rod.load.gas import ConstantLoad, SchmidtLoad, TableLoad
 from solvers.rod.load.indicator import IndicatorLoad, mended
-from solvers.rod.problem import OBJECTIVES, Bounds, Requirements, RodProblem
+from solvers.rod.objectives import OBJECTIVES
+from solvers.rod.problem import Bounds, Requirements, RodProblem
 from solvers.rod.scene import Dimensions, Mechanism, Piston, Scene
 from solvers.rod.verdict import judge
 

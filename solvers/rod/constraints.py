@@ -6,12 +6,19 @@ logarithm.
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
+from solvers.rod.objectives import (
+    CONTACT_PRESSURE,
+    FATIGUE_SAFETY,
+    FRICTION_POWER,
+    STABILITY_SAFETY,
+    YIELD_SAFETY,
+    Objective,
+)
 from solvers.rod.scene import Scene
 
 Limits = Mapping[int, float]
@@ -23,75 +30,59 @@ LEAST_STABILITY = 1.0 + 1e-9
 
 @dataclass(frozen=True)
 class Constraint:
-    """A requirement on one result.
+    """A requirement: a maximum of a result, or a minimum of a safety.
 
-    name       the field of ``Requirements``, in SI units
-    row        the row of the search that it limits
-    is_minimum whether the requirement is a minimum, of a safety, or a maximum
-    read       the limited result of a check; None without a load that can cause failure
-    objective  name of the objective that optimises this result
-    advice     remedy if it cannot be met
-    effect     the effect required for the result to exist
+    name    the field of ``Requirements``, in SI units
+    result  what it limits
+    advice  remedy if it cannot be met
     """
 
     name: str
-    row: int
-    is_minimum: bool
-    read: Callable[[RodCheck], float | None]
-    objective: str
+    result: Objective
     advice: str
-    effect: str | None = None
+
+    @property
+    def row(self) -> int:
+        """The row of the search that it limits."""
+        ((row, _),) = self.result.weights
+        return row
+
+    @property
+    def is_minimum(self) -> bool:
+        """Whether the requirement is a minimum, of a safety, or a maximum."""
+        return self.result.sign < 0
 
     def log_limit(self, required: float, scene: Scene) -> float:
         """Upper limit of the row."""
         if self.row == rows.STABILITY:
             required = max(required, LEAST_STABILITY)
-        return _log(self.row, required, self.is_minimum, scene)
-
-    def log_value(self, check: RodCheck, scene: Scene) -> float:
-        """The row's value in a check, -inf without a load that can cause failure."""
-        value = self.read(check)
-        if value is None or value == 0.0:
-            return -math.inf
-        return _log(self.row, value, self.is_minimum, scene)
-
-    def required_by(self, log_limit: float, scene: Scene) -> float:
-        """The inverse of ``log_limit``."""
-        value = math.exp(-log_limit if self.is_minimum else log_limit)
-        return value * scene.material.yield_strength if self.row == rows.STRESS else value
+        return self.result.log_cost_of(required, scene)
 
     def meets(self, check: RodCheck, required: float) -> bool:
         """Whether a strip meets the requirement; an unloaded one does."""
-        value = self.read(check)
+        value = self.result.read(check)
         return value is None or (value >= required if self.is_minimum else value <= required)
-
-
-def _log(row: int, value: float, is_minimum: bool, scene: Scene) -> float:
-    if row == rows.STRESS:
-        return math.log(scene.material.yield_strength / value)
-    return -math.log(value) if is_minimum else math.log(value)
 
 
 CONSTRAINTS = (
     Constraint(
-        "min_fatigue_safety", rows.UTILISATION, True, lambda check: check.stresses.fatigue_safety, "fatigue_safety",
+        "min_fatigue_safety", FATIGUE_SAFETY,
         "a longer strip, a wider one, a smaller crank radius, a stronger material or a lower pressure would raise it",
     ),
     Constraint(
-        "min_stability_safety", rows.STABILITY, True, lambda check: check.stability_safety, "stability_safety",
-        "a thicker or wider strip, a smaller piston or a lower pressure would raise it", "beam_column",
+        "min_stability_safety", STABILITY_SAFETY,
+        "a thicker or wider strip, a smaller piston or a lower pressure would raise it",
     ),
     Constraint(
-        "max_contact_pressure", rows.PRESSURE, False, lambda check: check.stresses.contact_pressure_max,
-        "contact_pressure", "a longer or thinner strip, a longer skirt or a smaller crank radius would lower it",
-        "friction",
+        "max_contact_pressure", CONTACT_PRESSURE,
+        "a longer or thinner strip, a longer skirt or a smaller crank radius would lower it",
     ),
     Constraint(
-        "max_friction_power", rows.POWER, False, lambda check: check.stresses.friction_power, "friction_power",
-        "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it", "friction",
+        "max_friction_power", FRICTION_POWER,
+        "a longer or thinner strip, a lower friction coefficient or a lower speed would lower it",
     ),
     Constraint(
-        "min_yield_safety", rows.STRESS, True, lambda check: check.stresses.yield_safety, "max_stress",
+        "min_yield_safety", YIELD_SAFETY,
         "a longer strip, a smaller crank radius, a higher yield strength or a lower pressure would raise it",
     ),
 )  # fmt: skip

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from solvers.effects import Demand
 from solvers.errors import InvalidInput, require_positive
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, LEAST_STABILITY, Constraint, Limits
-from solvers.rod.rows import LENGTH, POWER, PRESSURE, SIDE, STABILITY, STRESS, TAU, THICKNESS, UTILISATION
+from solvers.rod.objectives import Objective
+from solvers.rod.rows import STABILITY
 from solvers.rod.scene import Dimensions, Scene
 
 Range = tuple[float, float]
@@ -63,7 +63,8 @@ class Requirements:
 
     def demands(self) -> tuple[Demand, ...]:
         """The effects that these limits require."""
-        return tuple(Demand(c.effect, f"requirements.{c.name}") for c, _ in self.requested() if c.effect is not None)
+        limited = ((c.result.effect, c.name) for c, _ in self.requested())
+        return tuple(Demand(effect, f"requirements.{name}") for effect, name in limited if effect is not None)
 
     def limits(self, scene: Scene) -> Limits:
         """The limits by row of the search, always including stability."""
@@ -78,56 +79,6 @@ class Requirements:
     def met_by(self, check: RodCheck) -> bool:
         """Whether a strip meets every requirement; a buckled strip never does."""
         return check.stresses is not None and all(c.meets(check, required) for c, required in self.requested())
-
-
-@dataclass(frozen=True)
-class Objective:
-    """A result to be minimised (``sign`` +1) or maximised (-1), and the effect it requires, if any.
-
-    ``weights`` are the coefficients of the logarithmic cost in the rows of ``solvers.rod.rows``; a mass is
-    one ``per_density``, ln(mass/density) = ln l - ln tau - 2 ln h.
-    """
-
-    name: str
-    sign: int
-    weights: tuple[tuple[int, float], ...]
-    read: Callable[[RodCheck], float | None]
-    effect: str | None = None
-    per_density: bool = False
-
-    def demands(self) -> tuple[Demand, ...]:
-        return () if self.effect is None else (Demand(self.effect, f"objective {self.name}"),)
-
-    def log_cost(self, check: RodCheck, density: float) -> float:
-        """Logarithmic cost of a check's result, as given by ``weights``: of 1/n for a safety, of mass/density.
-
-        -inf at an unbounded optimum: a safety without a load that can cause failure, zero friction.
-        """
-        value = self.read(check)
-        return self.sign * math.log(value / (density if self.per_density else 1.0)) if value else -math.inf
-
-
-OBJECTIVES = {
-    objective.name: objective
-    for objective in (
-        Objective(
-            "mass", 1, ((LENGTH, 1.0), (TAU, -1.0), (THICKNESS, -2.0)), lambda check: check.mass, per_density=True
-        ),
-        Objective("friction_power", 1, ((POWER, 1.0),), lambda check: check.stresses.friction_power, "friction"),
-        Objective(
-            "contact_pressure", 1, ((PRESSURE, 1.0),), lambda check: check.stresses.contact_pressure_max, "friction"
-        ),
-        Objective("side_force", 1, ((SIDE, 1.0),), lambda check: check.stresses.side_force_max),
-        Objective("fatigue_safety", -1, ((UTILISATION, 1.0),), lambda check: check.stresses.fatigue_safety),
-        Objective("stability_safety", -1, ((STABILITY, 1.0),), lambda check: check.stability_safety),
-    )
-}
-"""The objectives by name."""
-
-LIMITED_RESULTS = OBJECTIVES | {
-    "max_stress": Objective("max_stress", 1, ((STRESS, 1.0),), lambda check: check.stresses.max_stress)
-}
-"""These, and further results of which only limits can be asked, as objectives."""
 
 
 @dataclass(frozen=True)

@@ -60,7 +60,7 @@ def _required(check: RodCheck, constraint: Constraint, required: float, slack: f
     if check.stresses is None:
         return unknown(constraint.name, Sense.AT_LEAST if constraint.is_minimum else Sense.AT_MOST, required)
     judged = at_least if constraint.is_minimum else at_most
-    return judged(constraint.name, required, constraint.read(check), slack)
+    return judged(constraint.name, required, constraint.result.read(check), slack)
 
 
 def _basic(check: RodCheck, name: str, slack: float) -> Criterion:

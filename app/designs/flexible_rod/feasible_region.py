@@ -9,12 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.designs.flexible_rod.cycle_pictures import request_of, settled
+from app.designs.flexible_rod.request import Requirements
 from app.designs.pictures.chart import BLUE, GREEN, GREY, RED, Chart, Linear, Say, noted
 from app.designs.pictures.contours import inside, level_lines
-from app.designs.units import MILLI
+from app.designs.units import MILLI, si
 from solvers import rod
 from solvers.errors import InvalidInput
 from solvers.fatigue import CRITERIA
+from solvers.rod.constraints import Constraint
 
 _POINTS_PER_SIDE = 7
 """Number of grid points on either side of the design."""
@@ -28,14 +30,14 @@ _PLOT_RANGE = (0.7, 1.4)
 _MAX_MARGIN = 2.0
 """Logarithmic margins are clamped to this; values far from the limit do not affect the contour."""
 
-_LIMITS = (
-    ("min_stability_safety", "stability_safety", noted("buckling"), RED),
-    ("min_fatigue_safety", "fatigue_safety", noted("fatigue"), BLUE),
-    ("min_yield_safety", "yield_safety", noted("yield"), "#8a5a00"),
-    ("max_contact_pressure_mpa", "contact_pressure_max", noted("contact pressure"), GREY),
-    ("max_friction_power_w", "friction_power", noted("friction power"), GREY),
-)
-_UNITS = {"max_contact_pressure_mpa": 1e6}
+_LINES = {
+    "min_stability_safety": (noted("buckling"), RED),
+    "min_fatigue_safety": (noted("fatigue"), BLUE),
+    "min_yield_safety": (noted("yield"), "#8a5a00"),
+    "max_contact_pressure": (noted("contact pressure"), GREY),
+    "max_friction_power": (noted("friction power"), GREY),
+}
+"""Name and color of each requirement's limit."""
 Array = NDArray[np.float64]
 
 
@@ -53,27 +55,18 @@ def _axis(bounds: list[float], found: float) -> Array:
     return np.unique(np.concatenate([found - (found - low) * share, found + (high - found) * share]))
 
 
-def _value(check: rod.RodCheck, name: str) -> float | None:
-    return check.stability_safety if name == "stability_safety" else getattr(check.stresses, name)
-
-
-def _margin(check: rod.RodCheck, field: str, name: str, required: float) -> float:
+def _margin(check: rod.RodCheck, limit: Constraint, required: float, scene: rod.Scene) -> float:
     """Logarithm of the ratio to the requirement; NaN if the strip buckles."""
-    if check.stresses is None and name != "stability_safety":
+    if check.stresses is None and limit.name != "min_stability_safety":
         return math.nan
-    reached = _value(check, name)
-    if not reached:
-        return _MAX_MARGIN
-    margin = math.log(reached / (required * _UNITS.get(field, 1.0)))
-    return min(max(-margin if field.startswith("max_") else margin, -_MAX_MARGIN), _MAX_MARGIN)
+    margin = limit.log_limit(required, scene) - limit.result.log_cost(check, scene)
+    return min(max(margin, -_MAX_MARGIN), _MAX_MARGIN)
 
 
 def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     """SVG of the feasible region, each requirement's limit, and the design."""
     spec, dimensions = run["spec"], run["result"]["dimensions"]
-    asked = {field: spec["requirements"].get(field) for field, *_ in _LIMITS}
-    asked["min_fatigue_safety"] = asked["min_fatigue_safety"] or 1.0
-    asked["min_stability_safety"] = asked["min_stability_safety"] or 1.0
+    asked = rod.Requirements(**si(Requirements.model_validate(spec["requirements"]))).requested()
     request = request_of(run)
     scene, width = request.scene(), dimensions["b_mm"] * MILLI
     criterion = CRITERIA[request.fatigue_criterion](scene.material)
@@ -86,8 +79,8 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     thicknesses = np.clip(
         np.outer(levels, (lengths / dimensions["l_mm"]) ** _STABILITY_SLOPE), min(low, levels[0]), max(high, levels[-1])
     )
-    used = [(field, name, words, color) for field, name, words, color in _LIMITS if asked[field] is not None]
-    margins = np.full((len(used), *thicknesses.shape), np.nan)
+    lines = [_LINES[limit.name] for limit, _ in asked]
+    margins = np.full((len(asked), *thicknesses.shape), np.nan)
     for i in range(levels.size):
         for j, length in enumerate(lengths):
             try:
@@ -95,11 +88,11 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
                 check = rod.check(scene, strip, effects, request.effect_tolerance, _ACCURACY, criterion).value
             except InvalidInput:
                 continue
-            for k, (field, name, _, _) in enumerate(used):
-                margins[k, i, j] = _margin(check, field, name, asked[field])
+            for k, (limit, required) in enumerate(asked):
+                margins[k, i, j] = _margin(check, limit, required, scene)
     x, y = Linear(lengths[0], lengths[-1]), Linear(levels[0], levels[-1])
     title = say("Feasible region at b = {} mm").format(f"{dimensions['b_mm']:.4g}")
-    legend = [(say("{}: exactly what is required").format(say(words)), color) for _, _, words, color in used]
+    legend = [(say("{}: exactly what is required").format(say(words)), color) for words, color in lines]
     legend.append((say("every requirement holds"), GREEN))
     by_mass = run["result"]["objective"] == "mass"
     if by_mass:
@@ -109,7 +102,7 @@ def feasible_region(run: dict[str, Any], say: Say = str) -> str:
     allowed = np.where(np.isnan(margins), -_MAX_MARGIN, margins + _ZERO_MARGIN).min(axis=0)
     for polygon in inside(across, thicknesses, allowed):
         chart.area(*polygon, color=GREEN)
-    for k, (_, _, _, color) in enumerate(used):
+    for k, (_, color) in enumerate(lines):
         for line in level_lines(across, thicknesses, margins[k]):
             chart.line(*line, color=color)
     if by_mass:

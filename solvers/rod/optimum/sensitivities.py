@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from solvers.outcome import ActiveConstraint
 from solvers.rod import rows
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.problem import Bounds, Objective
+from solvers.rod.objectives import Objective
+from solvers.rod.problem import Bounds
 from solvers.rod.rows import Layout
 from solvers.rod.scene import Dimensions
 

@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
+from solvers.rod.objectives import Objective
 from solvers.rod.optimum.peaks import RequiredResults
-from solvers.rod.problem import Objective
 from solvers.rod.rows import Layout
 
 Array = NDArray[np.float64]

@@ -14,12 +14,12 @@ from collections.abc import Callable, Mapping
 from solvers.outcome import ActiveConstraint, Certificate
 from solvers.rod import rows
 from solvers.rod.constraints import BY_NAME, Limits
+from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.optimum import Optimum
-from solvers.rod.problem import Objective
-from solvers.rod.scene import Dimensions
+from solvers.rod.scene import Dimensions, Scene
 
 CORE_METHOD = "branch and bound over (ln tau, ln l)"
 FULL_METHOD = "trust-region SQP on the full model, from the proven optimum of its core"
@@ -70,17 +70,12 @@ def full_certificate(
     context: Context, proof: Proof, relaxed: float | None, influence: float, beyond: tuple[str, ...], optimum: Optimum
 ) -> Certificate:
     """Certificate of an answer on the full model; ``relaxed`` is the result of ``relaxed_bound``, or None."""
-    objective = context.problem.objective
-    scale = context.model.scene.material.density if objective.per_density else 1.0
-
-    def objective_value(log_cost: float) -> float:
-        return scale * math.exp(objective.sign * log_cost)
-
+    objective, scene = context.problem.objective, context.problem.scene
     evidence: Evidence = {"effects_beyond_the_core": ", ".join(beyond)}
     if proof.best is not None:
         evidence |= {
-            "core_optimum": objective_value(proof.best.log_cost),
-            "core_bound": objective_value(proof.log_bound),
+            "core_optimum": objective.value_at(proof.best.log_cost, scene),
+            "core_bound": objective.value_at(proof.log_bound, scene),
             "core_gap": math.expm1(max(proof.best.log_cost - proof.log_bound, 0.0)),
         }
     else:
@@ -105,7 +100,7 @@ def full_certificate(
         )
     if math.isfinite(optimum.local.predicted_gain):
         evidence["gain_still_promised"] = optimum.local.predicted_gain
-    bound, gap = _bound(objective, objective.read(optimum.local.best.outcome.value), relaxed, objective_value)
+    bound, gap = _bound(objective, objective.read(optimum.local.best.outcome.value), relaxed, scene)
     return Certificate(FULL_METHOD, bound, gap, evidence)
 
 
@@ -128,7 +123,7 @@ def relaxed_bound(
         if relaxed_limits[rows.STABILITY] >= -1e-9:
             return None, greatest
         proof = search(cycle, objective, relaxed_limits, sizes, _GAP, MAX_BOXES, proof)
-        lower = proof.log_bound - (0.0 if objective.per_density else width)
+        lower = proof.log_bound - (0.0 if objective.is_geometric else width)
         at_optimum = influence(proof.best.dimensions) if proof.best is not None else 0.0
         if at_optimum <= greatest:
             return lower, greatest
@@ -137,14 +132,12 @@ def relaxed_bound(
     return None, greatest
 
 
-def _bound(
-    objective: Objective, value: float | None, relaxed: float | None, objective_value: Callable[[float], float]
-) -> tuple[float, float]:
+def _bound(objective: Objective, value: float | None, relaxed: float | None, scene: Scene) -> tuple[float, float]:
     if value is None:
         return math.inf, 0.0
     if relaxed is None or not math.isfinite(relaxed):
         return (0.0 if objective.sign > 0 else math.inf), math.inf
-    bound = objective_value(relaxed)
+    bound = objective.value_at(relaxed, scene)
     ratio = value / bound if objective.sign > 0 else bound / value
     return bound, max(ratio - 1.0, 0.0)
 

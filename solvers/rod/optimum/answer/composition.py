@@ -76,8 +76,7 @@ class Answers:
             best.active.values(x), best.active.jacobian(x), best.active.layout, p.objective, limits, p.bounds,
             self.sizes.around(result.dimensions), result.dimensions,
         )  # fmt: skip
-        value, density = p.objective.read(result), p.scene.material.density
-        cost = p.objective.log_cost(result, density)
+        value, cost = p.objective.read(result), p.objective.log_cost(result, p.scene)
         # The bound is inexact by the shift of the search's limits and by the error of its objective value.
         gap = certificate.cost_of_shifts({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
         if math.isfinite(cost):

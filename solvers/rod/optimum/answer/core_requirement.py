@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from solvers.rod.constraints import Constraint, Limits
+from solvers.rod.objectives import MASS
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.proof.outer_approximation import Sizes, search
-from solvers.rod.problem import LIMITED_RESULTS, OBJECTIVES
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 
@@ -37,18 +37,17 @@ class CoreOptima:
 
     def best(self, r: Constraint, limits: Limits) -> Best | None:
         """The best value of the result limited by ``r`` under ``limits``; None if these are infeasible."""
-        objective = LIMITED_RESULTS[r.objective]
-        proof = search(self.cycle, objective, limits, self.sizes, min(self.accuracy, _GAP), _BOXES)
+        proof = search(self.cycle, r.result, limits, self.sizes, min(self.accuracy, _GAP), _BOXES)
         found = proof.best
         if found is None:
             return None
         # The logarithmic cost is the row that the requirement limits.
-        value = r.required_by(found.log_cost, self.scene)
+        value = r.result.value_at(found.log_cost, self.scene)
         return Best(value, found.dimensions, found.log_cost - proof.log_bound)
 
     def is_feasible(self, limits: Limits) -> bool:
         """Whether the search finds a strip that meets the limits."""
-        proof = search(self.cycle, OBJECTIVES["mass"], limits, self.sizes, _FEASIBILITY_GAP, _BOXES)
+        proof = search(self.cycle, MASS, limits, self.sizes, _FEASIBILITY_GAP, _BOXES)
         return proof.best is not None
 
     def max_stability_safety(self) -> float:

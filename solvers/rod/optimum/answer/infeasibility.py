@@ -149,7 +149,7 @@ class _Diagnosis:
         if found is None and len(others) > 1:
             alone = (self.full.best(r, [o for o in self.requirements if o is not one]) for one in others)
             values = [best for best in alone if best is not None]
-            found = (min if r.is_minimum else max)(values, key=lambda best: r.read(best.check), default=None)
+            found = (min if r.is_minimum else max)(values, key=lambda best: r.result.read(best.check), default=None)
         return found or self.core.best(r, self.limits_of(*others))
 
     def limits_of(self, *requirements: Constraint) -> Limits:
@@ -179,7 +179,7 @@ class _Diagnosis:
     def attainable(self, r: Constraint, best: Best | AttainableBest | None) -> tuple[float | None, float]:
         """The attainable value and its relative error."""
         if isinstance(best, AttainableBest):
-            return r.read(best.check), best.error
+            return r.result.read(best.check), best.error
         value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
         return value, error + self.influence
 
@@ -188,7 +188,7 @@ class _Diagnosis:
         influence."""
         required, scene = getattr(self.asked, r.name), self.model.scene
         changed = self.limits[r.row] - r.log_limit(required, scene)
-        expected = r.required_by(r.log_limit(best.value, scene) - changed, scene)
+        expected = r.result.value_at(r.log_limit(best.value, scene) - changed, scene)
         try:
             outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
@@ -197,7 +197,7 @@ class _Diagnosis:
             # What the core meets is not attained by a strip that buckles.
             met = expected >= required if r.is_minimum else expected <= required
             return (outcome.value.stability_safety if r is _STABILITY else None) if met else expected, 1.0
-        attained = r.read(outcome.value)
+        attained = r.result.read(outcome.value)
         error = float(best.gap + outcome.accuracy.estimated + abs(attained / expected - 1.0))
         # A strip that meets this requirement violates another one, by less than the search resolves.
         return (expected if r.meets(outcome.value, required) else attained), error

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import BY_NAME, Constraint
 from solvers.rod.optimum.search.feasibility import POSSIBLY_FEASIBLE
-from solvers.rod.problem import LIMITED_RESULTS, RodProblem
+from solvers.rod.problem import RodProblem
 
 _LOOSEST = {
     "min_fatigue_safety": 1e-6, "min_yield_safety": None, "max_contact_pressure": None, "max_friction_power": None,
@@ -68,7 +68,7 @@ class RequirementsAsObjectives:
     def _with_objective(self, c: Constraint, left_out: frozenset[Constraint]) -> RodProblem:
         p = self.problem
         without = replace(p.requirements, **{o.name: _LOOSEST[o.name] for o in left_out})
-        return replace(p, objective=LIMITED_RESULTS[c.objective], requirements=without)
+        return replace(p, objective=c.result, requirements=without)
 
     def known(self, requirements: Iterable[Constraint]) -> dict[Constraint, AttainableBest]:
         """The optima found so far under all other requirements."""

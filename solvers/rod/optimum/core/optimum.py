@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solvers.rod.constraints import Limits
+from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.cycle import CoreCycle, CoreRows
 from solvers.rod.optimum.peaks import Peaks
 from solvers.rod.optimum.sqp import (
@@ -25,7 +26,7 @@ from solvers.rod.optimum.sqp import (
     restore_feasibility,
     run_slsqp,
 )
-from solvers.rod.problem import Bounds, Objective
+from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 _MAX_VIOLATION = 0.9e-9

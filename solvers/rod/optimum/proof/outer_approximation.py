@@ -16,13 +16,14 @@ from solvers.fatigue.kernels import severities
 from solvers.numerics.periodic import grid
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
+from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished, polish
 from solvers.rod.optimum.peaks import Peaks, RequiredResults
 from solvers.rod.optimum.proof.box_bounds import Array, Relaxation
 from solvers.rod.optimum.proof.branch_and_bound import prove
 from solvers.rod.optimum.sqp import TOLERANCE, required_results
-from solvers.rod.problem import Bounds, Objective
+from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 MAX_BOXES = 100_000

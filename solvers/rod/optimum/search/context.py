@@ -131,7 +131,7 @@ class Context:
 
     def cost(self, outcome: Outcome[RodCheck]) -> float:
         """The ln objective of a check."""
-        return self.problem.objective.log_cost(outcome.value, self.model.scene.material.density)
+        return self.problem.objective.log_cost(outcome.value, self.model.scene)
 
     def available(self, d: Dimensions) -> bool:
         """Whether a strip's sizes are available."""
@@ -159,7 +159,7 @@ class Context:
         limits = dict(self.task.limits)
         for c in CONSTRAINTS:
             if c.row in limits:
-                exact = c.log_value(check, self.model.scene)
+                exact = c.result.log_cost(check, self.model.scene)
                 shift = exact - values[c.row] if math.isfinite(exact) else 0.0
                 limits[c.row] -= shift + margin
         limits[rows.STABILITY] = min(limits[rows.STABILITY], -1e-9)
@@ -168,7 +168,7 @@ class Context:
     def objective_correction(self, d: Dimensions) -> float:
         """Difference of ln objective between full model and core at a strip."""
         objective = self.problem.objective
-        if objective.per_density:
+        if objective.is_geometric:
             return 0.0
         core = self.cycle.rows_near(self.cycle.peaks(d, self.model.required), self.model.required)
         values = core.values(logarithms(d))

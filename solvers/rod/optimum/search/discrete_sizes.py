@@ -200,7 +200,7 @@ def _predicted_cost(
     result = polish(context.cycle, context.problem.objective, relaxed, context.slice_around(strip), strip, _TOLERANCE)
     if result is None:
         return None
-    shift = 0.0 if context.problem.objective.per_density else error
+    shift = 0.0 if context.problem.objective.is_geometric else error
     return result.log_cost - shift + cost_shift, result.dimensions
 
 

@@ -42,6 +42,6 @@ class EffectsAtStrips:
     def _choice(self, strip: Dimensions) -> Choice[RodEffect]:
         if strip not in self._choices:
             p = self.problem
-            demands = p.requirements.demands() + p.objective.demands()
+            demands = p.objective.demands() + p.requirements.demands()
             self._choices[strip] = choose_for(p.scene, strip, self.selection, self.tolerance, demands)
         return self._choices[strip]

@@ -10,6 +10,7 @@ import numpy as np
 
 from solvers.rod import rows
 from solvers.rod.constraints import Limits
+from solvers.rod.objectives import MASS
 from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.strip import logarithms
@@ -17,7 +18,7 @@ from solvers.rod.optimum.peaks import RequiredResults
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult, max_excess
 from solvers.rod.optimum.sqp import MemoisedRows, feasibility_program, required_results, run_slsqp
-from solvers.rod.problem import OBJECTIVES, Bounds
+from solvers.rod.problem import Bounds
 from solvers.rod.scene import Dimensions
 
 _SPREAD_FRACTIONS = np.array([[0.5, 0.5, 0.5], [0.75, 0.25, 0.25], [0.25, 0.75, 0.75]])
@@ -50,7 +51,7 @@ def _local_minimum(
     cycle: CoreCycle, limits: Limits, bounds: Bounds, start: Dimensions
 ) -> tuple[float, Dimensions] | None:
     """Result of one local search; peaks are located again at every iterate until it converges."""
-    required, box, strip = required_results(OBJECTIVES["mass"], limits), np.log([bounds.b, bounds.h, bounds.l]), start
+    required, box, strip = required_results(MASS, limits), np.log([bounds.b, bounds.h, bounds.l]), start
     peaks, best = cycle.peaks(strip, required), None
     for _ in range(_ROUNDS):
         memory, x = MemoisedRows(cycle.rows_near(peaks, required)), logarithms(strip)
@@ -96,7 +97,7 @@ def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None
     outcome, task, scene = context.model.check(strip), context.task, context.model.scene
     if outcome.value.stresses is None:
         return None
-    cost = task.objective.log_cost(outcome.value, scene.material.density)
+    cost = task.objective.log_cost(outcome.value, scene)
     return Iterate(logarithms(strip), outcome, cost, max_excess(task, outcome.value, scene), None, task.limits)
 
 

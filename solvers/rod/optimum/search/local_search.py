@@ -17,11 +17,12 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
+from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, run_slsqp
-from solvers.rod.problem import Bounds, Objective, Requirements
+from solvers.rod.problem import Bounds, Requirements
 from solvers.rod.scene import Dimensions, Scene
 
 _MAX_ITERATIONS, _MAX_ITERATIONS_WITH_NOISE = 30, 10
@@ -178,7 +179,7 @@ def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullR
     peaks = model.peaks(d)
     memory = MemoisedRows(model.rows_near(peaks if earlier is None else peaks.merged_with(earlier.peaks), d))
     limits = _shifted_limits(model, task, check, memory.values(x))
-    cost = task.objective.log_cost(check, model.scene.material.density)
+    cost = task.objective.log_cost(check, model.scene)
     return Iterate(x, outcome, cost, max_excess(task, check, model.scene), memory, limits)
 
 
@@ -191,7 +192,7 @@ def _with_peaks_of(model: FullModel, task: Task, current: Iterate, other: Iterat
 
 def _shifted_limits(model: FullModel, task: Task, check: RodCheck, values: Array) -> Limits:
     """The limits, each shifted by the difference of the exact value of its row from the model's."""
-    exact = {c.row: c.log_value(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
+    exact = {c.row: c.result.log_cost(check, model.scene) for c in CONSTRAINTS if c.row in task.limits}
     return {row: limit - _model_error(exact.get(row), values, row) for row, limit in task.limits.items()}
 
 
@@ -200,7 +201,7 @@ def max_excess(task: Task, check: RodCheck, scene: Scene) -> float:
     # Compared as a user would compare the values, not by logarithms.
     if task.requirements.met_by(check):
         return 0.0
-    excesses = (c.log_value(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
+    excesses = (c.result.log_cost(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
     return max(max(excesses, default=0.0), MIN_EXCESS)
 
 

@@ -168,11 +168,9 @@ def test_what_is_attainable_is_reached_by_a_strip_and_known_as_well_as_is_said(a
     assert 0.0 < outcome.accuracy.estimated < 0.05
     for entry in outcome.diagnosis:
         row = BY_NAME[entry.requirement]
-        beside = replace(
-            REFERENCE, objective=rod.OBJECTIVES[row.objective], requirements=without(asked, entry.requirement)
-        )
+        beside = replace(REFERENCE, objective=row.result, requirements=without(asked, entry.requirement))
         best = rod.design(beside, settled(outcome))
-        value, doubt = row.read(best.value.check), best.accuracy.estimated
+        value, doubt = row.result.read(best.value.check), best.accuracy.estimated
         assert entry.attainable == pytest.approx(value, rel=outcome.accuracy.estimated + doubt), row.name
         # A strip reaches it: it is not better than the best.
         assert (entry.attainable / value - 1.0) * (1 if row.is_minimum else -1) <= doubt + 1e-6, row.name
@@ -218,11 +216,11 @@ def test_a_requirement_lowered_to_what_is_attainable_beside_the_others_can_be_me
         assert met.status is Status.SUCCEEDED
         beside = without(asked.requirements, entry.requirement)
         best = rod.design(
-            replace(asked, objective=rod.OBJECTIVES[row.objective], requirements=beside),
+            replace(asked, objective=row.result, requirements=beside),
             settled(outcome),
             accuracy=1e-5,
         )
-        value, doubt = row.read(best.value.check), min(best.accuracy.estimated, 1e-4)
+        value, doubt = row.result.read(best.value.check), min(best.accuracy.estimated, 1e-4)
         assert value == pytest.approx(entry.attainable, rel=outcome.accuracy.estimated + doubt)
 
 

@@ -33,7 +33,7 @@ def test_the_lightest_strip_next_to_the_greatest_safety_has_the_accuracy_asked_f
     def missed(logs: np.ndarray) -> list[float]:
         h, l = np.exp(logs).tolist()
         check = rod.check(problem.scene, rod.Dimensions(strip.b, h, l), effects, accuracy=1e-9).value
-        return [BY_NAME[name].read(check) / getattr(requirements, name) - 1.0 for name in list(active)[:2]]
+        return [BY_NAME[name].result.read(check) / getattr(requirements, name) - 1.0 for name in list(active)[:2]]
 
     end = root(missed, np.log([strip.h, strip.l]), options={"eps": 1e-6, "xtol": 1e-8})
     assert np.max(np.abs(missed(end.x))) < 1e-9

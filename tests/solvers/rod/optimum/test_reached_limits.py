@@ -18,7 +18,7 @@ ACCURACY = 1e-6
 
 def reached(check):
     """All results that can be limited, as requirements."""
-    return rod.Requirements(**{c.name: c.read(check) for c in CONSTRAINTS})
+    return rod.Requirements(**{c.name: c.result.read(check) for c in CONSTRAINTS})
 
 
 def active(outcome):
@@ -36,8 +36,7 @@ def test_what_an_answer_reaches_may_be_asked_for(seed):
     assert again.status is Status.SUCCEEDED
     assert reached(known).relaxed(ACCURACY).met_by(again.value.check)
     assert rod.judge(again.value.check, again.accuracy, reached(known)).holds
-    density = asked.scene.material.density
-    worse = asked.objective.log_cost(again.value.check, density) - asked.objective.log_cost(known, density)
+    worse = asked.objective.log_cost(again.value.check, asked.scene) - asked.objective.log_cost(known, asked.scene)
     assert worse <= again.accuracy.estimated <= ACCURACY
 
 
@@ -63,5 +62,5 @@ def test_an_answer_does_not_depend_on_the_way_to_it(sizes):
     }[sizes]
     again = rod.design(replace(asked, bounds=bounds))
     assert active(again) == active(answer)
-    found, known = (asked.objective.log_cost(o.value.check, 1.0) for o in (again, answer))
+    found, known = (asked.objective.log_cost(o.value.check, asked.scene) for o in (again, answer))
     assert found == pytest.approx(known, abs=again.accuracy.estimated + answer.accuracy.estimated)

@@ -166,7 +166,7 @@ class StripSearch:
             return SearchResult(chosen, core.strip, math.inf, self._answers(context).failed)
         missed = math.inf if optimum is None else optimum.local.best.excess
         strip = core.strip if optimum is None else optimum.local.best.outcome.value.dimensions
-        compose = partial(self._diagnosis, context, attainable, core.proof, strip, beyond, optimum)
+        compose = partial(self._answers(context).infeasible, attainable, core.proof, strip, beyond, optimum)
         return SearchResult(chosen, strip, missed, compose, complete)
 
     def is_nearly_met(self, excess: float) -> bool:
@@ -189,8 +189,7 @@ class StripSearch:
         )
         margin = _MARGIN * self.accuracy
         min_gain = max(_MIN_GAIN * self.accuracy, self._min_resolvable_gain(model, core.strip))
-        negligible_gain = _NEGLIGIBLE_GAIN * self.accuracy
-        task = Task(p.objective, p.requirements, self.limits, margin, min_gain, negligible_gain)
+        task = Task(p, margin, min_gain, _NEGLIGIBLE_GAIN * self.accuracy)
         context = Context(p, core.cycle, model, task, self.sizes)
 
         def watch() -> None:
@@ -223,7 +222,7 @@ class StripSearch:
                 break
             outcome = context.model.check(best.dimensions)
             if p.requirements.met_by(outcome.value):
-                compose = partial(self._answers(context).of_core, context, core.proof, best, outcome, limits)
+                compose = partial(self._answers(context).of_core, core.proof, best, outcome, limits)
                 return SearchResult(chosen, best.dimensions, 0.0, compose)
             if outcome.value.stresses is None:
                 limits[rows.STABILITY] -= 1e-6
@@ -232,7 +231,7 @@ class StripSearch:
                 limits = dict(context.corrected_core_limits(best.dimensions, outcome.value, margin))
             latest = search(core.cycle, p.objective, limits, self.sizes, self.accuracy, MAX_BOXES)
         attainable = self._requirements_as_objectives(context)
-        compose = partial(self._diagnosis, context, attainable, core.proof, core.strip, (), None)
+        compose = partial(self._answers(context).infeasible, attainable, core.proof, core.strip, (), None)
         return SearchResult(chosen, core.strip, max(core.excess - _UNRESOLVED_EXCESS, MIN_EXCESS), compose)
 
     def _on_full_model(
@@ -301,17 +300,10 @@ class StripSearch:
                 context, optimum = refine_checks(context, optimum, fixed)
             except OutOfTime:
                 self.out_of_time = True
-        return self._answers(context).of_full_model(context, proof, beyond, optimum)
-
-    def _diagnosis(
-        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
-        beyond: tuple[str, ...], nearest: Optimum | None,
-    ) -> Outcome[RodDesign]:  # fmt: skip
-        return self._answers(context).infeasible(context, attainable, proof, strip, beyond, nearest)
+        return self._answers(context).of_full_model(proof, beyond, optimum)
 
     def _answers(self, context: Context) -> Answers:
-        influence = self.selected.influence
-        return Answers(self.problem, context.cycle, self.sizes, self.accuracy, self.slack, influence, self.out_of_time)
+        return Answers(context, self.accuracy, self.slack, self.selected.influence, self.out_of_time)
 
 
 def _is_feasible(optimum: Optimum | None) -> bool:

@@ -13,10 +13,9 @@ from collections.abc import Callable, Mapping
 
 from solvers.outcome import ActiveConstraint, Certificate
 from solvers.rod import rows
-from solvers.rod.constraints import BY_NAME, Limits
+from solvers.rod.constraints import BY_NAME
 from solvers.rod.objectives import Objective
-from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
+from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, search
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.scene import Dimensions, Scene
@@ -105,24 +104,23 @@ def full_certificate(
 
 
 def relaxed_bound(
-    cycle: CoreCycle, objective: Objective, limits: Limits, sizes: Sizes, proof: Proof, answer: Dimensions,
-    influence: Influence,
-) -> tuple[float | None, float]:  # fmt: skip
+    context: Context, proof: Proof, answer: Dimensions, influence: Influence
+) -> tuple[float | None, float]:
     """Lower bound of ln objective on the full model, None if there is none, and the influence on which it relies.
 
     ``proof`` is that under the original limits; its best strip is admissible under the relaxed ones, too. ``influence``
     bounds the relative change of any result of a strip by the effects beyond the core. Its maximum over the answer and
     the optima of the relaxed searches is used.
     """
-    greatest = influence(answer)
+    objective, greatest = context.problem.objective, influence(answer)
     for _ in range(_MAX_EVALUATIONS):
         if not greatest < _MAX_INFLUENCE:
             return None, greatest
         width = -math.log1p(-greatest)
-        relaxed_limits = {row: limit + width for row, limit in limits.items()}
+        relaxed_limits = {row: limit + width for row, limit in context.task.limits.items()}
         if relaxed_limits[rows.STABILITY] >= -1e-9:
             return None, greatest
-        proof = search(cycle, objective, relaxed_limits, sizes, _GAP, MAX_BOXES, proof)
+        proof = search(context.cycle, objective, relaxed_limits, context.sizes, _GAP, MAX_BOXES, proof)
         lower = proof.log_bound - (0.0 if objective.is_geometric else width)
         at_optimum = influence(proof.best.dimensions) if proof.best is not None else 0.0
         if at_optimum <= greatest:

@@ -13,16 +13,14 @@ from solvers.rod.optimum.answer import certificate
 from solvers.rod.optimum.answer.core_requirement import CoreOptima
 from solvers.rod.optimum.answer.infeasibility import diagnose
 from solvers.rod.optimum.answer.requirement_as_objective import RequirementsAsObjectives
-from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import Polished
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.peaks import ANGLES
-from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes
+from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof
 from solvers.rod.optimum.search.context import Context
 from solvers.rod.optimum.search.costly_limits import objective_error
 from solvers.rod.optimum.search.optimum import Optimum
 from solvers.rod.optimum.sensitivities import stationarity
-from solvers.rod.problem import RodProblem
 from solvers.rod.scene import Dimensions
 
 _INFLUENCE_FRACTION = 0.1
@@ -47,57 +45,48 @@ class RodDesign:
 class Answers:
     """Data of a problem common to all kinds of outcome.
 
-    cycle         the core's cycle, with inertia if that was selected
+    context       the searches on the full model
+    accuracy      the accuracy asked for
     slack         by how much the problem's requirements are relaxed
     influence     sum of the bounds of the named effects at a strip
     out_of_time   whether the time budget ended the search
     """
 
-    problem: RodProblem
-    cycle: CoreCycle
-    sizes: Sizes
+    context: Context
     accuracy: float
     slack: float
     influence: Callable[[Dimensions, tuple[str, ...]], float]
     out_of_time: bool
 
-    @property
-    def limits(self) -> Limits:
-        """Limits by rows of the search."""
-        return self.problem.requirements.limits(self.problem.scene)
-
-    def of_core(
-        self, context: Context, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits
-    ) -> Outcome[RodDesign]:
+    def of_core(self, proof: Proof, best: Polished, outcome: Outcome[RodCheck], limits: Limits) -> Outcome[RodDesign]:
         """Outcome if no effect goes beyond the core; ``limits`` are those of the search."""
-        p, result = self.problem, outcome.value
+        p, result = self.context.problem, outcome.value
         x = logarithms(best.dimensions)
         conditions = stationarity(
             best.active.values(x), best.active.jacobian(x), best.active.layout, p.objective, limits, p.bounds,
-            self.sizes.around(result.dimensions), result.dimensions,
+            self.context.sizes.around(result.dimensions), result.dimensions,
         )  # fmt: skip
         value, cost = p.objective.read(result), p.objective.log_cost(result, p.scene)
         # The bound is inexact by the shift of the search's limits and by the error of its objective value.
-        gap = certificate.cost_of_shifts({row: limits[row] - self.limits[row] for row in limits}, conditions.active)
+        gap = certificate.cost_of_shifts(
+            {row: limits[row] - self.context.task.limits[row] for row in limits}, conditions.active
+        )
         if math.isfinite(cost):
             gap += max(cost - proof.log_bound, 0.0) + abs(cost - best.log_cost)
         statement = certificate.core_certificate(p.objective, value, proof, gap)
         estimated = max(outcome.accuracy.estimated, statement.gap)
         return self._succeeded(outcome, conditions.active, estimated, statement)
 
-    def of_full_model(
-        self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum
-    ) -> Outcome[RodDesign]:
+    def of_full_model(self, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """Outcome for the best strip on the full model."""
-        p, best = self.problem, optimum.local.best
-        active = () if optimum.conditions is None else optimum.conditions.active
+        context, best, conditions = self.context, optimum.local.best, optimum.conditions
+        active = () if conditions is None else conditions.active
         relaxed, influence = certificate.relaxed_bound(
-            self.cycle, p.objective, self.limits, self.sizes, proof, best.outcome.value.dimensions,
-            lambda d: self.influence(d, beyond),
-        )  # fmt: skip
+            context, proof, best.outcome.value.dimensions, lambda d: self.influence(d, beyond)
+        )
         statement = certificate.full_certificate(context, proof, relaxed, influence, beyond, optimum)
         estimated = objective_error(context, optimum)
-        at_vertex = optimum.conditions is not None and not len(optimum.conditions.tangent) and not self.sizes.discrete
+        at_vertex = conditions is not None and not len(conditions.tangent) and not context.sizes.discrete
         if context.model.is_lightly_damped and not at_vertex:
             # A neighbouring narrow valley may be deeper.
             estimated = math.inf
@@ -107,17 +96,18 @@ class Answers:
         return self._succeeded(best.outcome, active, estimated, statement)
 
     def infeasible(
-        self, context: Context, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
+        self, attainable: RequirementsAsObjectives, proof: Proof, strip: Dimensions,
         beyond: tuple[str, ...], nearest: Optimum | None,
     ) -> Outcome[RodDesign]:  # fmt: skip
         """Outcome of an infeasible problem: proven on the core, on the full model based on searches only."""
-        limits, excess = self.limits, math.inf
+        context, excess = self.context, math.inf
+        limits = context.task.limits
         if nearest is not None:
             check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
             limits = context.corrected_core_limits(strip, check)
         influence = self.influence(strip, beyond)
         core = CoreOptima(
-            self.cycle, self.sizes, self.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
+            context.cycle, context.sizes, context.problem.scene, max(self.accuracy, _INFLUENCE_FRACTION * influence)
         )
         entries, error = diagnose(core, limits, attainable, context.model, influence)
         statement = certificate.infeasible_certificate(proof, beyond, context.search_count, excess)
@@ -146,7 +136,7 @@ class Answers:
             check = replace(check, warnings=(*check.warnings, warning))
         return Outcome(
             Status.SUCCEEDED,
-            RodDesign(check, self.problem.objective.name, active, found.accuracy.estimated),
+            RodDesign(check, self.context.problem.objective.name, active, found.accuracy.estimated),
             (),
             Accuracy(self.accuracy, estimated, {"angles": ANGLES, "boxes": MAX_BOXES}),
             certificate=statement,

@@ -94,11 +94,11 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
 
 def checked_without_model(context: Context, strip: Dimensions) -> Iterate | None:
     """The iterate of a strip with its check, without the model of its rows; None if it buckles."""
-    outcome, task, scene = context.model.check(strip), context.task, context.model.scene
+    outcome, task = context.model.check(strip), context.task
     if outcome.value.stresses is None:
         return None
-    cost = task.objective.log_cost(outcome.value, scene)
-    return Iterate(logarithms(strip), outcome, cost, max_excess(task, outcome.value, scene), None, task.limits)
+    excess = max_excess(task, outcome.value)
+    return Iterate(logarithms(strip), outcome, context.cost(outcome), excess, None, task.limits)
 
 
 def _spread_strips(cycle: CoreCycle, limits: Limits, bounds: Bounds) -> Iterator[Dimensions]:

@@ -138,7 +138,7 @@ class Gaps:
         previous = best.memory.active
         d = dimensions_of(point.x, previous.model.scene)
         active = previous.model.rows_near(previous.model.peaks(d).merged_with(previous.peaks), d)
-        p = program(self.task.objective, best.limits, active.layout, self.task.margin)
+        p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
         x = logarithms(d)
         values, jacobian = active.corrected_values(x), active.uncorrected_jacobian(x)
         restored = self._at_ratio(best, active)(values, jacobian, x, 0.0, _MAX_RESTORATION)[0]
@@ -189,7 +189,7 @@ class Gaps:
 
     def _at_ratio(self, best: Iterate, active: FullRows) -> AtRatio | None:
         """The linear programme for rows, with limits shifted to the best strip's exact check."""
-        p = program(self.task.objective, best.limits, active.layout, self.task.margin)
+        p = program(self.task.problem.objective, best.limits, active.layout, self.task.margin)
         box = np.log([self.bounds.b, self.bounds.h, self.bounds.l])
         return AtRatio.of(p, box, log_frequency_ratio_gradient(active.base_cycle))
 

@@ -106,4 +106,4 @@ def _merit(context: Context, d: Dimensions) -> float:
     outcome = context.model.check(d)
     if outcome.value.stresses is None:
         return math.inf
-    return context.cost(outcome) + PENALTY * max_excess(context.task, outcome.value, context.model.scene)
+    return context.cost(outcome) + PENALTY * max_excess(context.task, outcome.value)

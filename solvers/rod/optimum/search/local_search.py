@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -17,13 +18,12 @@ from solvers.outcome import Outcome
 from solvers.rod import rows
 from solvers.rod.check import RodCheck
 from solvers.rod.constraints import CONSTRAINTS, Limits
-from solvers.rod.objectives import Objective
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel, FullRows
 from solvers.rod.optimum.full_model.strip import logarithms
 from solvers.rod.optimum.sqp import MemoisedRows, program, restore_feasibility, run_slsqp
-from solvers.rod.problem import Bounds, Requirements
-from solvers.rod.scene import Dimensions, Scene
+from solvers.rod.problem import Bounds, RodProblem
+from solvers.rod.scene import Dimensions
 
 _MAX_ITERATIONS, _MAX_ITERATIONS_WITH_NOISE = 30, 10
 """Maximum iterations of a search, and under a noisy load, where the last ones are fruitless."""
@@ -54,15 +54,18 @@ _SLSQP_ITERATIONS = 12
 
 @dataclass(frozen=True)
 class Task:
-    """Objective and limits of a search: limits are tightened by ``margin``, and the search ends when the predicted gain
-    in ln objective is below ``min_gain``. No search starts for the sake of a ``negligible_gain``."""
+    """A problem for local searches: limits are tightened by ``margin``, and the search ends when the predicted gain in
+    ln objective is below ``min_gain``. No search starts for the sake of a ``negligible_gain``."""
 
-    objective: Objective
-    requirements: Requirements
-    limits: Limits
+    problem: RodProblem
     margin: float
     min_gain: float
     negligible_gain: float = 0.0
+
+    @cached_property
+    def limits(self) -> Limits:
+        """The limits by row of the search."""
+        return self.problem.requirements.limits(self.problem.scene)
 
 
 @dataclass(frozen=True)
@@ -179,8 +182,8 @@ def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullR
     peaks = model.peaks(d)
     memory = MemoisedRows(model.rows_near(peaks if earlier is None else peaks.merged_with(earlier.peaks), d))
     limits = _shifted_limits(model, task, check, memory.values(x))
-    cost = task.objective.log_cost(check, model.scene)
-    return Iterate(x, outcome, cost, max_excess(task, check, model.scene), memory, limits)
+    cost = task.problem.objective.log_cost(check, model.scene)
+    return Iterate(x, outcome, cost, max_excess(task, check), memory, limits)
 
 
 def _with_peaks_of(model: FullModel, task: Task, current: Iterate, other: Iterate) -> Iterate:
@@ -196,11 +199,12 @@ def _shifted_limits(model: FullModel, task: Task, check: RodCheck, values: Array
     return {row: limit - _model_error(exact.get(row), values, row) for row, limit in task.limits.items()}
 
 
-def max_excess(task: Task, check: RodCheck, scene: Scene) -> float:
+def max_excess(task: Task, check: RodCheck) -> float:
     """The largest logarithmic excess of a check over a limit; 0 if it meets every requirement."""
     # Compared as a user would compare the values, not by logarithms.
-    if task.requirements.met_by(check):
+    if task.problem.requirements.met_by(check):
         return 0.0
+    scene = task.problem.scene
     excesses = (c.result.log_cost(check, scene) - task.limits[c.row] for c in CONSTRAINTS if c.row in task.limits)
     return max(max(excesses, default=0.0), MIN_EXCESS)
 
@@ -226,7 +230,7 @@ def _model_step(model: FullModel, task: Task, box: Array, current: Iterate, radi
     """The model's optimum within the trust region, and the predicted reduction of the merit function."""
     trust_box = np.stack([np.maximum(box[:, 0], current.x - radius), np.minimum(box[:, 1], current.x + radius)], axis=1)
     values = current.memory.values(current.x)
-    p = program(task.objective, current.limits, current.memory.active.layout, task.margin)
+    p = program(task.problem.objective, current.limits, current.memory.active.layout, task.margin)
     step = run_slsqp(current.memory, p, trust_box, current.x, 0.1 * task.min_gain, _SLSQP_ITERATIONS)
     if step.violation > task.margin:
         # Where a violation is hardly above rounding SLSQP finds no descent: to first order, its merit function is

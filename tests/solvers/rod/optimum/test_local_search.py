@@ -31,7 +31,7 @@ def search():
     composition = compose(choose_for(ASKED.scene, dimensions_of(START, ASKED.scene), CLOSED, 1e-2))
     wanted = required_results(ASKED.objective, limits)
     model = FullModel(ASKED.scene, composition, serensen(ASKED.scene.material), CLOSED, 1e-2, 1e-6, wanted)
-    task = Task(ASKED.objective, ASKED.requirements, limits, 1e-8, 1e-7)
+    task = Task(ASKED, 1e-8, 1e-7)
     return lambda start, results=(), bounds=ASKED.bounds: local_search(model, task, bounds, start, results=results)
 
 

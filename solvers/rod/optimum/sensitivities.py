@@ -8,7 +8,8 @@ Solving Least Squares Problems, 1974).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,20 +51,20 @@ class Stationarity:
         return float(np.max(np.abs(self.residual))) / self.scale
 
 
-@dataclass
-class _Active:
-    """Active rows and bounds: names, signs, gradients (b, h, l, and 1 for a part of the maximum), row or -1."""
+class _Active(NamedTuple):
+    """An active row or bound: the name and the sign of its limit (none if it is only part of the objective, a maximum),
+    its gradient with respect to ln b, ln h, ln l, its row if it is one, and 1 for a part of the objective."""
 
-    names: list[str] = field(default_factory=list)
-    signs: list[float] = field(default_factory=list)
-    columns: list[Array] = field(default_factory=list)
-    rows: list[int] = field(default_factory=list)
+    name: str
+    sign: float
+    gradient: Array
+    row: int | None = None
+    part: float = 0.0
 
-    def add(self, name: str, sign: float, gradient: Array, row: int = -1, part: float = 0.0) -> None:
-        self.names.append(name)
-        self.signs.append(sign)
-        self.columns.append(np.append(gradient, part))
-        self.rows.append(row)
+    @property
+    def column(self) -> Array:
+        """The gradient and the share in the maximum, (4,)."""
+        return np.append(self.gradient, self.part)
 
 
 def stationarity(
@@ -75,7 +76,7 @@ def stationarity(
     ``sizes`` are the bounds restricted to available sizes. A dimension that is free in ``bounds`` but fixed in
     ``sizes`` is a constraint of its own, named ``h_size`` etc., with the sensitivity to the size itself.
     """
-    active = _Active()
+    active: list[_Active] = []
     for constraint in CONSTRAINTS:
         if constraint.row not in limits:
             continue
@@ -83,17 +84,16 @@ def stationarity(
         parts = (rows.STABILITY, rows.SIDEWAYS) if constraint.row == rows.STABILITY else layout.parts(constraint.row)
         for row in parts:
             if abs(values[row] - limit) < tolerance:
-                active.add(constraint.name, sign, jacobian[row], row)
+                active.append(_Active(constraint.name, sign, jacobian[row], row))
     for index, name in enumerate(("b", "h", "l")):
         value, (low, high) = getattr(d, name), getattr(bounds, name)
         unit = np.eye(3)[index]
         if low < high and len(set(getattr(sizes, name))) == 1:
-            active.add(f"{name}_size", -1.0, -unit)
-            active.add(f"{name}_size", 1.0, unit)
+            active += [_Active(f"{name}_size", sign, sign * unit) for sign in (-1.0, 1.0)]
             continue
         for side, bound, sign in (("lower", low, -1.0), ("upper", high, 1.0)):
             if abs(math.log(value / bound)) < ACTIVE:
-                active.add(f"{name}_{side}", sign, sign * unit)
+                active.append(_Active(f"{name}_{side}", sign, sign * unit))
     weights, target = np.zeros(layout.size), np.zeros(4)
     objective_weights = dict(objective.weights)
     max_row = next((row for row in objective_weights if len(layout.parts(row)) > 1), None)
@@ -102,34 +102,34 @@ def stationarity(
         target[3] = objective_weights.pop(max_row)
         for row in layout.parts(max_row):
             if values[max_row] - values[row] < tolerance:
-                active.add("", 0.0, jacobian[row], row, 1.0)
+                active.append(_Active("", 0.0, jacobian[row], row, 1.0))
     for row, weight in objective_weights.items():
         weights[row] += weight
         target[:3] -= weight * jacobian[row]
     scale = float(np.max(np.abs(target[:3]))) or 1.0
-    if not active.columns:
+    if not active:
         return Stationarity((), target[:3], scale, weights, np.eye(3))
     from scipy.optimize import nnls
 
-    multipliers, _ = nnls(np.array(active.columns).T, target)
-    residual = target - np.array(active.columns).T @ multipliers
+    columns = np.array([one.column for one in active])
+    multipliers, _ = nnls(columns.T, target)
+    residual = target - columns.T @ multipliers
     totals: dict[str, float] = {}
-    for name, sign, multiplier, row in zip(active.names, active.signs, multipliers, active.rows, strict=True):
-        if row >= 0:
-            weights[row] += multiplier
-        if name:
+    for one, multiplier in zip(active, multipliers, strict=True):
+        if one.row is not None:
+            weights[one.row] += multiplier
+        if one.name:
             # Relaxing a limit by d ln changes ln cost by -multiplier; a minimum safety is relaxed downward.
-            totals[name] = totals.get(name, 0.0) - objective.sign * sign * multiplier
+            totals[one.name] = totals.get(one.name, 0.0) - objective.sign * one.sign * multiplier
     reported = tuple(ActiveConstraint(name, float(value)) for name, value in totals.items() if abs(value) > _NEGLIGIBLE)
-    supporting = [c for c, multiplier in zip(active.columns, multipliers, strict=True) if multiplier > _NEGLIGIBLE]
-    return Stationarity(reported, residual[:3], scale, weights, _tangent(supporting))
+    return Stationarity(reported, residual[:3], scale, weights, _tangent(columns[multipliers > _NEGLIGIBLE]))
 
 
-def _tangent(columns: list[Array]) -> Array:
-    """Unit vectors tangent to these constraints, shape (directions, 3); parts of a maximum may change equally."""
-    matrix = np.array(columns).reshape(-1, 4)
+def _tangent(columns: Array) -> Array:
+    """Unit vectors tangent to constraints (constraints, 4), shape (directions, 3); parts of a maximum may change
+    equally."""
     # With parts, the last unknown is the maximum itself: each part minus the maximum remains constant.
-    matrix = matrix * np.array([1.0, 1.0, 1.0, -1.0]) if matrix[:, 3].any() else matrix[:, :3]
+    matrix = columns * np.array([1.0, 1.0, 1.0, -1.0]) if columns[:, 3].any() else columns[:, :3]
     if not matrix.size:
         return np.eye(3)
     _, singular, directions = np.linalg.svd(matrix)

@@ -140,7 +140,7 @@ class StripSearch:
         context = self._context(chosen, core)
 
         def confirm_vibration(local: LocalResult) -> None:
-            if "rod_inertia" not in self.selected.at(local.best.outcome.value.dimensions):
+            if "rod_inertia" not in self.selected.at(local.at.dimensions):
                 raise NoVibration
 
         if tentative:
@@ -159,13 +159,13 @@ class StripSearch:
         except NoVibration:
             optimum, complete = context.best_within_budget(), False
         if _is_feasible(optimum):
-            best = optimum.local.best.outcome.value.dimensions
+            best = optimum.local.at.dimensions
             compose = partial(self._answer, context, core.proof, beyond, optimum)
             return SearchResult(chosen, best, 0.0, compose, complete)
         if self.out_of_time and optimum is None:
             return SearchResult(chosen, core.strip, math.inf, self._answers(context).failed)
-        missed = math.inf if optimum is None else optimum.local.best.excess
-        strip = core.strip if optimum is None else optimum.local.best.outcome.value.dimensions
+        missed = math.inf if optimum is None else optimum.local.at.excess
+        strip = core.strip if optimum is None else optimum.local.at.dimensions
         compose = partial(self._answers(context).infeasible, attainable, core.proof, strip, beyond, optimum)
         return SearchResult(chosen, strip, missed, compose, complete)
 
@@ -246,9 +246,9 @@ class StripSearch:
             nearest = least_violating(context, starts[0], clearly_infeasible)
             if nearest is None:
                 return None
-            if self.relaxes and self.is_nearly_met(nearest.best.excess):
+            if self.relaxes and self.is_nearly_met(nearest.at.excess):
                 return Optimum(nearest)
-            ends = [] if nearest.best.feasible else [nearest]
+            ends = [] if nearest.feasible else [nearest]
             for start in self._promising_strips(attainable, nearest, clearly_infeasible):
                 optimum = self._optimum_from(context, [start])
                 if _is_feasible(optimum):
@@ -256,7 +256,7 @@ class StripSearch:
                 # At low accuracy a search does not find strips in the little room that limits may leave.
                 end = context.search_from(start, context.slice_around(start))
                 ends += [] if end is None else [end]
-            closest = min(ends, key=lambda end: end.best.excess, default=None)
+            closest = min(ends, key=lambda end: end.at.excess, default=None)
             return optimum if closest is None else Optimum(closest)
         except OutOfTime:
             self.out_of_time = True
@@ -270,8 +270,8 @@ class StripSearch:
 
         The violation may have a local minimum between any two resonances; a design searches all of them.
         """
-        closest = nearest.best.outcome.value
-        if nearest.feasible_best is not None:
+        closest = nearest.at.outcome.value
+        if nearest.feasible:
             yield closest.dimensions
         # If it violates none, its sizes are not available, and any requirement will do.
         violated = attainable.first_violated(closest)
@@ -292,9 +292,9 @@ class StripSearch:
     def _answer(self, context: Context, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """The outcome of the best strip on the full model, after refining checks according to the multipliers of its
         limits."""
-        best = optimum.local.best
+        best = optimum.local.at
         if not self.out_of_time:
-            fixed = self.sizes.around(best.outcome.value.dimensions)
+            fixed = self.sizes.around(best.dimensions)
             optimum.conditions = optimum.conditions or first_order_conditions(context, best, context.bounds, fixed)
             try:
                 context, optimum = refine_checks(context, optimum, fixed)
@@ -307,4 +307,4 @@ class StripSearch:
 
 
 def _is_feasible(optimum: Optimum | None) -> bool:
-    return optimum is not None and optimum.local.feasible_best is not None
+    return optimum is not None and optimum.local.feasible

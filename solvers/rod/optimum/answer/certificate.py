@@ -99,7 +99,7 @@ def full_certificate(
         )
     if math.isfinite(optimum.local.predicted_gain):
         evidence["gain_still_promised"] = optimum.local.predicted_gain
-    bound, gap = _bound(objective, objective.read(optimum.local.best.outcome.value), relaxed, scene)
+    bound, gap = _bound(objective, objective.read(optimum.local.at.outcome.value), relaxed, scene)
     return Certificate(FULL_METHOD, bound, gap, evidence)
 
 

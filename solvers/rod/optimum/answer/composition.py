@@ -79,10 +79,10 @@ class Answers:
 
     def of_full_model(self, proof: Proof, beyond: tuple[str, ...], optimum: Optimum) -> Outcome[RodDesign]:
         """Outcome for the best strip on the full model."""
-        context, best, conditions = self.context, optimum.local.best, optimum.conditions
+        context, best, conditions = self.context, optimum.local.at, optimum.conditions
         active = () if conditions is None else conditions.active
         relaxed, influence = certificate.relaxed_bound(
-            context, proof, best.outcome.value.dimensions, lambda d: self.influence(d, beyond)
+            context, proof, best.dimensions, lambda d: self.influence(d, beyond)
         )
         statement = certificate.full_certificate(context, proof, relaxed, influence, beyond, optimum)
         estimated = objective_error(context, optimum)
@@ -103,7 +103,7 @@ class Answers:
         context, excess = self.context, math.inf
         limits = context.task.limits
         if nearest is not None:
-            check, excess = nearest.local.best.outcome.value, nearest.local.best.excess
+            check, excess = nearest.local.at.outcome.value, nearest.local.at.excess
             limits = context.corrected_core_limits(strip, check)
         influence = self.influence(strip, beyond)
         core = CoreOptima(

@@ -66,7 +66,7 @@ class Context:
         refine the others' results."""
         found: list[LocalResult] = []
         for result in (self.coarse or self).results:
-            if not is_among(result.best.x, found):
+            if not is_among(result.at.x, found):
                 found.append(result)
         return len(found)
 
@@ -119,7 +119,7 @@ class Context:
 
     def best(self) -> LocalResult | None:
         """The best result: feasible before infeasible, then by cost."""
-        key = lambda local: (local.best.excess, local.best.log_cost)  # noqa: E731
+        key = lambda local: (local.at.excess, local.at.log_cost)  # noqa: E731
         return min(self.results, key=key, default=None)
 
     def feasible_checks(self) -> list[Outcome[RodCheck]]:

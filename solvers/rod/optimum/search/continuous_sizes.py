@@ -31,21 +31,21 @@ def continuous_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimu
     for start in starts:
         exploratory.search_from(start, context.bounds, max_iterations=max_iterations)
     local = exploratory.best()
-    if local is None or local.feasible_best is None:
+    if local is None or not local.feasible:
         return None if local is None else Optimum(local)
     if exploratory is not context:
         context.confirm_vibration(local)
         return _optimum_over_gaps(context, exploratory)
     for _ in range(_NEWTON_STEPS):
         local = context.best()
-        conditions = first_order_conditions(context, local.best, context.bounds, context.bounds)
-        second = second_order(local.best, conditions, context.bounds)
+        conditions = first_order_conditions(context, local.at, context.bounds, context.bounds)
+        second = second_order(local.at, conditions, context.bounds)
         if second.predicted_gain <= context.task.min_gain:
             break
         for step in second.steps:
-            start = dimensions_of(local.best.x + step, context.model.scene)
+            start = dimensions_of(local.at.x + step, context.model.scene)
             context.search_from(start, context.bounds, CURVATURE_STEP)
-        if local.best.log_cost - context.best().best.log_cost <= context.task.min_gain:
+        if local.at.log_cost - context.best().at.log_cost <= context.task.min_gain:
             # Searches from the predicted points refute the prediction.
             second = replace(second, predicted_gain=0.0)
             break
@@ -56,7 +56,7 @@ def _optimum_over_gaps(context: Context, exploratory: Context) -> Optimum | None
     """The best of the local optima between resonances: all of them at low accuracy, the best ones refined."""
     gain, ratio_range = search_other_gaps(exploratory, context.bounds)
     best = refined_best(context, exploratory.results, lambda _: context.bounds)
-    if best is None or best.feasible_best is None:
+    if best is None or not best.feasible:
         return None if best is None else Optimum(best)
-    conditions = first_order_conditions(context, best.best, context.bounds, context.bounds)
+    conditions = first_order_conditions(context, best.at, context.bounds, context.bounds)
     return Optimum(best, conditions, remaining_gain=gain, ratio_range=ratio_range)

@@ -29,7 +29,7 @@ def objective_error(context: Context, optimum: Optimum) -> float:
     limits, and the margin and the error of the check times the multipliers of the limits.
     """
     result, second = optimum.local, optimum.second_order
-    check = result.best.outcome.accuracy.estimated
+    check = result.at.outcome.accuracy.estimated
     gain = max(result.predicted_gain, context.task.min_gain) + optimum.remaining_gain
     gain += 0.0 if second is None else second.predicted_gain
     return check + gain + _sum_of_multipliers(optimum) * (context.task.margin + check)
@@ -38,7 +38,7 @@ def objective_error(context: Context, optimum: Optimum) -> float:
 def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> tuple[Context, Optimum]:
     """The optimum searched again within bounds with checks so fine that their amplified errors are negligible, and the
     context of that search; both unchanged if the accuracy is met, or if no check attains it."""
-    best, accuracy = optimum.local.best, context.model.accuracy
+    best, accuracy = optimum.local.at, context.model.accuracy
     factor = _ERROR_SHARE / max(_sum_of_multipliers(optimum), _ERROR_SHARE)
     if factor == 1.0 or objective_error(context, optimum) <= accuracy or best.outcome.accuracy.estimated > accuracy:
         return context, optimum
@@ -48,9 +48,9 @@ def refine_checks(context: Context, optimum: Optimum, search_bounds: Bounds) -> 
         model = model.finer(None if model.is_excited_by_corners else context.coarse.model)
     refined = replace(context, model=model, task=task)
     result = local_search(refined.model, task, search_bounds, best.x, _RADIUS)
-    if result is None or result.feasible_best is None:
+    if result is None or not result.feasible:
         return context, optimum
-    conditions = first_order_conditions(refined, result.best, context.bounds, search_bounds)
+    conditions = first_order_conditions(refined, result.at, context.bounds, search_bounds)
     return refined, replace(optimum, local=result, conditions=conditions)
 
 

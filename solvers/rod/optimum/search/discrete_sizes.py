@@ -52,7 +52,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     """The best strip of available sizes; its iterate is infeasible if no feasible strip is found."""
     exploratory = context.exploratory(starts[0])
     # The search for a first feasible strip may have ended at sizes that are not available.
-    exploratory.results = [r for r in exploratory.results if context.available(r.best.outcome.value.dimensions)]
+    exploratory.results = [r for r in exploratory.results if context.available(r.at.dimensions)]
     optimum = _optimum(exploratory, starts)
     if exploratory is context or optimum is None:
         return optimum
@@ -60,7 +60,7 @@ def discrete_optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum 
     local = refined_best(context, exploratory.results, context.slice_around)
     if local is None:
         return None
-    conditions = None if local.feasible_best is None else _conditions(context, local)
+    conditions = _conditions(context, local) if local.feasible else None
     return replace(optimum, local=local, conditions=conditions)
 
 
@@ -73,7 +73,7 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
         result = _search_slice(context, strip, tried)
         if result is None:
             break
-        limits = context.corrected_core_limits(result.best.outcome.value.dimensions, result.best.outcome.value)
+        limits = context.corrected_core_limits(result.at.dimensions, result.at.outcome.value)
         proof = context.shifted_core(limits)
         if proof.best is None or _slice_key(context, proof.best.dimensions) in tried:
             break
@@ -82,13 +82,13 @@ def _optimum(context: Context, starts: Sequence[Dimensions]) -> Optimum | None:
     best = context.best()
     if best is None:
         return None
-    if best.feasible_best is None:
+    if not best.feasible:
         return Optimum(best)
     gain, ratio_range = 0.0, None
     if context.model.has_resonances:
         context.confirm_vibration(best)
         (_search_other_slices if context.sizes.stock_h is None else _search_lengths)(context, tried)
-        strip = context.best().best.outcome.value.dimensions
+        strip = context.best().at.dimensions
         gain, ratio_range = search_other_gaps(context, context.slice_around(strip))
     best = context.best()
     return Optimum(best, _conditions(context, best), remaining_gain=gain, ratio_range=ratio_range)
@@ -99,7 +99,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
     gaps = Gaps(context.task, context.bounds, min_distance=0.0)
     for _ in range(_MAX_SLICES):
         best = context.best()
-        start = gaps.next_start(best.best, lambda d: _is_new_slice(context, d, tried))
+        start = gaps.next_start(best.at, lambda d: _is_new_slice(context, d, tried))
         if start is None:
             break
         if _search_slice(context, start, tried) is context.best():
@@ -109,7 +109,7 @@ def _search_other_slices(context: Context, tried: set[tuple[float, ...]]) -> Non
 def _is_new_slice(context: Context, d: Dimensions, tried: set[tuple[float, ...]]) -> bool:
     """Whether the slice of a strip has not been searched, or only from points far from it."""
     x = logarithms(dimensions_within(context.slice_around(d), logarithms(d)))
-    points = [*context.start_points, *(result.best.x for result in context.results)]
+    points = [*context.start_points, *(result.at.x for result in context.results)]
     return _slice_key(context, d) not in tried or all(np.max(np.abs(x - other)) > _MIN_DISTANCE for other in points)
 
 
@@ -119,11 +119,11 @@ def _search_lengths(context: Context, tried: set[tuple[float, ...]]) -> None:
     searched: set[tuple[float, float]] = set()
     for _ in range(_MAX_ROWS):
         best = context.best()
-        d = best.best.outcome.value.dimensions
+        d = best.at.dimensions
         if (d.b, d.h) in searched:
             return
         searched.add((d.b, d.h))
-        for strip in promising_lengths(context, best.best):
+        for strip in promising_lengths(context, best.at):
             best, result = context.best(), _search_slice(context, strip, tried)
             if context.best() is not best or (result is not None and _search_neighbours(context, best, result, tried)):
                 _improve_repeatedly(context, tried)
@@ -137,8 +137,8 @@ def _improve_repeatedly(context: Context, tried: set[tuple[float, ...]]) -> None
 
 
 def _conditions(context: Context, best: LocalResult) -> Stationarity:
-    slice_bounds = context.sizes.around(best.best.outcome.value.dimensions)
-    return first_order_conditions(context, best.best, context.bounds, slice_bounds)
+    slice_bounds = context.sizes.around(best.at.dimensions)
+    return first_order_conditions(context, best.at, context.bounds, slice_bounds)
 
 
 def _slice_key(context: Context, d: Dimensions) -> tuple[float, ...]:
@@ -152,17 +152,17 @@ def _search_slice(context: Context, strip: Dimensions, tried: set[tuple[float, .
     """Result of a local search over the continuous sizes in the slice of a strip."""
     tried.add(_slice_key(context, strip))
     best = context.best()
-    has_incumbent = context.model.has_resonances and best is not None and best.feasible_best is not None
-    incumbent = best.best.log_cost if has_incumbent else math.inf
+    has_incumbent = context.model.has_resonances and best is not None and best.feasible
+    incumbent = best.at.log_cost if has_incumbent else math.inf
     return context.search_from(strip, context.slice_around(strip), incumbent=incumbent)
 
 
 def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult, tried: set[tuple[float, ...]]) -> bool:
     """Search the neighbouring sizes of ``centre``, in the order of the corrected core's predictions, until one is
     better than ``best``; returns whether one is."""
-    check = centre.best.outcome.value
+    check = centre.at.outcome.value
     limits = context.corrected_core_limits(check.dimensions, check)
-    incumbent = best.best.log_cost if best.feasible_best is not None else math.inf
+    incumbent = best.at.log_cost if best.feasible else math.inf
     shift = context.objective_correction(check.dimensions)
     promising = []
     for strip in _neighbours(context, check.dimensions):
@@ -173,7 +173,7 @@ def _search_neighbours(context: Context, best: LocalResult, centre: LocalResult,
             promising.append(predicted)
     promising.sort(key=lambda candidate: candidate[0])
     for _, strip in promising[:_MAX_NEIGHBOURS]:
-        _search_slice(context, _at_same_frequency_ratio(context, strip, centre.best), tried)
+        _search_slice(context, _at_same_frequency_ratio(context, strip, centre.at), tried)
         if context.best() is not best:
             return True
     return False

@@ -82,11 +82,11 @@ def least_violating(context: Context, start: Dimensions, clearly_infeasible: boo
     if not coarse.results:
         coarse.search_from(start, context.bounds)
     best = coarse.best()
-    if coarse is context or best is None or best.feasible_best is not None:
+    if coarse is context or best is None or best.feasible:
         return best
-    strip = best.best.outcome.value.dimensions
-    error = max(POSSIBLY_FEASIBLE * coarse.model.accuracy, best.best.outcome.accuracy.estimated)
-    if best.best.excess < error:
+    strip = best.at.dimensions
+    error = max(POSSIBLY_FEASIBLE * coarse.model.accuracy, best.at.outcome.accuracy.estimated)
+    if best.at.excess < error:
         return context.search_from(strip, context.bounds)
     iterate = checked_without_model(context, strip)
     return best if iterate is None else LocalResult(iterate, math.inf)

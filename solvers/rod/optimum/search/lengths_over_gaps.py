@@ -38,7 +38,7 @@ def promising_lengths(context: Context, best: Iterate) -> list[Dimensions]:
         for k, (merit, d) in enumerate(row):
             if merit == min(merits[max(k - 1, 0) : k + 2]) and merit < best.log_cost + _MAX_EXTRA_COST:
                 out.append((merit, d))
-    best_strip = best.outcome.value.dimensions
+    best_strip = best.dimensions
     return [d for _, d in sorted(out, key=lambda minimum: minimum[0])[:_MAX_MINIMA] if d != best_strip]
 
 

@@ -86,18 +86,22 @@ class Iterate:
     def feasible(self) -> bool:
         return self.excess <= 0.0
 
+    @property
+    def dimensions(self) -> Dimensions:
+        return self.outcome.value.dimensions
+
 
 @dataclass(frozen=True)
 class LocalResult:
     """The best feasible iterate or, without one, that of the least excess; ``predicted_gain`` is the gain in ln
     objective that the model still predicts there."""
 
-    best: Iterate
+    at: Iterate
     predicted_gain: float
 
     @property
-    def feasible_best(self) -> Iterate | None:
-        return self.best if self.best.feasible else None
+    def feasible(self) -> bool:
+        return self.at.feasible
 
 
 def local_search(
@@ -120,7 +124,7 @@ def local_search(
     if current is None:
         return None
     max_iterations = max_iterations or (_MAX_ITERATIONS_WITH_NOISE if model.is_excited_by_corners else _MAX_ITERATIONS)
-    converged = [result.best for result in results if _is_converged_within(result, box, task.min_gain)]
+    converged = [result.at for result in results if _is_converged_within(result, box, task.min_gain)]
     best, gain = current, math.inf
     for _ in range(max_iterations):
         step, predicted = _model_step(model, task, box, current, radius)
@@ -160,8 +164,8 @@ def local_search(
 
 def _is_converged_within(result: LocalResult, box: Array, min_gain: float) -> bool:
     """Whether another search has converged, to a strip within these bounds."""
-    inside = np.all((box[:, 0] - _ROUNDING < result.best.x) & (result.best.x < box[:, 1] + _ROUNDING))
-    return result.best.feasible and result.predicted_gain <= min_gain and bool(inside)
+    inside = np.all((box[:, 0] - _ROUNDING < result.at.x) & (result.at.x < box[:, 1] + _ROUNDING))
+    return result.feasible and result.predicted_gain <= min_gain and bool(inside)
 
 
 def _is_same(x: Array, other: Array) -> bool:
@@ -170,7 +174,7 @@ def _is_same(x: Array, other: Array) -> bool:
 
 def is_among(x: Array, results: Sequence[LocalResult]) -> bool:
     """Whether one of the results is the strip x = ln(b, h, l)."""
-    return any(_is_same(x, result.best.x) for result in results)
+    return any(_is_same(x, result.at.x) for result in results)
 
 
 def evaluate_iterate(model: FullModel, task: Task, d: Dimensions, earlier: FullRows | None = None) -> Iterate | None:

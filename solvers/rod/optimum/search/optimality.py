@@ -25,7 +25,7 @@ def first_order_conditions(context: Context, at: Iterate, bounds: Bounds, sizes:
     tolerance = max(1e-6, 10.0 * context.task.margin)
     return stationarity(
         values, slopes, at.memory.active.layout, context.problem.objective, at.limits, bounds, sizes,
-        at.outcome.value.dimensions, tolerance,
+        at.dimensions, tolerance,
     )  # fmt: skip
 
 

@@ -36,17 +36,17 @@ def search_other_gaps(context: Context, bounds: Bounds) -> tuple[float, tuple[fl
     is_untried = lambda d: not is_among(logarithms(d), context.results)  # noqa: E731
     for _ in range(_MAX_GAP_SEARCHES):
         best = context.best()
-        finished = best is None or best.feasible_best is None or failed == _MAX_GAP_FAILURES
-        start = None if finished else gaps.next_start(best.best, is_untried)
+        finished = best is None or not best.feasible or failed == _MAX_GAP_FAILURES
+        start = None if finished else gaps.next_start(best.at, is_untried)
         if start is None:
-            return 0.0 if finished else gaps.remaining_gain(best.best), gaps.range
-        result = context.search_from(start, bounds, _GAP_RADIUS, incumbent=best.best.log_cost)
+            return 0.0 if finished else gaps.remaining_gain(best.at), gaps.range
+        result = context.search_from(start, bounds, _GAP_RADIUS, incumbent=best.at.log_cost)
         if result is not None:
-            gaps.exclude(result.best)
-            is_tie = result.best.feasible and result.best.log_cost < best.best.log_cost + _TIE
+            gaps.exclude(result.at)
+            is_tie = result.feasible and result.at.log_cost < best.at.log_cost + _TIE
             if is_tie and not is_among(logarithms(start), [result]):
-                gaps.add_path(result.best)
-        gain = best.best.log_cost - context.best().best.log_cost
+                gaps.add_path(result.at)
+        gain = best.at.log_cost - context.best().at.log_cost
         failed = 0 if gain > context.task.min_gain else failed + 1
     return gain, gaps.range
 
@@ -58,15 +58,15 @@ def refined_best(
     less than their errors and possible further gains."""
     finer = context.finer()
     for result in _refinement_candidates(results, 1.0 if context.model.is_excited_by_corners else TOTAL_GAIN_RATIO):
-        best, strip = finer.best(), result.best.outcome.value.dimensions
-        incumbent = math.inf if best is None or best.feasible_best is None else best.best.log_cost
+        best, strip = finer.best(), result.at.dimensions
+        incumbent = math.inf if best is None or not best.feasible else best.at.log_cost
         for _ in range(_MAX_REFINEMENTS):
             result = finer.search_from(strip, bounds_of(strip), _FINE_RADIUS, incumbent=incumbent)
-            if result is None or result.feasible_best is None:
+            if result is None or not result.feasible:
                 break
-            if result.best.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
+            if result.at.log_cost - TOTAL_GAIN_RATIO * result.predicted_gain > incumbent:
                 break
-            previous, strip = strip, result.best.outcome.value.dimensions
+            previous, strip = strip, result.at.dimensions
             if result.predicted_gain <= max(context.model.accuracy, context.task.min_gain) or strip == previous:
                 break
     return finer.best()
@@ -77,14 +77,14 @@ def _refinement_candidates(results: list[LocalResult], total_gain_ratio: float) 
     predicted gain."""
 
     def uncertainty(result: LocalResult) -> float:
-        return result.best.outcome.accuracy.estimated + total_gain_ratio * result.predicted_gain
+        return result.at.outcome.accuracy.estimated + total_gain_ratio * result.predicted_gain
 
-    first, *others = sorted(results, key=lambda result: (result.best.excess, result.best.log_cost))
-    if first.feasible_best is None:
+    first, *others = sorted(results, key=lambda result: (result.at.excess, result.at.log_cost))
+    if not first.feasible:
         return [first]
-    best_upper, out = first.best.log_cost + first.best.outcome.accuracy.estimated, [first]
+    best_upper, out = first.at.log_cost + first.at.outcome.accuracy.estimated, [first]
     for result in others:
-        may_be_best = result.feasible_best is not None and result.best.log_cost - uncertainty(result) < best_upper
-        if may_be_best and not is_among(result.best.x, out):
+        may_be_best = result.feasible and result.at.log_cost - uncertainty(result) < best_upper
+        if may_be_best and not is_among(result.at.x, out):
             out.append(result)
     return out[:_MAX_CANDIDATES]

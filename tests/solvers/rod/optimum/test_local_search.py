@@ -37,24 +37,24 @@ def search():
 
 def test_a_search_that_converges_to_another_result_is_abandoned(search):
     result = search(START)
-    assert result.feasible_best is not None and result.predicted_gain <= 1e-7
-    other_start = result.best.x + THICKER_AND_LONGER
+    assert result.feasible and result.predicted_gain <= 1e-7
+    other_start = result.at.x + THICKER_AND_LONGER
     again = search(other_start)
-    assert np.max(np.abs(again.best.x - result.best.x)) < 1e-4
+    assert np.max(np.abs(again.at.x - result.at.x)) < 1e-4
     assert search(other_start, [result]) is None
 
 
 def test_results_of_other_optima_do_not_stop_a_search(search):
     result = search(START)
-    other_start = result.best.x + THICKER_AND_LONGER
-    costlier = replace(result, best=replace(result.best, log_cost=result.best.log_cost + 0.03))
+    other_start = result.at.x + THICKER_AND_LONGER
+    costlier = replace(result, at=replace(result.at, log_cost=result.at.log_cost + 0.03))
     unfinished = replace(result, predicted_gain=1e-3)
-    assert search(other_start, [costlier]).feasible_best is not None
-    assert search(other_start, [unfinished]).feasible_best is not None
+    assert search(other_start, [costlier]).feasible
+    assert search(other_start, [unfinished]).feasible
     # Within other bounds the same basin may have its optimum elsewhere.
-    length = float(np.exp(result.best.x[2]))
+    length = float(np.exp(result.at.x[2]))
     longer = replace(ASKED.bounds, l=(1.001 * length, ASKED.bounds.l[1]))
-    assert search(other_start, [result], longer).feasible_best is not None
+    assert search(other_start, [result], longer).feasible
 
 
 def test_a_search_ends_at_a_limit_that_a_step_exceeds_by_little_more_than_rounding():

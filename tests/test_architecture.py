@@ -109,7 +109,7 @@ ROOMS = {
         "bulk", "rows", "objectives", "constraints", "problem", "verdict", "optimum", "design",
     ),
     "solvers/rod/optimum": (
-        "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer",
+        "sizes", "peak_positions", "peaks", "sqp", "sensitivities", "core", "proof", "full_model", "search", "answer",
         "strip_search",
     ),
     "solvers/linkage": (

@@ -22,7 +22,7 @@ from solvers.rod.optimum.answer.requirement_as_objective import AttainableBest, 
 from solvers.rod.optimum.core.cycle import CoreCycle, core_cycle
 from solvers.rod.optimum.full_model.frequency_ratio import is_stable
 from solvers.rod.optimum.full_model.model import FullModel
-from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, Sizes, search
+from solvers.rod.optimum.proof.outer_approximation import MAX_BOXES, Proof, search
 from solvers.rod.optimum.search.context import Context, NoVibration
 from solvers.rod.optimum.search.continuous_sizes import continuous_optimum
 from solvers.rod.optimum.search.costly_limits import refine_checks
@@ -32,6 +32,7 @@ from solvers.rod.optimum.search.feasibility import least_violating, least_violat
 from solvers.rod.optimum.search.local_search import MIN_EXCESS, LocalResult, Task
 from solvers.rod.optimum.search.optimality import first_order_conditions
 from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.optimum.sqp import required_results
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions

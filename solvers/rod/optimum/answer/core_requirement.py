@@ -8,7 +8,8 @@ from typing import NamedTuple
 from solvers.rod.constraints import Constraint, Limits
 from solvers.rod.objectives import MASS
 from solvers.rod.optimum.core.cycle import CoreCycle
-from solvers.rod.optimum.proof.outer_approximation import Sizes, search
+from solvers.rod.optimum.proof.outer_approximation import search
+from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.scene import Dimensions, Scene
 from solvers.rod.strip import buckling
 

@@ -14,9 +14,10 @@ from solvers.rod.optimum.core.cycle import CoreCycle
 from solvers.rod.optimum.core.optimum import dimensions_within
 from solvers.rod.optimum.full_model.model import Array, FullModel
 from solvers.rod.optimum.full_model.strip import logarithms
-from solvers.rod.optimum.proof.outer_approximation import Proof, Sizes, search
+from solvers.rod.optimum.proof.outer_approximation import Proof, search
 from solvers.rod.optimum.search.local_search import Iterate, LocalResult, Task, is_among, local_search
 from solvers.rod.optimum.search.optimum import Optimum
+from solvers.rod.optimum.sizes import Sizes
 from solvers.rod.problem import Bounds, RodProblem
 from solvers.rod.scene import Dimensions
 from solvers.watch import no_watch

@@ -158,7 +158,7 @@ class StripSearch:
         try:
             optimum, complete = self._on_full_model(context, attainable, core.excess, starts, clearly_infeasible), True
         except NoVibration:
-            optimum, complete = context.best_within_budget(), False
+            optimum, complete = context.best_so_far(), False
         if _is_feasible(optimum):
             best = optimum.local.at.dimensions
             compose = partial(self._answer, context, core.proof, beyond, optimum)
@@ -261,7 +261,7 @@ class StripSearch:
             return optimum if closest is None else Optimum(closest)
         except OutOfTime:
             self.out_of_time = True
-            return context.best_within_budget()
+            return context.best_so_far()
 
     def _promising_strips(
         self, attainable: RequirementsAsObjectives, nearest: LocalResult, clearly_infeasible: bool

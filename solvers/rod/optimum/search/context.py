@@ -140,8 +140,8 @@ class Context:
         limits = zip((d.b, d.h, d.l), (nearest.b, nearest.h, nearest.l), strict=True)
         return all(low <= size <= high for size, (low, high) in limits)
 
-    def best_within_budget(self) -> Optimum | None:
-        """The best feasible strip checked so far, when the time is over; None if there is none."""
+    def best_so_far(self) -> Optimum | None:
+        """The best feasible strip checked so far, when the search ends early; None if there is none."""
         self.model.watch = no_watch
         for known in sorted(self.feasible_checks(), key=self.cost):
             d = known.value.dimensions

@@ -72,7 +72,8 @@ class Task:
 class Iterate:
     """A strip with its exact check and the model there: all rows, and limits shifted to agree with the check.
 
-    ``excess`` is the largest logarithmic excess over a limit. There is no model (``memory`` None) of a strip that was only checked.
+    ``excess`` is the largest logarithmic excess over a limit. There is no model (``memory`` None) of a strip that was
+    only checked.
     """
 
     x: Array

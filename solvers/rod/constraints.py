@@ -61,7 +61,11 @@ class Constraint:
     def meets(self, check: RodCheck, required: float) -> bool:
         """Whether a strip meets the requirement; an unloaded one does."""
         value = self.result.read(check)
-        return value is None or (value >= required if self.is_minimum else value <= required)
+        return value is None or self.admits(value, required)
+
+    def admits(self, value: float, required: float) -> bool:
+        """Whether a value of the result meets the requirement."""
+        return value >= required if self.is_minimum else value <= required
 
 
 CONSTRAINTS = (

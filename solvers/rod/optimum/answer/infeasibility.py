@@ -49,6 +49,13 @@ def diagnose(
     return tuple(entry.shortfall for entry in entries), max(entry.error for entry in entries)
 
 
+class _Attainable(NamedTuple):
+    """The best attainable value of a result, None without a strip or a load, and its estimated relative error."""
+
+    value: float | None
+    error: float
+
+
 class _Entry(NamedTuple):
     """A requirement, its shortfall, and the estimated relative error of the attainable value."""
 
@@ -59,10 +66,8 @@ class _Entry(NamedTuple):
     @property
     def unattainable(self) -> bool:
         """Whether the attainable value does not meet the requirement."""
-        attainable, required = self.shortfall.attainable, self.shortfall.required
-        if attainable is None:
-            return True
-        return attainable < required if self.requirement.is_minimum else attainable > required
+        attainable = self.shortfall.attainable
+        return attainable is None or not self.requirement.admits(attainable, self.shortfall.required)
 
 
 @dataclass
@@ -105,12 +110,12 @@ class _Diagnosis:
             return []
         others = [o for o in self.requirements if o not in infeasible_alone]
         attained = [(o, self.full.best(o, infeasible_alone)) for o in others]
-        return [o for o, best in attained if best is not None and not self.meets(o, best)]
+        return [o for o, best in attained if best is not None and not o.meets(best.check, self.required(o))]
 
     def entries_infeasible_alone(self, infeasible_alone: Sequence[Constraint]) -> list[_Entry]:
         """Entries of requirements infeasible by themselves, without those that the full model meets."""
         best = {
-            r: self.best_under_others(r, infeasible_alone) or self.core.best(r, _STABILITY_ONLY)
+            r: self.best_under_others(r, infeasible_alone) or self.best_on_core(r, _STABILITY_ONLY)
             for r in infeasible_alone
         }
         found = [self.entry(r, _OUT_OF_REACH, best[r]) for r in infeasible_alone]
@@ -123,11 +128,11 @@ class _Diagnosis:
         """Entries from a known optimum for ``r``, whose opponents are the requirements active there."""
         opponents = [o for o in attained.opponents if o is not r]
         if self.is_out_of_reach(r, opponents):
-            return [self.entry(r, _OUT_OF_REACH, attained)]
-        entries = [self.entry(r, _conflict_with(opponents), attained)]
+            return [self.entry(r, _OUT_OF_REACH, _of_design(r, attained))]
+        entries = [self.entry(r, _conflict_with(opponents), _of_design(r, attained))]
         for o in opponents:
             best = self.best_under_others(o)
-            if best is not None and not self.meets(o, best):
+            if best is not None and best.value is not None and not o.admits(best.value, self.required(o)):
                 entries.append(self.entry(o, _conflict_with([r]), best))
         return _unattainable(entries)
 
@@ -139,9 +144,9 @@ class _Diagnosis:
         if not all(self.full.are_infeasible_without([o]) for o in opponents):
             return False
         alone = self.full.best(r, [o for o in self.requirements if o is not r])
-        return alone is not None and not self.meets(r, alone)
+        return alone is not None and not r.meets(alone.check, self.required(r))
 
-    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> Best | AttainableBest | None:
+    def best_under_others(self, r: Constraint, but: Sequence[Constraint] = ()) -> _Attainable | None:
         """The best value under all other requirements except ``but``; if these conflict among themselves, the worst of
         the values under one of them at a time; the core's if the time is over."""
         others = [o for o in self.requirements if o is not r and o not in but]
@@ -150,57 +155,54 @@ class _Diagnosis:
             alone = (self.full.best(r, [o for o in self.requirements if o is not one]) for one in others)
             values = [best for best in alone if best is not None]
             found = (min if r.is_minimum else max)(values, key=lambda best: r.result.read(best.check), default=None)
-        return found or self.core.best(r, self.limits_of(*others))
+        return self.best_on_core(r, self.limits_of(*others)) if found is None else _of_design(r, found)
+
+    def best_on_core(self, r: Constraint, limits: Limits) -> _Attainable | None:
+        """What the core's best strip under ``limits`` attains; None if these are infeasible."""
+        best = self.core.best(r, limits)
+        return None if best is None else self.on_full_model(r, best)
 
     def limits_of(self, *requirements: Constraint) -> Limits:
         """Limits on the core for these requirements, always including stability."""
         return {**_STABILITY_ONLY, **{r.row: self.limits[r.row] for r in requirements}}
 
-    def meets(self, r: Constraint, best: Best | AttainableBest | None) -> bool:
-        if isinstance(best, AttainableBest):
-            return r.meets(best.check, getattr(self.asked, r.name))
-        return best is not None and r.log_limit(best.value, self.model.scene) <= self.limits[r.row]
+    def required(self, r: Constraint) -> float:
+        return getattr(self.asked, r.name)
 
-    def entry(self, r: Constraint, why: str, best: Best | AttainableBest | None) -> _Entry:
-        return self.entry_of(r, why, *self.attainable(r, best))
-
-    def entry_of(self, r: Constraint, why: str, value: float | None, error: float) -> _Entry:
-        return _Entry(r, Shortfall(r.name, getattr(self.asked, r.name), value, f"{why}; {r.advice}"), error)
+    def entry(self, r: Constraint, why: str, best: _Attainable | None) -> _Entry:
+        value, error = best or _Attainable(None, self.influence)
+        return _Entry(r, Shortfall(r.name, self.required(r), value, f"{why}; {r.advice}"), error)
 
     def entry_beside_all(self, r: Constraint) -> _Entry:
         """The entry of a requirement that the core meets together with any other one."""
-        value, error = self.attainable(r, self.best_under_others(r))
+        best = self.best_under_others(r)
         if not self.core.is_feasible(self.limits_of(*self.requirements)):
-            return self.entry_of(r, "can be met together with any other one, but not with all of them", value, error)
-        required = getattr(self.asked, r.name)
-        nearly = value is not None and abs(value / required - 1.0) <= _SLIGHTLY
-        return self.entry_of(r, _JUST_MISSED if nearly else _WITHOUT_EFFECTS, value, error)
+            return self.entry(r, "can be met together with any other one, but not with all of them", best)
+        value = None if best is None else best.value
+        nearly = value is not None and abs(value / self.required(r) - 1.0) <= _SLIGHTLY
+        return self.entry(r, _JUST_MISSED if nearly else _WITHOUT_EFFECTS, best)
 
-    def attainable(self, r: Constraint, best: Best | AttainableBest | None) -> tuple[float | None, float]:
-        """The attainable value and its relative error."""
-        if isinstance(best, AttainableBest):
-            return r.result.read(best.check), best.error
-        value, error = (None, 0.0) if best is None else self.on_full_model(r, best)
-        return value, error + self.influence
-
-    def on_full_model(self, r: Constraint, best: Best) -> tuple[float | None, float]:
-        """Value of the core's best strip on the full model, if it has one, and its relative error without the
-        influence."""
-        required, scene = getattr(self.asked, r.name), self.model.scene
+    def on_full_model(self, r: Constraint, best: Best) -> _Attainable:
+        """Value of the core's best strip on the full model, if it has one, and its relative error."""
+        required, scene = self.required(r), self.model.scene
         changed = self.limits[r.row] - r.log_limit(required, scene)
         expected = r.result.value_at(r.log_limit(best.value, scene) - changed, scene)
         try:
             outcome = self.model.check(best.strip, self.core.accuracy)
         except (InvalidInput, OutOfTime):
-            return expected, 1.0
+            return _Attainable(expected, 1.0 + self.influence)
         if outcome.value.stresses is None:
             # What the core meets is not attained by a strip that buckles.
-            met = expected >= required if r.is_minimum else expected <= required
-            return (outcome.value.stability_safety if r is _STABILITY else None) if met else expected, 1.0
+            buckled = outcome.value.stability_safety if r is _STABILITY else None
+            return _Attainable(buckled if r.admits(expected, required) else expected, 1.0 + self.influence)
         attained = r.result.read(outcome.value)
-        error = float(best.gap + outcome.accuracy.estimated + abs(attained / expected - 1.0))
+        error = float(best.gap + outcome.accuracy.estimated + abs(attained / expected - 1.0)) + self.influence
         # A strip that meets this requirement violates another one, by less than the search resolves.
-        return (expected if r.meets(outcome.value, required) else attained), error
+        return _Attainable(expected if r.meets(outcome.value, required) else attained, error)
+
+
+def _of_design(r: Constraint, best: AttainableBest) -> _Attainable:
+    return _Attainable(r.result.read(best.check), best.error)
 
 
 def _unattainable(entries: list[_Entry]) -> list[_Entry]:

@@ -9,6 +9,7 @@ import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
@@ -38,28 +39,49 @@ from solvers.rod.vibration.excitation import FEW_CORNERS
 from solvers.rod.vibration.steady_response import RodInertia
 from solvers.watch import no_watch
 
-_STEP, _CORRECTION_STEP, _FINE_STEP = 1e-6, 2e-3, 1e-4
-"""Steps of differences in ln b, ln h, ln l: of closed forms; of corrections, whose time meshes vary between strips; and
-of corrections in the fine model: long steps smooth out narrow minima, short ones resolve them."""
+_STEP = 1e-6
+"""Step of differences of closed forms, in ln b, ln h, ln l."""
 _CHECK_SHARE, _MIN_CHECK_ACCURACY = 0.7, 1e-12
 """Share of the accuracy that is requested of a check, the rest being left to the search; and the smallest accuracy
 requested."""
-_FINE_ROWS_TOLERANCE = 0.5
-"""Tolerance of the corrections in a strip's rows in the fine model, relative to its accuracy."""
 _SAME_RESOLUTION = 0.1
 """Distance in ln b, ln h, ln l within which strips need about the same discretisation."""
 _SMOOTH_LOSS_FACTOR = 0.003
 """Loss factor above which results vary smoothly between resonances."""
-_FINE_ANGLE_STEP, _SMOOTH_ANGLE_STEP = 1e-3, 3e-4
-"""Spacings of a peak's three angles in the fine model, and without corrections, whose time meshes are the noise that
-longer spacings average out. Two peaks closer than a cluster are one part: a parabola a little beside the higher one
-overestimates it by the square of its spacing."""
-_MIN_RADIUS, _MIN_RADIUS_RESONANT, _MIN_RADIUS_FINE = 1e-7, 5e-4, 1e-5
-"""Trust-region radii at which a search ends: without resonances, with them, and with them in the fine model."""
+_SMOOTH_ANGLE_STEP = 3e-4
+"""Spacing of a peak's three angles without corrections, whose time meshes are the noise that longer spacings average
+out. Two peaks closer than a cluster are one part: a parabola a little beside the higher one overestimates it by the
+square of its spacing."""
+_MIN_RADIUS = 1e-7
+"""Trust-region radius in ln b, ln h, ln l at which a search without resonances ends."""
 _MAX_STRIPS, _MAX_STENCILS = 64, 3
 """Numbers of strips and stencils that are stored."""
 _CONTACT = frozenset({"friction"})
 """The effect that changes no other results."""
+
+
+class Fidelity(NamedTuple):
+    """How finely a model resolves the corrections of strips, whose time meshes vary between strips.
+
+    correction_step    step of their differences, in ln b, ln h, ln l: long steps smooth out narrow minima, short ones
+                       resolve them
+    angle_step         spacing [rad] of the three angles whose parabola represents a peak: small where corners of the
+                       friction force may lie close to peaks
+    min_radius         trust-region radius in ln b, ln h, ln l at which a search with resonances ends
+    rows_tolerance     their tolerance in a strip's rows, relative to the model's accuracy
+    shares_meshes      whether a strip is solved with the discretisation found for another near it
+    """
+
+    correction_step: float
+    angle_step: float
+    min_radius: float
+    rows_tolerance: float
+    shares_meshes: bool
+
+
+EXPLORATORY = Fidelity(2e-3, ANGLE_STEP, 5e-4, 1.0, True)
+FINE = Fidelity(1e-4, 1e-3, 1e-5, 0.5, False)
+"""Of the searches over gaps between resonances, and of the last ones, which refine their results."""
 
 
 @dataclass
@@ -69,7 +91,7 @@ class FullModel:
     effects         the active effects, fixed
     free            indices of the continuous sizes
     strip_count     number of strips evaluated by rows
-    fine            short difference steps and peak stencils, rows as accurate as checks
+    fidelity        how finely corrections are resolved
     coarse          a less accurate model whose strips supply the differences of corrections between strips, if any:
                     differences between strips of one discretisation are equally accurate
     watch           is called before each strip and check and may raise OutOfTime
@@ -84,7 +106,7 @@ class FullModel:
     required: RequiredResults
     free: tuple[int, ...] = (0, 1, 2)
     watch: Callable[[], None] = no_watch
-    fine: bool = False
+    fidelity: Fidelity = EXPLORATORY
     coarse: FullModel | None = None
     strip_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
@@ -112,22 +134,12 @@ class FullModel:
     @property
     def min_radius(self) -> float:
         """Trust-region radius in ln b, ln h, ln l below which a step is not worth its cost."""
-        if not self.has_resonances:
-            return _MIN_RADIUS
-        return _MIN_RADIUS_FINE if self.fine else _MIN_RADIUS_RESONANT
-
-    @property
-    def correction_step(self) -> float:
-        """Step of differences of corrections, in ln b, ln h, ln l."""
-        return _FINE_STEP if self.fine else _CORRECTION_STEP
+        return self.fidelity.min_radius if self.has_resonances else _MIN_RADIUS
 
     @property
     def angle_step(self) -> float:
-        """Spacing [rad] of the three angles whose parabola represents a peak; small in the fine model, where corners of
-        the friction force may lie close to peaks."""
-        if not self.corrected:
-            return _SMOOTH_ANGLE_STEP
-        return _FINE_ANGLE_STEP if self.fine else ANGLE_STEP
+        """Spacing [rad] of the three angles whose parabola represents a peak."""
+        return self.fidelity.angle_step if self.corrected else _SMOOTH_ANGLE_STEP
 
     def at_accuracy(self, accuracy: float) -> FullModel:
         """This model at another accuracy, with its own checks."""
@@ -150,7 +162,7 @@ class FullModel:
 
     def finer(self, coarse: FullModel | None = None) -> FullModel:
         """The fine version of this model; it shares the checks."""
-        return replace(self._without_cache(), fine=True, coarse=coarse)
+        return replace(self._without_cache(), fidelity=FINE, coarse=coarse)
 
     def _without_cache(self) -> FullModel:
         """This model without its stored strips."""
@@ -180,7 +192,7 @@ class FullModel:
         error is hardly larger."""
         check_accuracy = tolerance_of(max(_CHECK_SHARE * self.accuracy, _MIN_CHECK_ACCURACY))
         cycle = Cycle(self.scene, d, self.composition, min(tolerance, check_accuracy))
-        if self.fine or not self.has_resonances or not is_stable(cycle):
+        if not (self.fidelity.shares_meshes and self.has_resonances) or not is_stable(cycle):
             return cycle
         x = logarithms(d)
         for known in self._resolved:
@@ -194,7 +206,7 @@ class FullModel:
     @property
     def _tolerance(self) -> float:
         """Tolerance of the corrections of strips."""
-        return self.accuracy * (_FINE_ROWS_TOLERANCE if self.fine else 1.0)
+        return self.accuracy * self.fidelity.rows_tolerance
 
     def _keep(self, strip: FullStrip) -> None:
         while len(self._strips) >= _MAX_STRIPS:
@@ -245,7 +257,7 @@ class FullModel:
         # Under a noisy load the other curvatures are not worth the time of six solutions.
         curvature_pairs = RATIO_CURVATURE if self.is_excited_by_corners else ALL_CURVATURES
         centre = (self.coarse or self).strip(d)
-        stencil = Stencil.around(centre, self.correction_step, curvature_pairs, self.free, self.watch)
+        stencil = Stencil.around(centre, self.fidelity.correction_step, curvature_pairs, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _MAX_STENCILS - 1]]
         return stencil
 

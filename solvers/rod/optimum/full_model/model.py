@@ -92,7 +92,7 @@ class FullModel:
     free            indices of the continuous sizes
     strip_count     number of strips evaluated by rows
     fidelity        how finely corrections are resolved
-    coarse          a less accurate model whose strips supply the differences of corrections between strips, if any:
+    stencil_model   a less accurate model whose strips supply the differences of corrections between strips, if any:
                     differences between strips of one discretisation are equally accurate
     watch           is called before each strip and check and may raise OutOfTime
     """
@@ -107,7 +107,7 @@ class FullModel:
     free: tuple[int, ...] = (0, 1, 2)
     watch: Callable[[], None] = no_watch
     fidelity: Fidelity = EXPLORATORY
-    coarse: FullModel | None = None
+    stencil_model: FullModel | None = None
     strip_count: int = 0
     _strips: dict[Dimensions, FullStrip] = field(default_factory=dict)
     _checks: dict[Dimensions, Outcome[RodCheck]] = field(default_factory=dict)
@@ -160,9 +160,9 @@ class FullModel:
         rough = tuple(AdiabaticRodInertia() if isinstance(part, RodInertia) else part for part in parts)
         return replace(self.composition, corrections=rough)
 
-    def finer(self, coarse: FullModel | None = None) -> FullModel:
+    def finer(self, stencil_model: FullModel | None = None) -> FullModel:
         """The fine version of this model; it shares the checks."""
-        return replace(self._without_cache(), fidelity=FINE, coarse=coarse)
+        return replace(self._without_cache(), fidelity=FINE, stencil_model=stencil_model)
 
     def _without_cache(self) -> FullModel:
         """This model without its stored strips."""
@@ -249,14 +249,14 @@ class FullModel:
 
     def _stencil_for(self, d: Dimensions) -> Stencil:
         """A stored stencil that covers a strip, or a new one around it."""
-        if self.coarse is not None and self.is_excited_by_corners:
-            return self.coarse._stencil_for(d)
+        if self.stencil_model is not None and self.is_excited_by_corners:
+            return self.stencil_model._stencil_for(d)
         for stencil in self._stencils:
             if stencil.covers(d):
                 return stencil
         # Under a noisy load the other curvatures are not worth the time of six solutions.
         curvature_pairs = RATIO_CURVATURE if self.is_excited_by_corners else ALL_CURVATURES
-        centre = (self.coarse or self).strip(d)
+        centre = (self.stencil_model or self).strip(d)
         stencil = Stencil.around(centre, self.fidelity.correction_step, curvature_pairs, self.free, self.watch)
         self._stencils = [stencil, *self._stencils[: _MAX_STENCILS - 1]]
         return stencil
